@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+//
+// Solvers for the contact problem of an island. Each is one file and one row of the registry; all answer the
+// same problem (physics/islands/island_system.h) and are judged by the same residual.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/islands/island_system.h"
+
+namespace skerry {
+
+enum class SolveStatus : std::uint8_t {
+  Solved,       ///< residual within the tolerance, or at the rounding floor
+  Inexact,      ///< best iterate found within the budget; the residual says how good
+  Singular,     ///< the method needs a regular matrix and met a singular one
+  Unsupported,  ///< the method cannot treat this kind of problem (see `SolverEntry::supports`)
+  Failed,       ///< no usable answer; lambda is all zero
+};
+std::string_view to_string(SolveStatus status);
+
+struct SolveOptions {
+  double tolerance = 1e-10;  ///< on the relative residual; the rounding floor is accepted in its place
+  int max_iterations = 0;    ///< sweeps, pivots or factorisations; 0: the method's own limit
+  double time_budget =
+      0;               ///< [s]; 0: unlimited. Only for methods that say so: results then depend on the clock
+  bool trace = false;  ///< fill `Solution::trace`
+};
+
+/// What happened in one iteration; kept only when asked for.
+struct SolveIteration {
+  double residual = 0;                ///< relative, natural map
+  int open = 0, stick = 0, slip = 0;  ///< states of the contacts
+  int pivots = 0;                     ///< changes of state, or pivots
+};
+
+struct SolveTrace {
+  std::vector<SolveIteration> iterations;
+  std::vector<int> ordering;       ///< elimination order of rows or bodies; empty: natural
+  std::vector<std::string> notes;  ///< for people: which rung was taken and why
+};
+
+/// Work done, for the step report.
+struct SolveWork {
+  int factorisations = 0;  ///< numerical factorisations
+  int partial_factorisations = 0;
+  int resolves = 0;  ///< solves with a kept factor
+  int pivots = 0;
+  int symbolic_analyses = 0;
+  int symbolic_skipped = 0;  ///< orderings and patterns reused
+};
+
+struct Solution {
+  SolveStatus status = SolveStatus::Failed;
+  std::vector<double> lambda;  ///< n impulses; always finite and within the bounds
+  int iterations = 0;
+  double residual = kInfinity;  ///< natural_map_residual(system, lambda)
+  std::string_view method;      ///< the solver that gave the answer (for `auto`: the rung)
+  SolveWork work;
+  std::unique_ptr<SolveTrace> trace;
+};
+
+/// What a solver may keep for an island from step to step (states, factor, ordering). Made by the solver at
+/// its first call; thrown away by the world when the island's graph changes.
+class SolverMemory {
+ public:
+  virtual ~SolverMemory() = default;
+};
+
+/// Solves `system`. @param warm_start n impulses to begin from, or empty. @param memory may be null;
+/// otherwise it points to what the same solver left there for an island with the same rows, or to an empty
+/// pointer to fill. Never throws for numerical reasons; the status tells. @throws std::invalid_argument for
+/// malformed systems is the business of `validate`; solvers assume a valid one.
+using SolveFn = Solution (*)(const IslandSystem& system, std::span<const double> warm_start,
+                             const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
+
+/// One row of the registry.
+struct SolverEntry {
+  std::string_view name;       ///< command-line value
+  std::string_view summary;    ///< one line
+  std::string_view reference;  ///< source: author, year, section
+  bool exact;                  ///< reaches the rounding floor where it applies
+  bool friction;               ///< solves Coulomb friction (otherwise frictionless problems only)
+  bool bilateral;              ///< accepts Joint, Limit and Motor rows
+  SolveFn solve;
+};
+
+std::span<const SolverEntry> solvers();
+/// @throws std::invalid_argument that lists the names there are.
+const SolverEntry& find_solver(std::string_view name);
+
+}  // namespace skerry

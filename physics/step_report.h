@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+//
+// What a step did: times, counts, skips, conserved quantities, events. Filled at every step; island systems
+// and solver traces only for an observer.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "physics/handle.h"
+#include "physics/islands/island_system.h"
+#include "physics/narrowphase/manifold.h"
+#include "physics/solver/solver.h"
+
+namespace skerry {
+
+/// A stage of the step, in order; names for `Stage` come from `stage_name`.
+enum class Stage : std::uint8_t { Forces, Broad, Narrow, Islands, Assemble, Solve, Impact, Apply, Report };
+inline constexpr int kStageCount = 9;
+std::string_view stage_name(Stage stage);
+
+enum class ContactEventKind : std::uint8_t { Begin, Persist, End, Hit };
+
+/// Something that happened to a pair of shapes in the step.
+struct ContactEvent {
+  ContactEventKind kind = ContactEventKind::Begin;
+  ShapeId shape_a, shape_b;
+  BodyId body_a, body_b;
+  Vec2 point;                 ///< world frame [m] (Begin, Hit)
+  Vec2 normal;                ///< from a to b (Begin, Hit)
+  double approach_speed = 0;  ///< before the impact [m/s] (Hit)
+  double impulse = 0;         ///< sum of normal impulses [N s] (Hit)
+  bool sensor = false;
+};
+
+/// One contact point with the impulses of the step.
+struct ContactPointReport {
+  Vec2 position;          ///< world frame [m]
+  double separation = 0;  ///< [m]
+  std::uint32_t feature = 0;
+  double normal_impulse = 0;    ///< of all sub-steps, without impacts [N s]; it acts on b along the normal
+  double friction_impulse = 0;  ///< acts on b along perp(normal) [N s]
+  double impact_impulse = 0;    ///< normal impulse of impacts in the step [N s]
+};
+
+/// A touching (or speculative) pair in the last step.
+struct ContactReport {
+  ShapeId shape_a, shape_b;
+  BodyId body_a, body_b;
+  Vec2 normal;  ///< from a to b, world frame
+  std::array<ContactPointReport, 2> points;
+  int count = 0;
+  int island = -1;
+};
+
+/// An island of the last step.
+struct IslandReport {
+  int bodies = 0;
+  int contacts = 0;  ///< contact points
+  int rows = 0;
+  SolveStatus status = SolveStatus::Solved;
+  std::string_view method;  ///< solver that gave the answer; "" when nothing had to be solved
+  double residual = 0;
+  int iterations = 0;
+  bool verified_skip = false;  ///< last step's impulses were still right
+};
+
+/// For an observer: the problem of an island, its answer and how it was found.
+struct IslandTrace {
+  int island = -1;
+  bool impact = false;         ///< the impact problem (velocity before the kick) rather than the resting one
+  double time = 0;             ///< [s] when it was solved
+  std::vector<BodyId> bodies;  ///< bodies of the system, in its order
+  IslandSystem system;
+  std::vector<double> lambda;
+  SolveStatus status = SolveStatus::Solved;
+  std::string_view method;
+  double residual = 0;
+  std::unique_ptr<SolveTrace> trace;  ///< may be null
+};
+
+struct StepReport {
+  std::uint64_t step = 0;  ///< number of steps made
+  double time = 0;         ///< at the end of the step [s]
+  double h = 0;            ///< length of the step [s]
+  std::array<double, kStageCount> stage_seconds{};
+
+  // Counts.
+  int bodies = 0, awake_bodies = 0, shapes = 0, joints = 0;
+  int pairs = 0, contacts = 0, contact_points = 0, islands = 0, rows = 0;
+  int substeps = 0;     ///< pieces into which impacts cut the step
+  int impacts = 0;      ///< impact solves
+  int reflections = 0;  ///< inner reflections of those
+  int friction_rows = 0;
+  NarrowPhaseStats narrow;
+  SolveWork work;
+
+  // Skips: work that this step did not have to do.
+  int islands_asleep = 0, islands_verified = 0, islands_closed_form = 0, islands_without_contact = 0;
+  int manifolds_reused = 0;
+
+  // Accuracy.
+  double worst_residual = 0;  ///< over the islands, relative
+  int inexact_islands = 0;
+  double worst_penetration = 0;  ///< [m], >= 0
+  int quarantined = 0;           ///< bodies taken out because their state was not finite, in all
+
+  // Conserved quantities at the end of the step, dynamic bodies only.
+  double kinetic_energy = 0;    ///< [J]
+  double potential_energy = 0;  ///< in the uniform gravity field, zero at the origin [J]
+  Vec2 momentum;                ///< [kg m/s]
+  double angular_momentum = 0;  ///< about the world's origin [kg m^2/s]
+
+  double total_normal_impulse = 0;    ///< sum over contacts [N s]
+  double total_friction_impulse = 0;  ///< sum of magnitudes [N s]
+  std::uint64_t state_hash = 0;       ///< of all positions, angles and velocities, bit by bit
+
+  std::vector<ContactReport> contacts_list;  ///< only with `Observe::contacts`
+  std::vector<IslandReport> islands_list;
+  std::vector<ContactEvent> events;
+  std::vector<IslandTrace> traces;  ///< only with `Observe::systems`
+};
+
+/// What the next reports carry besides the counters; all off costs nothing.
+struct Observe {
+  bool contacts = false;
+  bool systems = false;
+  bool solve_traces = false;  ///< with `systems`: the trace of every solve
+  bool stage_times = false;
+};
+
+}  // namespace skerry

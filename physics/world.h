@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+//
+// The world: bodies, shapes and joints, and the step that moves them.
+//
+//   skerry::World world({.gravity = {0, -9.81}});
+//   auto ground = world.create_body({.type = skerry::BodyType::Static});
+//   world.add_shape(ground, {.shape = skerry::make_half_plane({0, 0}, {0, 1})});
+//   auto ball = world.create_body({.position = {0, 5}});
+//   world.add_shape(ball, {.shape = skerry::make_disc(0.5), .density = 1000});
+//   for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+//
+// All quantities are SI, angles in rad, y points up. Every public call checks its arguments, in Release too,
+// and throws std::invalid_argument with the offending value; the world is unchanged then.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/body.h"
+#include "physics/broadphase/broadphase.h"
+#include "physics/joint.h"
+#include "physics/shape.h"
+#include "physics/step_report.h"
+
+namespace skerry {
+
+struct ShapeDef {
+  Shape shape;            ///< in the frame of the body's definition
+  double density = 1000;  ///< [kg/m^2]; ignored for static bodies and when the body has a mass of its own
+  Material material;
+  MixingRule friction_rule = MixingRule::GeometricMean;
+  MixingRule restitution_rule = MixingRule::Maximum;
+  Filter filter;
+  bool sensor = false;  ///< reports overlaps, never pushes
+};
+
+struct WorldConfig {
+  Vec2 gravity{0, -9.81};  ///< [m/s^2]
+  std::string broad_phase = "brute_force";
+  BroadPhaseOptions broad_phase_options;
+  std::string solver = "auto";
+  std::string impact_law = "reflections";
+  std::string stepper = "time_stepping";
+  SolveOptions solve;
+  double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
+  double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
+  double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
+  int max_impacts_per_step = 64;  ///< then the rest of the step treats impacts as plastic
+  int threads = 1;
+};
+
+/// A shape of the world, for drawing and queries.
+struct ShapeRecord {
+  Shape shape;  ///< relative to the body's centre of mass
+  double density = 0;
+  Material material;
+  MixingRule friction_rule{}, restitution_rule{};
+  Filter filter;
+  bool sensor = false;
+  bool alive = false;
+  BodyId body;
+  std::uint32_t generation = 0;
+  Aabb box;  ///< last box given to the broad phase
+};
+
+/// A joint of the world with the reaction of the last step.
+struct JointRecord {
+  JointDef def;
+  Vec2 local_a,
+      local_b;        ///< anchors relative to the centres of mass, in the bodies' frames (ground: world) [m]
+  double length = 0;  ///< [m]
+  bool alive = false;
+  std::uint32_t generation = 0;
+  Vec2 impulse;  ///< on b, world frame, of the last step [N s]
+};
+
+class World {
+ public:
+  explicit World(WorldConfig config = {});
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  // --- Building
+  // -----------------------------------------------------------------------------------------------------
+  /// Adds a body without shapes. A dynamic body needs a mass: from `def`, or from its shapes before the first
+  /// step.
+  BodyId create_body(const BodyDef& def);
+  /// Adds a shape. The centre of mass moves to that of all shapes, and the position with it.
+  ShapeId add_shape(BodyId body, const ShapeDef& def);
+  JointId create_joint(const JointDef& def);
+  void destroy(BodyId body);  ///< with its shapes, contacts and joints; what rested on it wakes
+  void destroy(ShapeId shape);
+  void destroy(JointId joint);
+  bool alive(BodyId body) const;
+  bool alive(ShapeId shape) const;
+  bool alive(JointId joint) const;
+
+  // --- State of a body
+  // ------------------------------------------------------------------------------------------------
+  Vec2 position(BodyId body) const;   ///< centre of mass, world frame [m]
+  double angle(BodyId body) const;    ///< [rad]
+  Vec2 velocity(BodyId body) const;   ///< of the centre of mass [m/s]
+  double omega(BodyId body) const;    ///< [rad/s]
+  double mass(BodyId body) const;     ///< [kg]
+  double inertia(BodyId body) const;  ///< about the centre of mass [kg m^2]
+  Transform pose(BodyId body) const;
+  Vec2 velocity_at(BodyId body, Vec2 point_world) const;
+  std::string_view name(BodyId body) const;
+  void set_pose(BodyId body, Vec2 position, double angle);
+  void set_velocity(BodyId body, Vec2 velocity, double omega);
+  /// Adds a force for the next step. Off the centre of mass it turns the body: torque = (point - position) x
+  /// force.
+  void apply_force(BodyId body, Vec2 force, Vec2 point_world);
+  void apply_torque(BodyId body, double torque);
+  void apply_impulse(BodyId body, Vec2 impulse, Vec2 point_world);
+
+  // --- Stepping
+  // -------------------------------------------------------------------------------------------------------
+  /// Advances by `h` > 0 [s]. The report is valid until the next step.
+  const StepReport& step(double h);
+  const StepReport& report() const;
+  double time() const;
+  void observe(const Observe& what);
+  const WorldConfig& config() const;
+  void set_gravity(Vec2 gravity);
+
+  // --- Looking
+  // --------------------------------------------------------------------------------------------------------
+  const BodyArrays& bodies() const;
+  std::span<const ShapeRecord> shapes() const;  ///< by slot; look at `alive`
+  std::span<const JointRecord> joints() const;
+  BodyId body_id(std::size_t slot) const;
+  /// Kinetic energy of the dynamic bodies [J], momentum [kg m/s], angular momentum about the origin [kg
+  /// m^2/s].
+  double kinetic_energy() const;
+  double potential_energy() const;
+  Vec2 momentum() const;
+  double angular_momentum() const;
+  /// FNV-1a over the bits of all positions, angles and velocities of live bodies, in slot order.
+  std::uint64_t state_hash() const;
+  const BroadPhase& broad_phase() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace skerry
