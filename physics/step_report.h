@@ -99,7 +99,6 @@ struct StepReport {
 
   int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
 
-
   // Skips: work that this step did not have to do.
   int islands_in_flight = 0;   ///< closed-form flight: no narrow phase, no rows, no solve
   int pairs_out_of_reach = 0;  ///< pairs that cannot meet within the step, left out of the islands

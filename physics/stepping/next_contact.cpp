@@ -24,7 +24,7 @@ class FreePoints {
   }
 
   double separation(double t) const {
-    const Manifold manifold = collide(shape_a_, pose_at(a_, t), shape_b_, pose_at(b_, t), margin_);
+    const Manifold manifold = collide(shape_a_, a_.at(t), shape_b_, b_.at(t), margin_);
     double smallest = margin_;
     for (int i = 0; i < manifold.count; ++i) {
       const auto end = resting_features_.begin() + count_;
