@@ -178,28 +178,27 @@ class Step {
     return contact;
   }
 
-  /// A pair belongs to the step if its shapes can meet within it. Contacts between clean bodies stay as they
-  /// are.
+  /// A pair belongs to the step if its shapes can meet within it. After the first round only pairs of dirty
+  /// bodies can become linked; islands that gained one are then the dirty ones.
   void link_contacts(std::vector<std::uint8_t>& dirty) {
     const auto start = Clock::now();
+    const bool first = rounds_++ == 0;
     std::vector<std::uint8_t> newly(s_.bodies.size(), 0);
     for (Contact& contact : s_.contacts) {
-      if (contact.sensor || (!dirty[contact.body_a] && !dirty[contact.body_b])) continue;
+      if (first) contact.linked = false;
+      if (contact.sensor || contact.linked || (!dirty[contact.body_a] && !dirty[contact.body_b])) continue;
       const double margin =
           2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
-      const bool before = contact.linked;
       const BodyBackup& a = s_.backup[contact.body_a];
       const BodyBackup& b = s_.backup[contact.body_b];
       contact.manifold = collide(s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
                                  s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin,
                                  &contact.cache, &s_.report.narrow);
-      contact.linked = contact.manifold.count > 0;
-      contact.points = contact.points_at_start;
       match_points(contact);
-      if (contact.linked && !before) newly[contact.body_a] = newly[contact.body_b] = 1;
+      contact.linked = contact.manifold.count > 0;
+      if (contact.linked) newly[contact.body_a] = newly[contact.body_b] = 1;
     }
-    // In the first round everything is stepped; later only islands that gained a contact.
-    if (rounds_++ > 0) dirty = newly;
+    if (!first) dirty = newly;
     book(Stage::Narrow, start);
   }
 
