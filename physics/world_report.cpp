@@ -32,9 +32,14 @@ ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventK
   event.shape_b = {contact.shape_b, s.shapes[contact.shape_b].generation};
   event.body_a = s.shapes[contact.shape_a].body;
   event.body_b = s.shapes[contact.shape_b].body;
-  event.normal = contact.manifold.normal;
-  for (int i = 0; i < contact.manifold.count; ++i) {
-    event.point += contact.manifold.points[i].position / contact.manifold.count;
+  event.point = contact.hit_point;
+  event.normal = contact.hit_normal;
+  if (kind != ContactEventKind::Hit) {
+    event.point = {};
+    event.normal = contact.manifold.normal;
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      event.point += contact.manifold.points[i].position / contact.manifold.count;
+    }
   }
   event.approach_speed = contact.hit_speed;
   for (const PointMemory& memory : contact.points) event.impulse += memory.total_impact;

@@ -18,6 +18,9 @@
 namespace skerry {
 namespace {
 
+// Farther than this in one step [m] a body is lost: products of such lengths still fit a double.
+constexpr double kFarthest = 1e100;
+
 struct SteppedIsland {
   Island island;
   IslandResult result;
@@ -73,6 +76,7 @@ class Step {
       }
       s_.reach[i] = h_ * (length(b.velocity[i]) + h_ * length(s_.acceleration[i]) +
                           (std::abs(b.omega[i]) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
+      if (!(s_.reach[i] < kFarthest)) contain(i);
     }
     for (Contact& contact : s_.contacts) {
       for (PointMemory& memory : contact.points)
@@ -83,6 +87,16 @@ class Step {
     }
     for (JointRecord& joint : s_.joints) joint.row_impulse[0] = joint.row_impulse[1] = 0;
     book(Stage::Forces, start);
+  }
+
+  /// A body that is about to leave the numbers stops where it is.
+  void contain(std::size_t i) {
+    s_.bodies.velocity[i] = s_.backup[i].velocity = {};
+    s_.bodies.omega[i] = s_.backup[i].omega = 0;
+    s_.acceleration[i] = {};
+    s_.angular_acceleration[i] = 0;
+    s_.reach[i] = 0;
+    ++s_.report.contained;
   }
 
   /// Boxes that bound the motion within the step -> broad phase -> contact table.
@@ -312,9 +326,7 @@ class Step {
         continue;
       }
       restore({i});
-      b.velocity[i] = {};
-      b.omega[i] = 0;
-      ++s_.report.contained;
+      contain(i);
     }
     for (std::size_t i = 0; i < b.size(); ++i) {
       b.force[i] = {};

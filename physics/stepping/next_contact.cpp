@@ -12,7 +12,8 @@ namespace {
 /// Smallest separation among the points whose features do not rest, at time `t`; the margin if there is none.
 class FreePoints {
  public:
-  FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b, std::uint8_t resting)
+  FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b,
+             std::uint8_t resting)
       : shape_a_(state.shapes[contact.shape_a].shape),
         shape_b_(state.shapes[contact.shape_b].shape),
         a_(a),
@@ -50,13 +51,14 @@ double next_contact_time(const WorldState& state, std::uint32_t index, const Mot
                          std::uint8_t resting, double h) {
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
-    const ImpactTime impact = time_of_impact(state.shapes[contact.shape_a].shape, a,
-                                             state.shapes[contact.shape_b].shape, b, h);
+    const ImpactTime impact =
+        time_of_impact(state.shapes[contact.shape_a].shape, a, state.shapes[contact.shape_b].shape, b, h);
     return impact.hit ? impact.t : h;
   }
 
-  // One point rests and another may come down (a box that rocks onto its face): the root of that point's separation.
-  // A point that is not deeper than this at the end is left to the projection; it needs no event of its own.
+  // One point rests and another may come down (a box that rocks onto its face): the root of that point's
+  // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
+  // of its own.
   const double ignored = 1e3 * touch_tolerance(state, a.p0);
   const FreePoints free(state, contact, a, b, resting);
   if (free.separation(0) <= 0 || free.separation(h) > -ignored) return h;

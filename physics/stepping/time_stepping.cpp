@@ -105,7 +105,10 @@ class IslandStep {
       if (!contact_row) continue;
       Contact& contact = state_.contacts[origin.index];
       contact.hit = true;
-      contact.hit_speed = std::max(contact.hit_speed, -u);
+      if (-u <= contact.hit_speed) continue;
+      contact.hit_speed = -u;
+      contact.hit_point = contact.manifold.points[origin.point].position;
+      contact.hit_normal = contact.manifold.normal;
     }
     if (!approaching) return;
     // The sources' right-hand side, for whoever looks at the system: the wanted change of each relative
