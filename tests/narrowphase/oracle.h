@@ -132,6 +132,15 @@ inline Distance brute_force(const Shape& a, const Transform& pose_a, const Shape
   return out;
 }
 
+/// Separation of the cores along a given direction from a to b.
+inline Real separation_along(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
+                             Point normal) {
+  Real high = -INFINITY, low = INFINITY;
+  for (const Point p : placed(a, pose_a, pose_a.p)) high = std::max(high, dot(normal, p));
+  for (const Point p : placed(b, pose_b, pose_a.p)) low = std::min(low, dot(normal, p));
+  return low - high;
+}
+
 /// How many cases a property test runs: `count` times SKERRY_TEST_SCALE (default 1).
 inline int cases(int count) {
   const char* scale = std::getenv("SKERRY_TEST_SCALE");
