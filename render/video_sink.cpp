@@ -6,6 +6,7 @@ extern "C" {
 #include <libavutil/opt.h>
 }
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -14,6 +15,7 @@ extern "C" {
 #include <stdexcept>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "render/bounded_queue.h"
 #include "render/error.h"
@@ -207,6 +209,12 @@ void VideoSink::open_encoder() {
     codec_->color_trc = AVCOL_TRC_BT709;
     if (halved) codec_->chroma_sample_location = AVCHROMA_LOC_CENTER;
   }
+  if (recipe_.format == AV_PIX_FMT_GBRP || recipe_.format == AV_PIX_FMT_BGR0) {
+    codec_->colorspace = AVCOL_SPC_RGB;
+    codec_->color_range = AVCOL_RANGE_JPEG;
+    codec_->color_primaries = AVCOL_PRI_BT709;
+    codec_->color_trc = AVCOL_TRC_IEC61966_2_1;
+  }
   AVDictionary* dictionary = nullptr;
   const auto set = [&](const char* key, const std::string& value) {
     av_dict_set(&dictionary, key, value.c_str(), 0);
@@ -222,10 +230,16 @@ void VideoSink::open_encoder() {
     set("cpu-used", "5");
     set("row-mt", "1");
     codec_->bit_rate = 0;
-    set("crf", std::to_string(options_.quality + 8));  // about the same look as the CRF of x264
-    if (options_.lossless) set("lossless", "1");
+    if (options_.lossless) {
+      set("lossless", "1");
+    } else {
+      set("crf", std::to_string(options_.quality + 8));  // about the same look as the CRF of x264
+    }
   } else {
     set("preset", options_.lossless ? "ultrafast" : "veryfast");
+    // x264 (core 164) reads memory that was never written in its macroblock tree: with it the file depends on
+    // what the process did before (seen at 320 x 180 with MALLOC_PERTURB_). Without it the bits repeat.
+    set("mbtree", "0");
     set(options_.lossless ? "qp" : "crf", std::to_string(options_.lossless ? 0 : options_.quality));
   }
   const AVOutputFormat* container = av_guess_format(recipe_.container, nullptr, nullptr);
@@ -264,13 +278,20 @@ void VideoSink::open_file() {
 
 /// Chapters are known when the video has ended; the containers write them into the trailer.
 void VideoSink::add_chapters() {
-  const std::vector<Chapter>& chapters = info().chapters;
+  const double length = static_cast<double>(frames()) / info().fps;
+  std::vector<Chapter> chapters;
+  for (const Chapter& chapter : info().chapters) {
+    if (chapter.seconds >= 0 && chapter.seconds < length) chapters.push_back(chapter);
+  }
   if (chapters.empty() || kind_ == VideoKind::Gif) return;
+  std::stable_sort(chapters.begin(), chapters.end(),
+                   [](const Chapter& a, const Chapter& b) { return a.seconds < b.seconds; });
+  // Players take the first chapter to begin at 0 whatever it says.
+  if (chapters.front().seconds > 0) chapters.insert(chapters.begin(), {0, "Start"});
   auto** list = static_cast<AVChapter**>(av_calloc(chapters.size(), sizeof(AVChapter*)));
   if (list == nullptr) throw std::bad_alloc();
   format_->chapters = list;
   const auto stamp = [](double seconds) { return static_cast<std::int64_t>(seconds * 1000 + 0.5); };
-  const double length = static_cast<double>(frames()) / info().fps;
   for (std::size_t i = 0; i < chapters.size(); ++i) {
     auto* chapter = static_cast<AVChapter*>(av_mallocz(sizeof(AVChapter)));
     if (chapter == nullptr) throw std::bad_alloc();
