@@ -8,6 +8,7 @@
 #include "physics/solver/body_space_active_set.h"
 #include "physics/solver/body_space_model.h"
 #include "physics/solver/interior_point.h"
+#include "physics/solver/proximal.h"
 
 namespace skerry {
 namespace {
@@ -112,11 +113,13 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     InteriorPointOptions interior;
     interior.tolerance = options.tolerance;
     solved = interior_point(model, active, interior, budget, work, trace);
-    if (!solved && !budget.spent(work)) {
-      note(trace, "interior point once more, from a start that knows no impulses");
-      interior.from_impulses = false;
-      solved = interior_point(model, active, interior, budget, work, trace);
-    }
+  }
+  if (!solved && !budget.spent(work)) {
+    note(trace, "proximal continuation from the best iterate");
+    active.set_impulses(std::isfinite(active.best_residual()) ? active.best().data() : zero.data());
+    ProximalOptions proximal;
+    proximal.tolerance = options.tolerance;
+    solved = proximal_continuation(model, active, proximal, budget, work, trace);
   }
 
   if (std::isfinite(active.best_residual())) {

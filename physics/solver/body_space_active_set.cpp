@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace skerry {
 namespace {
@@ -154,8 +155,42 @@ bool ActiveSet::step(double eta, SolveWork& work) {
       lambda = s == RowState::Lower ? r.lower : r.upper;
     }
   }
-  model_.evaluate(lambda_.data(), w_.data());
+  update_velocities(eta);
   return true;
+}
+
+void ActiveSet::update_velocities(double eta) {
+  model_.evaluate(lambda_.data(), w_.data());
+  if (!centre_) return;
+  for (std::size_t i = 0; i < w_.size(); ++i)
+    w_[i] += eta * model_.info()[i].D * (lambda_[i] - (*centre_)[i]);
+}
+
+bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta, int max_iterations,
+                                  const SolveBudget& budget, SolveWork& work) {
+  // More than this many iterations without a new least number of changes never led anywhere.
+  constexpr int kPatience = 6;
+  centre_ = &centre;
+  update_velocities(eta);
+  bool solved = false;
+  int fewest = std::numeric_limits<int>::max(), waited = 0;
+  for (int it = 0; it < max_iterations && !solved && !budget.spent(work); ++it) {
+    if (!step(eta, work)) break;
+    double size = 0;
+    for (const double z : lambda_) size = std::max(size, std::fabs(z));
+    if (!std::isfinite(size)) break;
+    const int changes = change_states(1e-11, 1e-9, true);
+    work.pivots += changes;
+    solved = changes == 0;
+    if (changes < fewest) {
+      fewest = changes;
+      waited = 0;
+    } else if (++waited > kPatience) {
+      break;
+    }
+  }
+  centre_ = nullptr;
+  return solved;
 }
 
 bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {

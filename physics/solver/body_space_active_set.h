@@ -62,6 +62,11 @@ class ActiveSet {
   /// Takes proximal steps for the present states without changing them; false if the factor fails.
   bool refine(const Options& options, int steps, SolveWork& work);
 
+  /// Solves the regularised problem w + eta D (lambda - centre) from the present states and impulses, all of
+  /// whose states change at once; false if the number of changes does not fall for a while.
+  bool solve_regularised(const std::vector<double>& centre, double eta, int max_iterations,
+                         const SolveBudget& budget, SolveWork& work);
+
   /// Number of rows whose state contradicts the present impulses or velocities.
   int contradictions() { return change_states(1e-9, 1e-9, false); }
   int free_rows() const;
@@ -80,6 +85,7 @@ class ActiveSet {
   void drop_factor() { factored_ = false; }
 
  private:
+  void update_velocities(double eta);
   bool step(double eta, SolveWork& work);
   int change_states(double impulse_tolerance, double velocity_tolerance, bool apply);
   void record(SolveTrace* trace, double residual, int pivots) const;
@@ -88,6 +94,7 @@ class ActiveSet {
   std::vector<RowState> states_, factored_states_;
   std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
   std::vector<double> g_, h_, k_, d_lambda_;
+  const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;
   double factored_eta_ = 0;
   bool factored_ = false;

@@ -224,6 +224,58 @@ struct BodySpaceModel::Kernels {
     }
   }
 
+  // u = J v - b
+  static SKERRY_ALWAYS_INLINE void row_velocities(const BodySpaceModel& m, const BodyVector* v, double* u) {
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const Jacobian& J = m.jacobian_[at(i)];
+      const Place& place = m.place_[at(i)];
+      const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+      u[i] = (t[0] + t[1] + t[2]) - m.info_[at(i)].b;
+    }
+  }
+
+  // force = J^T lambda - M v
+  static SKERRY_ALWAYS_INLINE double imbalance(const BodySpaceModel& m, const BodyVector* v,
+                                               const double* lambda, BodyVector* force) {
+    for (int p = 0; p <= m.nodes_; ++p) force[p].v = Vec4{};
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const double z = lambda[i];
+      if (z == 0) continue;
+      const Jacobian& J = m.jacobian_[at(i)];
+      const Place& place = m.place_[at(i)];
+      force[place.low].v += J.low * z;
+      force[place.high].v += J.high * z;
+    }
+    double sum = 0;
+    for (int p = 0; p < m.nodes_; ++p) {
+      const Vec4& inverse = m.inverse_mass_[at(p)].v;
+      const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1,
+                   angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
+      Vec4& f = force[p].v;
+      f -= Vec4{linear, linear, angular, 0} * v[p].v;
+      const Vec4 t = f * f * inverse;
+      sum += t[0] + t[1] + t[2];
+    }
+    force[m.nodes_].v = Vec4{};
+    return sum;
+  }
+
+  static void row_velocities_portable(const BodySpaceModel& m, const BodyVector* v, double* u) {
+    row_velocities(m, v, u);
+  }
+  SKERRY_AVX2 static void row_velocities_avx2(const BodySpaceModel& m, const BodyVector* v, double* u) {
+    row_velocities(m, v, u);
+  }
+  static double imbalance_portable(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
+                                   BodyVector* force) {
+    return imbalance(m, v, lambda, force);
+  }
+  SKERRY_AVX2 static double imbalance_avx2(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
+                                           BodyVector* force) {
+    return imbalance(m, v, lambda, force);
+  }
   static void evaluate_portable(BodySpaceModel& m, const double* lambda, double* w) {
     evaluate(m, lambda, w);
   }
@@ -330,6 +382,23 @@ void BodySpaceModel::solve(const double* k, const double* g, const double* h, do
     Kernels::solve_avx2(*this, k, g, h, d_lambda);
   else
     Kernels::solve_portable(*this, k, g, h, d_lambda);
+}
+
+void BodySpaceModel::row_velocities(const BodyVector* v, double* u) const {
+  if (cpu_has_avx2())
+    Kernels::row_velocities_avx2(*this, v, u);
+  else
+    Kernels::row_velocities_portable(*this, v, u);
+}
+
+double BodySpaceModel::imbalance(const BodyVector* v, const double* lambda, BodyVector* force) const {
+  return cpu_has_avx2() ? Kernels::imbalance_avx2(*this, v, lambda, force)
+                        : Kernels::imbalance_portable(*this, v, lambda, force);
+}
+
+void BodySpaceModel::solve_bodies(BodyVector* x, SolveWork& work) const {
+  ++work.resolves;
+  factor_.solve(x);
 }
 
 }  // namespace skerry

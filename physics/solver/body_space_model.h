@@ -16,6 +16,7 @@
 // active rows, the interior point method the ratios of its slacks.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -58,6 +59,8 @@ class BodySpaceModel {
 
   /// w = W lambda - b by way of the bodies; n values each.
   void evaluate(const double* lambda, double* w);
+  /// Copies the body velocities that the last `evaluate` found: one a position, and zero for the ground.
+  void velocities(BodyVector* v) const { std::copy(velocity_.begin(), velocity_.end(), v); }
   /// Largest violation of the natural map, relative to `scale()`; see natural_map_residual.
   double residual(const double* lambda, const double* w) const;
   /// Clamps `lambda` to its bounds, normal rows before those that depend on them.
@@ -69,6 +72,13 @@ class BodySpaceModel {
   [[nodiscard]] bool factor(const double* g, const double* h, SolveWork& work);
   /// Computes `d_lambda` from `k` with the last factor. @param g, h  weights of that factor
   void solve(const double* k, const double* g, const double* h, double* d_lambda, SolveWork& work);
+
+  /// u = J v - b for body velocities `v` (changes from the free ones), one a position and one for the ground.
+  void row_velocities(const BodyVector* v, double* u) const;
+  /// Computes `force` = J^T lambda - M v and returns its square in the norm of inv(M).
+  double imbalance(const BodyVector* v, const double* lambda, BodyVector* force) const;
+  /// Solves with the last factor, in place.
+  void solve_bodies(BodyVector* x, SolveWork& work) const;
 
  private:
   struct Kernels;

@@ -28,8 +28,9 @@ struct Side {
   double slack = 0, multiplier = 0;      // slack 0: there is no such bound
   double weight = 0;                     // target of the product is tau * weight
   double gap = 0;                        // (lambda - bound) - slack: infeasibility
-  double d_slack = 0, d_multiplier = 0;  // Newton step
   double target = 0;                     // right-hand side of the complementarity equation
+  double d_slack = 0, d_multiplier = 0;  // direction
+  double c_slack = 0, c_multiplier = 0;  // correction of it
   bool active() const { return slack > 0; }
   double weighted() const { return slack * multiplier / weight; }
 };
@@ -45,7 +46,7 @@ class InteriorPoint {
  public:
   InteriorPoint(BodySpaceModel& model, ActiveSet& active, const InteriorPointOptions& options)
       : model_(model), active_(active), options_(options), rows_(at(model.rows())) {
-    for (auto* v : {&w_, &g_, &h_, &k_, &d_, &lambda_}) v->assign(rows_.size(), 0.0);
+    for (auto* v : {&w_, &g_, &h_, &k_, &d_, &c_, &lambda_}) v->assign(rows_.size(), 0.0);
     start();
   }
   bool run(const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
@@ -53,9 +54,24 @@ class InteriorPoint {
  private:
   void start();
   bool assemble(SolveWork& work);
-  void direction(SolveWork& work);
-  double step_length() const;
+  void correction(bool with_residuals, SolveWork& work);
+  double step_length(double weight) const;
+  double add_correction(double least_weight);
   double mean_product(double step) const;
+  template <class F>
+  void each_side(F&& f) {
+    for (InteriorRow& row : rows_) {
+      if (row.lower.active()) f(row.lower);
+      if (row.upper.active()) f(row.upper);
+    }
+  }
+  template <class F>
+  void each_side(F&& f) const {
+    for (const InteriorRow& row : rows_) {
+      if (row.lower.active()) f(row.lower);
+      if (row.upper.active()) f(row.upper);
+    }
+  }
   bool polish(const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
   void copy_impulses() {
     for (std::size_t i = 0; i < rows_.size(); ++i) lambda_[i] = rows_[i].lambda;
@@ -65,7 +81,7 @@ class InteriorPoint {
   ActiveSet& active_;
   const InteriorPointOptions& options_;
   std::vector<InteriorRow> rows_;
-  std::vector<double> w_, g_, h_, k_, d_, lambda_;
+  std::vector<double> w_, g_, h_, k_, d_, c_, lambda_;
   int sides_ = 0;
   bool coupled_ = true;
 };
@@ -141,62 +157,77 @@ bool InteriorPoint::assemble(SolveWork& work) {
   return model_.factor(g_.data(), h_.data(), work);
 }
 
-void InteriorPoint::direction(SolveWork& work) {
+// Solves the Newton equations for the targets of the sides, with or without the residuals of the other
+// equations.
+void InteriorPoint::correction(bool with_residuals, SolveWork& work) {
   for (int i = 0; i < model_.rows(); ++i) {
     const InteriorRow& row = rows_[at(i)];
     k_[at(i)] = 0;
     if (row.fixed) continue;
-    double k = -w_[at(i)];
-    if (row.lower.active()) {
-      const Side& s = row.lower;
-      k += s.multiplier + (s.target - s.multiplier * s.gap) / s.slack;
-    }
-    if (row.upper.active()) {
-      const Side& s = row.upper;
-      k -= s.multiplier + (s.target - s.multiplier * s.gap) / s.slack;
-    }
+    double k = with_residuals ? -w_[at(i)] : 0;
+    const auto add = [&](const Side& s, double sign) {
+      if (!s.active()) return;
+      k += sign *
+           (with_residuals ? s.multiplier + (s.target - s.multiplier * s.gap) / s.slack : s.target / s.slack);
+    };
+    add(row.lower, 1);
+    add(row.upper, -1);
     k_[at(i)] = k * g_[at(i)];
     if (row.theta != 0) k_[at(i)] -= row.theta * k_[at(model_.row(i).normal)];
   }
-  model_.solve(k_.data(), g_.data(), h_.data(), d_.data(), work);
+  model_.solve(k_.data(), g_.data(), h_.data(), c_.data(), work);
   for (int i = 0; i < model_.rows(); ++i) {
     InteriorRow& row = rows_[at(i)];
     if (row.fixed) continue;
     const auto& r = model_.row(i);
-    const double widening = r.normal >= 0 && coupled_ ? r.mu * d_[at(r.normal)] : 0;
+    const double widening = r.normal >= 0 && coupled_ ? r.mu * c_[at(r.normal)] : 0;
     const auto finish = [&](Side& s, double d) {
       if (!s.active()) return;
-      s.d_slack = widening + d + s.gap;
-      s.d_multiplier = (s.target - s.multiplier * s.d_slack) / s.slack;
+      s.c_slack = widening + d + (with_residuals ? s.gap : 0);
+      s.c_multiplier = (s.target - s.multiplier * s.c_slack) / s.slack;
     };
-    finish(row.lower, d_[at(i)]);
-    finish(row.upper, -d_[at(i)]);
+    finish(row.lower, c_[at(i)]);
+    finish(row.upper, -c_[at(i)]);
   }
 }
 
-double InteriorPoint::step_length() const {
+// Largest step along direction + weight * correction that keeps slacks and multipliers positive.
+double InteriorPoint::step_length(double weight) const {
   double length = kInfinity;
-  const auto limit = [&](const Side& s) {
-    if (!s.active()) return;
-    if (s.d_slack < 0) length = std::min(length, -s.slack / s.d_slack);
-    if (s.d_multiplier < 0) length = std::min(length, -s.multiplier / s.d_multiplier);
-  };
-  for (const InteriorRow& row : rows_) {
-    limit(row.lower);
-    limit(row.upper);
+  each_side([&](const Side& s) {
+    const double d_slack = s.d_slack + weight * s.c_slack;
+    const double d_multiplier = s.d_multiplier + weight * s.c_multiplier;
+    if (d_slack < 0) length = std::min(length, -s.slack / d_slack);
+    if (d_multiplier < 0) length = std::min(length, -s.multiplier / d_multiplier);
+  });
+  return std::min(1.0, length);
+}
+
+// Adds the correction with the weight that allows the longest step; returns that step.
+double InteriorPoint::add_correction(double least_weight) {
+  constexpr int kTrials = 8;
+  double best = -1, weight = 0;
+  for (int k = kTrials; k >= 0; --k) {
+    const double trial = least_weight + (1 - least_weight) * k / kTrials;
+    const double length = step_length(trial);
+    if (length > best) {
+      best = length;
+      weight = trial;
+    }
   }
-  return length;
+  for (std::size_t i = 0; i < rows_.size(); ++i) d_[i] += weight * c_[i];
+  each_side([&](Side& s) {
+    s.d_slack += weight * s.c_slack;
+    s.d_multiplier += weight * s.c_multiplier;
+  });
+  return best;
 }
 
 double InteriorPoint::mean_product(double step) const {
   double sum = 0;
-  const auto add = [&](const Side& s) {
-    if (s.active()) sum += (s.slack + step * s.d_slack) * (s.multiplier + step * s.d_multiplier) / s.weight;
-  };
-  for (const InteriorRow& row : rows_) {
-    add(row.lower);
-    add(row.upper);
-  }
+  each_side([&](const Side& s) {
+    sum += (s.slack + step * s.d_slack) * (s.multiplier + step * s.d_multiplier) / s.weight;
+  });
   return sum / std::max(1, sides_);
 }
 
@@ -231,34 +262,25 @@ bool InteriorPoint::run(const SolveBudget& budget, SolveWork& work, SolveTrace* 
   double last_polish = kInfinity;
   int short_steps = 0, held = 0;
   for (int it = 0; it < options_.max_iterations && !budget.spent(work); ++it) {
-    for (InteriorRow& row : rows_) {
-      row.lower.d_slack = row.lower.d_multiplier = 0;
-      row.upper.d_slack = row.upper.d_multiplier = 0;
-    }
+    each_side([](Side& s) { s.d_slack = s.d_multiplier = 0; });
+    std::fill(d_.begin(), d_.end(), 0.0);
     const double tau = mean_product(0);
     copy_impulses();
     model_.evaluate(lambda_.data(), w_.data());
     if (!assemble(work)) return false;
 
     // Predictor: straight to the end; how far it comes tells how much to centre.
-    const auto aim = [](Side& s, double target, double second_order) {
-      s.target = target * s.weight - s.slack * s.multiplier - second_order * s.d_slack * s.d_multiplier;
-    };
-    for (InteriorRow& row : rows_) {
-      aim(row.lower, 0, 0);
-      aim(row.upper, 0, 0);
-    }
-    direction(work);
-    double length = std::min(1.0, step_length());
+    each_side([](Side& s) { s.target = -s.slack * s.multiplier; });
+    correction(true, work);
+    double length = add_correction(1);
     const double reached = std::max(0.0, mean_product(length));
     const double centring = std::min(0.8, std::pow(reached / tau, 3));
-    const double second_order = length > kShortStep ? 1 : 0;
-    for (InteriorRow& row : rows_) {
-      aim(row.lower, centring * tau, second_order);
-      aim(row.upper, centring * tau, second_order);
-    }
-    direction(work);
-    length = std::min(1.0, kToBoundary * step_length());
+    const double aim = centring * tau;
+    each_side([&](Side& s) { s.target = aim * s.weight - s.d_slack * s.d_multiplier; });
+    correction(false, work);
+    length = add_correction(length * length);
+
+    length *= kToBoundary;
     if (!(length > 0)) return false;
 
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -275,7 +297,8 @@ bool InteriorPoint::run(const SolveBudget& budget, SolveWork& work, SolveTrace* 
     const double residual = active_.offer(lambda_.data());
     if (!std::isfinite(residual)) return false;
     if (trace) trace->iterations.push_back({.residual = residual});
-    const double now = tau * (1 - length) + length * centring * tau;
+    each_side([](Side& s) { s.d_slack = s.d_multiplier = 0; });
+    const double now = mean_product(0);
     if (residual < kPolishResidual && now < kPolishTau * last_polish) {
       last_polish = now;
       if (polish(budget, work, trace)) return true;
