@@ -7,6 +7,7 @@
 
 #include "physics/solver/body_space_active_set.h"
 #include "physics/solver/body_space_model.h"
+#include "physics/solver/contact_states.h"
 #include "physics/solver/interior_point.h"
 #include "physics/solver/proximal.h"
 
@@ -18,8 +19,6 @@ constexpr int kFactorisationLimit = 400;
 // A warm active set that wins does so at once.
 constexpr int kWarmIterations = 8;
 constexpr int kColdIterations = 12;
-// A residual above this is never excused by rounding.
-constexpr double kFloorLimit = 1e-8;
 
 struct BodySpaceMemory : SolverMemory {
   BodySpaceModel model;
@@ -29,15 +28,6 @@ struct BodySpaceMemory : SolverMemory {
 
 void note(SolveTrace* trace, const char* text) {
   if (trace) trace->notes.emplace_back(text);
-}
-
-void clamp_to_bounds(const IslandSystem& system, std::vector<double>& lambda) {
-  for (std::size_t i = 0; i < lambda.size(); ++i) {
-    const Row& row = system.rows[i];
-    const double bound =
-        row.normal >= 0 ? row.mu * std::max(0.0, lambda[static_cast<std::size_t>(row.normal)]) : row.upper;
-    lambda[i] = std::clamp(lambda[i], row.normal >= 0 ? -bound : row.lower, bound);
-  }
 }
 
 }  // namespace
@@ -54,8 +44,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   const bool warm = warm_start.size() == n &&
                     std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
   if (n == 0 || warm) {
-    solution.lambda.assign(warm_start.begin(), warm_start.begin() + static_cast<std::ptrdiff_t>(n));
-    clamp_to_bounds(system, solution.lambda);
+    solution.lambda = starting_impulses(system.rows, warm_start);
     solution.residual = natural_map_residual(system, solution.lambda);
     if (solution.residual <= options.tolerance) {
       solution.status = SolveStatus::Solved;
@@ -89,7 +78,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   bool solved = false;
 
   if (warm) {
-    active.set_impulses(warm_start.data());
+    active.set_impulses(solution.lambda.data());
     if (kept.has_states)
       active.predict_closing();
     else
@@ -129,14 +118,22 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     model.project(solution.lambda.data());
   }
   kept.has_states = solved;
-  solution.residual = natural_map_residual(system, solution.lambda);
   solution.iterations = work.factorisations;
-  const double accepted =
-      std::max(options.tolerance, std::min(kFloorLimit, model.rounding_floor(solution.lambda.data())));
-  solution.status = solution.residual <= accepted ? SolveStatus::Solved : SolveStatus::Inexact;
+  conclude(system, options, solution);
   if (solution.status == SolveStatus::Inexact)
     note(trace, "no rung reached the tolerance; best iterate kept");
   return solution;
 }
+
+extern const SolverEntry kBodySpaceEntry;
+const SolverEntry kBodySpaceEntry = {
+    .name = "body_space",
+    .summary = "block LDL^T on the body graph, active set with exact Coulomb states, interior point",
+    .reference = "Hintermueller, Ito & Kunisch 2002; Mehrotra 1992; Rockafellar 1976",
+    .exact = true,
+    .friction = true,
+    .bilateral = true,
+    .solve = solve_body_space,
+};
 
 }  // namespace skerry

@@ -12,15 +12,13 @@
 // 2002]).
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "physics/solver/body_space_model.h"
+#include "physics/solver/contact_states.h"
 
 namespace skerry {
-
-enum class RowState : std::uint8_t { Free, Lower, Upper };
 
 /// Limits on the work of one solve, shared by the methods that it tries in turn.
 struct SolveBudget {
