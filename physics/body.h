@@ -25,8 +25,7 @@ struct BodyDef {
   double gravity_scale = 1;    ///< 0: floats
   std::optional<double> mass;  ///< [kg]; without it: sum over the shapes of density * area
   std::optional<double>
-      inertia;  ///< about the centre of mass [kg m^2]; without it: from the shapes, scaled to `mass`
-  bool may_sleep = true;
+      inertia;       ///< about the centre of mass [kg m^2]; without it: from the shapes, scaled to `mass`
   std::string name;  ///< for messages and the inspector
 };
 
@@ -47,8 +46,7 @@ struct BodyArrays {
   std::vector<double> gravity_scale;
   std::vector<BodyType> type;
   std::vector<std::uint8_t> alive;
-  std::vector<std::uint8_t> awake;
-  std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static, kinematic or asleep)
+  std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static or kinematic)
   std::vector<std::uint32_t> generation;
 
   std::size_t size() const { return position.size(); }

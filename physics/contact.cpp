@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "physics/contact.h"
+
+#include "physics/hash.h"
+
+namespace skerry {
+
+std::uint64_t Contact::source(int i) const {
+  Fnv1a hash;
+  hash.add(shape_a);
+  hash.add(shape_b);
+  hash.add(static_cast<std::uint32_t>(child));
+  hash.add(manifold.points[i].feature);
+  return hash.value();
+}
+
+void match_points(Contact& contact) {
+  const std::array<PointMemory, 2> old = contact.points;
+  std::array<PointMemory, 2> next;
+  std::array<bool, 2> taken{};
+  for (int i = 0; i < contact.manifold.count; ++i) {
+    next[i].feature = contact.manifold.points[i].feature;
+    for (int j = 0; j < 2; ++j) {
+      if (taken[j] || old[j].feature != next[i].feature) continue;
+      next[i] = old[j];
+      taken[j] = true;
+      break;
+    }
+  }
+  // Sums of points that vanished within the step still belong to the pair: its first slot keeps them.
+  for (int j = 0; j < 2; ++j) {
+    if (taken[j]) continue;
+    next[0].total_normal += old[j].total_normal;
+    next[0].total_friction += old[j].total_friction;
+    next[0].total_impact += old[j].total_impact;
+  }
+  contact.points = next;
+}
+
+}  // namespace skerry
