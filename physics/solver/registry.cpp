@@ -6,17 +6,21 @@
 namespace skerry {
 
 extern const SolverEntry kClosedFormEntry;
+extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kDenseLuEntry;
+extern const SolverEntry kSparseContactEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
+extern const SolverEntry kNncgEntry;
+extern const SolverEntry kTgsSoftEntry;
 
 namespace {
 
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kClosedFormEntry,
-      kLemkeEntry,
-      kPgsEntry,
+      kClosedFormEntry, kTridiagonalEntry, kDenseLuEntry, kSparseContactEntry,
+      kLemkeEntry,      kPgsEntry,         kNncgEntry,    kTgsSoftEntry,
   };
   return entries;
 }
