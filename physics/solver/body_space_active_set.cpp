@@ -287,34 +287,36 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
   int fewest = -1, waited = 0;
   bool fine = false;
   double floor = 0;
+  // Whatever ends the run, an iterate that is good enough ends the search.
+  const auto accepted = [&] { return best_residual_ <= options.tolerance; };
   for (int it = 0; it < options.max_iterations; ++it) {
-    if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return false;
-    if (!refine(options, fine ? 6 : 1, work)) return false;
+    if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return accepted();
+    if (!refine(options, fine ? 6 : 1, work)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
     int changes = change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, false);
     if (trace) record(trace, offer(lambda_.data()), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
-      if (!refine(options, 12, work)) return false;
+      if (!refine(options, 12, work)) return accepted();
       const double residual = offer(lambda_.data());
       if (residual <= options.target) return true;
       floor = model_.rounding_floor(best_.data());
       if (residual <= floor) return true;
-      if (fine && change_states(floor, floor, false) == 0) return false;
+      if (fine && change_states(floor, floor, false) == 0) return accepted();
       fine = true;
       changes = change_states(floor, floor, false);
       fewest = -1;
     }
-    if (fewest >= 0 && changes > options.growth * fewest + 4) return false;
+    if (fewest >= 0 && changes > options.growth * fewest + 4) return accepted();
     if (fewest >= 0 && changes >= fewest) {
-      if (++waited > options.patience) return false;
+      if (++waited > options.patience) return accepted();
     } else {
       waited = 0;
     }
     fewest = fewest < 0 ? changes : std::min(fewest, changes);
     work.pivots += change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, true);
   }
-  return false;
+  return accepted();
 }
 
 }  // namespace skerry
