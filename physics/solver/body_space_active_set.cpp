@@ -193,27 +193,76 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
   return solved;
 }
 
+double ActiveSet::linear_error() const {
+  double error = 0;
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    const bool held = r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
+    if (states_[at(i)] == RowState::Free && !held && !r.dead) error = std::max(error, std::fabs(w_[at(i)]));
+  }
+  return error;
+}
+
 bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
+  // Below this the steps are long: so nearly redundant are the rows that the leap only finds where they end.
+  constexpr double kLongestLeap = 1e12;
+  const double enough = 0.1 * options.target * model_.scale();
   double last = kInfinity;
   for (int k = 0; k < steps; ++k) {
     if (!step(options.eta, work)) return false;
-    // What is left of the linear system: velocities on free rows.
-    double error = 0;
-    for (int i = 0; i < model_.rows(); ++i) {
-      const auto& r = model_.row(i);
-      const bool held = r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
-      if (states_[at(i)] == RowState::Free && !held && !r.dead) error = std::max(error, std::fabs(w_[at(i)]));
-    }
+    const double error = linear_error();
     if (!(error < 1e100 * model_.scale())) return false;
-    if (error <= 0.1 * options.target * model_.scale()) break;
+    if (error <= enough) break;
     if (error > 0.7 * last) {
-      if (!stale_) break;
-      // The kept factor is of other Jacobians; make it afresh.
-      factored_ = false;
-      error = kInfinity;
+      if (stale_) {
+        // The kept factor is of other Jacobians; make it afresh.
+        factored_ = false;
+        last = kInfinity;
+        continue;
+      }
+      // What converges slowly, does so along one direction: go to the limit of the geometric series at once,
+      // or to where the first row meets its bound.
+      const double ratio = error / last;
+      if (error <= 0.25 * model_.rounding_floor(lambda_.data()) * model_.scale()) break;
+      if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap)) break;
+      last = kInfinity;
+      continue;
     }
     last = error;
   }
+  return true;
+}
+
+bool ActiveSet::leap(double length) {
+  // Ratio test on the rows that are free.
+  double limit = length;
+  int blocking = -1;
+  RowState side = RowState::Lower;
+  const auto test = [&](int i, RowState s, double distance, double speed) {
+    if (speed > 0 && distance < limit * speed) {
+      limit = std::max(0.0, distance / speed);
+      blocking = i;
+      side = s;
+    }
+  };
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    if (r.dead || states_[at(i)] != RowState::Free) continue;
+    const double x = lambda_[at(i)], d = d_lambda_[at(i)];
+    if (r.normal < 0) {
+      test(i, RowState::Lower, x - r.lower, -d);
+      test(i, RowState::Upper, r.upper - x, d);
+    } else if (r.mu > 0 && states_[at(r.normal)] == RowState::Free) {
+      const double bound = r.mu * lambda_[at(r.normal)], wider = r.mu * d_lambda_[at(r.normal)];
+      test(i, RowState::Lower, bound + x, -(wider + d));
+      test(i, RowState::Upper, bound - x, d - wider);
+    }
+  }
+  // Beyond its bound already, by less than what counted as a contradiction: nothing to gain.
+  if (!(limit > 1)) return false;
+  for (int i = 0; i < model_.rows(); ++i) lambda_[at(i)] += limit * d_lambda_[at(i)];
+  if (blocking >= 0) states_[at(blocking)] = side;
+  model_.evaluate(lambda_.data(), w_.data());
   return true;
 }
 
