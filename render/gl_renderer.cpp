@@ -27,7 +27,20 @@ noperspective out vec2 local;
 flat out vec4 box;
 flat out vec4 fill_color, line_color;
 flat out uvec2 range;
+#ifdef EDGES
+uniform samplerBuffer edges;
+flat out vec4 edge_x[EDGES / 4], edge_y[EDGES / 4], edge_d[EDGES / 4];
+#endif
 void main() {
+#ifdef EDGES
+  // Edges that the polygon does not have are far away.
+  for (int i = 0; i < EDGES; ++i) {
+    vec4 edge = uint(i) < corners.y ? texelFetch(edges, int(corners.x) + i) : vec4(0.0, 0.0, 1e30, 0.0);
+    edge_x[i / 4][i % 4] = edge.x;
+    edge_y[i / 4][i % 4] = edge.y;
+    edge_d[i / 4][i % 4] = edge.z;
+  }
+#endif
   vec2 sign = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
   local = sign * (dims.xy * extent.x + dims.z * extent.y + 1.0);
   vec2 at = frame.xy + local.x * frame.zw + local.y * vec2(-frame.w, frame.z);
@@ -71,17 +84,15 @@ void main() {
 }
 )";
 
-// Sharp convex polygons: the largest of the distances to the lines through the edges; a box where there are
-// none.
+// Sharp convex polygons of at most EDGES corners: the largest of the distances to the lines through the
+// edges; a box where there are none. Fetching the edges here instead of once a corner of the quad takes twice
+// the time.
 constexpr const char* kConvexFragment = R"(
-uniform samplerBuffer edges;
+flat in vec4 edge_x[EDGES / 4], edge_y[EDGES / 4], edge_d[EDGES / 4];
 void main() {
-  float distance = -1e30;
-  int last = int(range.x + range.y);
-  for (int i = int(range.x); i < last; ++i) {
-    vec4 edge = texelFetch(edges, i);
-    distance = max(distance, dot(edge.xy, local) - edge.z);
-  }
+  vec4 four = edge_x[0] * local.x + edge_y[0] * local.y - edge_d[0];
+  for (int i = 1; i < EDGES / 4; ++i) four = max(four, edge_x[i] * local.x + edge_y[i] * local.y - edge_d[i]);
+  float distance = max(max(four.x, four.y), max(four.z, four.w));
   color = paint(range.y == 0u ? rounded_box() : distance);
 }
 )";
@@ -194,7 +205,10 @@ GlRenderer::State::State() {
     const std::string paint = kPaint;
     program(Program::Rounded) = make_program("rounded", kShapeVertex, paint + kRoundedFragment);
     program(Program::Spoke) = make_program("spoke", kShapeVertex, paint + kSpokeFragment);
-    program(Program::Convex) = make_program("convex", kShapeVertex, paint + kConvexFragment);
+    const std::string four = "#define EDGES 4\n", eight = "#define EDGES 8\n";
+    program(Program::Convex4) = make_program("convex 4", four + kShapeVertex, four + paint + kConvexFragment);
+    program(Program::Convex8) =
+        make_program("convex 8", eight + kShapeVertex, eight + paint + kConvexFragment);
     program(Program::Polygon) = make_program("polygon", kShapeVertex, paint + kPolygonFragment);
     program(Program::Arrow) = make_program("arrow", kShapeVertex, paint + kArrowFragment);
     program(Program::Text) = make_program("text", kTextVertex, kTextFragment);

@@ -31,6 +31,14 @@ float to_float(double value) {
   return static_cast<float>(value);
 }
 
+/// Whether the program `general` also draws the instances of `special`.
+bool can_draw(Program general, Program special) {
+  const bool boxes = special == Program::Rounded;
+  return (general == Program::Convex4 && boxes) ||
+         (general == Program::Convex8 && (boxes || special == Program::Convex4)) ||
+         (general == Program::Polygon && boxes);
+}
+
 /// Keeps the side of a convex polygon where dot(normal, p) <= offset (Sutherland and Hodgman 1974).
 void cut(std::vector<Point>& corners, Point normal, double offset) {
   std::vector<Point> kept;
@@ -50,11 +58,10 @@ void ShapeBatches::push(Program program, const ShapeInstance& shape) {
   shapes.push_back(shape);
   if (!batches.empty()) {
     Batch& last = batches.back();
-    // The polygon programs can draw boxes too, at a small cost, so runs are not broken up for a few of them.
-    const auto draws_polygons = [](Program p) { return p == Program::Convex || p == Program::Polygon; };
-    const bool joins =
-        last.program == program || (draws_polygons(last.program) && program == Program::Rounded);
-    const bool turns = last.program == Program::Rounded && draws_polygons(program) && last.count < 256;
+    // A polygon program draws what simpler ones do, at a small cost, so runs are not broken up for a few of
+    // them.
+    const bool joins = last.program == program || can_draw(last.program, program);
+    const bool turns = can_draw(program, last.program) && last.count < 256;
     if (joins || turns) {
       if (turns) last.program = program;
       ++last.count;
@@ -276,13 +283,14 @@ void ShapeBatches::add_polygon(const DrawLayer& layer, const Polygon& polygon) {
     high = {std::max(high.x, x), std::max(high.y, y)};
   }
   const Point middle{0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
+  const bool sharp = radius == 0 && n <= 8;
   const auto first = static_cast<std::uint32_t>(corners.size() / 4);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t from = area > 0 ? i : n - 1 - i, to = area > 0 ? (i + 1) % n : (2 * n - 2 - i) % n;
     const Point a = corner[from], e = minus(corner[to], a);
     const double x = dot(a, axis) - middle.x, y = dot(a, side) - middle.y;
     const double ex = dot(e, axis), ey = dot(e, side), length = std::sqrt(ex * ex + ey * ey);
-    if (radius > 0) {
+    if (!sharp) {
       corners.insert(corners.end(), {to_float(x), to_float(y), to_float(ex), to_float(ey)});
     } else if (length > 0) {
       const double nx = ey / length, ny = -ex / length;
@@ -290,21 +298,21 @@ void ShapeBatches::add_polygon(const DrawLayer& layer, const Polygon& polygon) {
     }
   }
   const auto edges = static_cast<std::uint32_t>(corners.size() / 4) - first;
+  const Program program = !sharp ? Program::Polygon : edges <= 4 ? Program::Convex4 : Program::Convex8;
   if (edges == 0) {
     ++culled;
     return;
   }
   const Point centre{middle.x * axis.x + middle.y * side.x, middle.x * axis.y + middle.y * side.y};
-  push(radius > 0 ? Program::Polygon : Program::Convex,
-       {{to_float(centre.x), to_float(centre.y)},
-        {to_float(axis.x), to_float(axis.y)},
-        {to_float(0.5 * (high.x - low.x)), to_float(0.5 * (high.y - low.y))},
-        to_float(radius),
-        to_float(outline),
-        polygon.fill,
-        polygon.outline,
-        first,
-        edges});
+  push(program, {{to_float(centre.x), to_float(centre.y)},
+                 {to_float(axis.x), to_float(axis.y)},
+                 {to_float(0.5 * (high.x - low.x)), to_float(0.5 * (high.y - low.y))},
+                 to_float(radius),
+                 to_float(outline),
+                 polygon.fill,
+                 polygon.outline,
+                 first,
+                 edges});
 }
 
 void ShapeBatches::add_spoke(Point centre, double radius, const Disc& disc, double outline) {

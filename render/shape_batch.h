@@ -32,10 +32,10 @@ struct GlyphInstance {
   std::uint32_t channel;  ///< 0: coverage, 1: halo
 };
 
-/// Rounded: boxes. Spoke: discs with a radius line, its direction in `half`. Convex: sharp polygons. Polygon:
-/// rounded ones. Arrow: the length of the head in `outline`.
-enum class Program : std::uint8_t { Rounded, Spoke, Convex, Polygon, Arrow, Text };
-inline constexpr int kProgramCount = 6;
+/// Rounded: boxes. Spoke: discs with a radius line, its direction in `half`. Convex4, Convex8: sharp polygons
+/// with so many corners. Polygon: all others. Arrow: the length of the head in `outline`.
+enum class Program : std::uint8_t { Rounded, Spoke, Convex4, Convex8, Polygon, Arrow, Text };
+inline constexpr int kProgramCount = 7;
 
 /// Instances first..first+count of one program, in drawing order.
 struct Batch {
@@ -46,8 +46,8 @@ struct Batch {
 /// A frame's instances, in order. Reused from frame to frame.
 struct ShapeBatches {
   std::vector<ShapeInstance> shapes;
-  /// Four numbers for each edge of a polygon [px]. Convex: the outer normal, its product with a corner, 0.
-  /// Polygon: a corner, the edge to the next.
+  /// Four numbers for each edge of a polygon [px]. Convex4 and Convex8: the outer normal, its product with a
+  /// corner, 0. Polygon: a corner, the edge to the next.
   std::vector<float> corners;
   std::vector<GlyphInstance> glyphs;
   std::vector<Batch> batches;
