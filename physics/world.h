@@ -30,28 +30,27 @@
 namespace skerry {
 
 struct ShapeDef {
-  Shape shape;            ///< in the frame of the body's definition
+  Shape shape{};            ///< in the frame of the body's definition
   double density = 1000;  ///< [kg/m^2]; ignored for static bodies and when the body has a mass of its own
-  Material material;
+  Material material{};
   MixingRule friction_rule = MixingRule::GeometricMean;
   MixingRule restitution_rule = MixingRule::Maximum;
-  Filter filter;
+  Filter filter{};
   bool sensor = false;  ///< reports overlaps, never pushes
 };
 
 struct WorldConfig {
   Vec2 gravity{0, -9.81};  ///< [m/s^2]
   std::string broad_phase = "brute_force";
-  BroadPhaseOptions broad_phase_options;
+  BroadPhaseOptions broad_phase_options{};
   std::string solver = "auto";
   std::string impact_law = "reflections";
   std::string stepper = "time_stepping";
-  SolveOptions solve;
+  SolveOptions solve{};
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
-  int max_impacts_per_step = 64;  ///< then the rest of the step treats impacts as plastic
-  int threads = 1;
+  int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
 };
 
 /// A shape of the world, for drawing and queries.
@@ -63,6 +62,7 @@ struct ShapeRecord {
   Filter filter;
   bool sensor = false;
   bool alive = false;
+  bool in_broad_phase = false;
   BodyId body;
   std::uint32_t generation = 0;
   Aabb box;  ///< last box given to the broad phase
@@ -76,8 +76,12 @@ struct JointRecord {
   double length = 0;  ///< [m]
   bool alive = false;
   std::uint32_t generation = 0;
-  Vec2 impulse;  ///< on b, world frame, of the last step [N s]
+  Vec2 impulse;             ///< on b, world frame, of the last step [N s]
+  double row_force[2]{};    ///< of each row in the last force solve [N]; for warm starts
+  double row_impulse[2]{};  ///< of each row, summed over the step [N s]
 };
+
+struct WorldState;
 
 class World {
  public:
@@ -147,8 +151,7 @@ class World {
   const BroadPhase& broad_phase() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<WorldState> state_;
 };
 
 }  // namespace skerry
