@@ -9,7 +9,7 @@ namespace skerry {
 
 namespace {
 
-constexpr std::string_view kNames[] = {"brute_force", "uniform_grid", "hierarchical_grid"};
+constexpr std::string_view kNames[] = {"brute_force", "uniform_grid", "hierarchical_grid", "sweep_and_prune"};
 
 /// Refuses options that no implementation could follow.
 void check(const BroadPhaseOptions& options) {
@@ -42,6 +42,9 @@ const std::array kEntries = {
     BroadPhaseEntry{kNames[2], "cells that double from level to level; a box on the smallest that holds it",
                     "Ericson 2005, Real-Time Collision Detection, sec. 7.2",
                     &make_entry<2, make_hierarchical_grid>},
+    BroadPhaseEntry{kNames[3], "interval ends on oblique axes, kept sorted from step to step",
+                    "Baraff 1992; Cohen, Lin, Manocha, Ponamgi 1995",
+                    &make_entry<3, make_sweep_and_prune>},
 };
 
 }  // namespace
