@@ -85,8 +85,8 @@ class FinderBroadPhase final : public BroadPhase {
 
   [[noreturn]] static void refuse_region(const Aabb& box) {
     std::ostringstream text;
-    text << "BroadPhase::query: the region is inverted, not a number, or at infinity: x from " << box.lower.x << " to "
-         << box.upper.x << ", y from " << box.lower.y << " to " << box.upper.y;
+    text << "BroadPhase::query: the region is inverted, not a number, or at infinity: x from " << box.lower.x
+         << " to " << box.upper.x << ", y from " << box.lower.y << " to " << box.upper.y;
     throw std::invalid_argument(text.str());
   }
   [[noreturn]] static void refuse_ray(const Ray& ray) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A set of pairs that can be found by key and by box: a hash table of records, and through each box a ring of its
-// records. Adding, finding and erasing a pair take constant time.
+// A set of pairs that can be found by key and by box: a hash table of records, and through each box a ring of
+// its records. Adding, finding and erasing a pair take constant time.
 #pragma once
 
 #include <algorithm>

@@ -2,12 +2,12 @@
 //
 // Sweep and prune on m axes of any direction. On each axis the end points of the boxes' intervals are kept
 // sorted from step to step by insertion sort, whose cost is the number of exchanges: few when little moves
-// [Baraff 1992; Cohen, Lin, Manocha, Ponamgi 1995; Ericson 2005, sec. 7.5]. An exchange that makes two intervals
-// meet proposes the pair; if the intervals meet on the other axes too, it enters a hash table. Pairs whose
-// intervals part leave the table when a report next looks at them, so parting costs no lookup.
+// [Baraff 1992; Cohen, Lin, Manocha, Ponamgi 1995; Ericson 2005, sec. 7.5]. An exchange that makes two
+// intervals meet proposes the pair; if the intervals meet on the other axes too, it enters a hash table.
+// Pairs whose intervals part leave the table when a report next looks at them, so parting costs no lookup.
 //
-// Boxes that appear, vanish or jump far are not dragged along the axes: they are taken out, merged back in one
-// pass, and their pairs found by one sweep. It costs O(n), whatever their number.
+// Boxes that appear, vanish or jump far are not dragged along the axes: they are taken out, merged back in
+// one pass, and their pairs found by one sweep. It costs O(n), whatever their number.
 #include <algorithm>
 #include <array>
 #include <cfloat>
@@ -37,9 +37,9 @@ struct EndPoint {
 struct SortedAxis {
   Axis axis;
   std::vector<EndPoint> ends;
-  std::vector<Interval> intervals;        ///< by proxy
-  std::vector<std::uint32_t> places[2];   ///< by proxy: index of the lower and the upper end
-  double longest = 0;                     ///< no interval is longer
+  std::vector<Interval> intervals;       ///< by proxy
+  std::vector<std::uint32_t> places[2];  ///< by proxy: index of the lower and the upper end
+  double longest = 0;                    ///< no interval is longer
 };
 
 class SweepAndPrune final : public PairFinder {
@@ -99,15 +99,16 @@ class SweepAndPrune final : public PairFinder {
   }
 
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
-    // On the axis with the fewest candidates: lower ends from the longest interval before the region to its end.
+    // On the axis with the fewest candidates: lower ends from the longest interval before the region to its
+    // end.
     std::span<const EndPoint> fewest = axes_.front().ends;
     for (const SortedAxis& a : axes_) {
       const Interval wanted = a.axis.project(region);
       const double reach = wanted.lower - a.longest;
       const double from = reach - 4 * DBL_EPSILON * (std::abs(wanted.lower) + a.longest);
-      const auto first = std::lower_bound(
-          a.ends.begin(), a.ends.end(), std::isfinite(from) ? from : -kInfinity,
-          [](const EndPoint& end, double value) { return end.value < value; });
+      const auto first =
+          std::lower_bound(a.ends.begin(), a.ends.end(), std::isfinite(from) ? from : -kInfinity,
+                           [](const EndPoint& end, double value) { return end.value < value; });
       const auto last = std::upper_bound(first, a.ends.end(), wanted.upper,
                                          [](double value, const EndPoint& end) { return value < end.value; });
       const std::span<const EndPoint> candidates(first, last);
@@ -181,8 +182,10 @@ class SweepAndPrune final : public PairFinder {
       for (const SortedAxis& a : axes_) {
         const Interval now = a.axis.project(boxes.box(proxy));
         const double range = a.ends.back().value - a.ends.front().value;
-        exchanges += count * (std::abs(now.lower - a.intervals[proxy].lower) +
-                              std::abs(now.upper - a.intervals[proxy].upper)) / range;
+        exchanges += count *
+                     (std::abs(now.lower - a.intervals[proxy].lower) +
+                      std::abs(now.upper - a.intervals[proxy].upper)) /
+                     range;
       }
       if (exchanges <= count / 16) {
         moved_.push_back(proxy);
@@ -191,7 +194,8 @@ class SweepAndPrune final : public PairFinder {
         far_.push_back(proxy);
       }
     }
-    // A merge costs about as much as eight exchanges an end point; once it is due, jumps come with it for free.
+    // A merge costs about as much as eight exchanges an end point; once it is due, jumps come with it for
+    // free.
     const bool merges = !gone_.empty() || !fresh_.empty() || far_exchanges > 8 * count;
     for (const ProxyIndex proxy : far_) {
       if (merges) {
