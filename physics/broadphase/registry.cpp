@@ -10,7 +10,8 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kNames[] = {"brute_force",     "uniform_grid", "hierarchical_grid",
-                                       "sweep_and_prune", "hash_sort",    "hierarchical_hash_sort"};
+                                       "sweep_and_prune", "hash_sort",    "hierarchical_hash_sort",
+                                       "aabb_tree"};
 
 /// Refuses options that no implementation could follow.
 void check(const BroadPhaseOptions& options) {
@@ -51,6 +52,8 @@ const std::array kEntries = {
     BroadPhaseEntry{kNames[5], "the same with cells of every power of two",
                     "hash sort with the levels of a hierarchical grid",
                     &make_entry<5, make_hierarchical_hash_sort>},
+    BroadPhaseEntry{kNames[6], "dynamic tree of boxes with margins, improved by rotations",
+                    "Kopta, Ize, Spjut, Brunvand, Davis, Kensler 2012", &make_entry<6, make_aabb_tree>},
 };
 
 }  // namespace
