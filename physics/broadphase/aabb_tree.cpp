@@ -102,9 +102,10 @@ class AabbTree final : public PairFinder {
   }
 
   void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override {
-    descend([&](const Aabb& outer) { return meets(ray, outer); },
+    const RayTest test(ray);
+    descend([&](const Aabb& outer) { return test.meets(outer); },
             [&](ProxyIndex proxy) {
-              if (meets(ray, boxes.box(proxy))) found.push_back(proxy);
+              if (test.meets(boxes.box(proxy))) found.push_back(proxy);
             });
   }
 

@@ -112,8 +112,9 @@ class FinderBroadPhase final : public BroadPhase {
 
 void PairFinder::ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const {
   const std::size_t before = found.size();
-  query(boxes, bounds_of(ray), found);
-  const auto missed = [&](ProxyIndex proxy) { return !meets(ray, boxes.box(proxy)); };
+  const RayTest test(ray);
+  query(boxes, test.bounds(), found);
+  const auto missed = [&](ProxyIndex proxy) { return !test.meets(boxes.box(proxy)); };
   found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(), missed),
               found.end());
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kNames[] = {"brute_force",     "uniform_grid", "hierarchical_grid",
                                        "sweep_and_prune", "hash_sort",    "hierarchical_hash_sort",
-                                       "aabb_tree"};
+                                       "aabb_tree",       "auto"};
 
 /// Refuses options that no implementation could follow.
 void check(const BroadPhaseOptions& options) {
@@ -54,6 +54,8 @@ const std::array kEntries = {
                     &make_entry<5, make_hierarchical_hash_sort>},
     BroadPhaseEntry{kNames[6], "dynamic tree of boxes with margins, improved by rotations",
                     "Kopta, Ize, Spjut, Brunvand, Davis, Kensler 2012", &make_entry<6, make_aabb_tree>},
+    BroadPhaseEntry{kNames[7], "picks one of the others from the scene, and changes it while running",
+                    "the measurements of tests/bench/broadphase_bench.cpp", &make_entry<7, make_auto>},
 };
 
 }  // namespace
