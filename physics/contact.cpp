@@ -2,6 +2,7 @@
 #include "physics/contact.h"
 
 #include "physics/hash.h"
+#include "physics/narrowphase/collide.h"
 
 namespace skerry {
 
@@ -12,6 +13,17 @@ std::uint64_t Contact::source(int i) const {
   hash.add(static_cast<std::uint32_t>(child));
   hash.add(manifold.points[i].feature);
   return hash.value();
+}
+
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, NarrowPhaseStats& stats) {
+  if (margin == contact.margin && pose_a == contact.pose_a && pose_b == contact.pose_b) return false;
+  contact.manifold = collide(a, pose_a, b, pose_b, margin, &contact.cache, &stats);
+  contact.margin = margin;
+  contact.pose_a = pose_a;
+  contact.pose_b = pose_b;
+  match_points(contact);
+  return true;
 }
 
 void match_points(Contact& contact) {

@@ -11,6 +11,7 @@
 
 #include "physics/broadphase/broadphase.h"
 #include "physics/narrowphase/manifold.h"
+#include "physics/shape.h"
 
 namespace skerry {
 
@@ -38,6 +39,8 @@ struct Contact {
   bool hit = false;            ///< took part in an impact in this step
   double hit_speed = 0;        ///< largest approach speed of those impacts [m/s]
   Vec2 hit_point, hit_normal;  ///< of the fastest of them, world frame
+  double margin = 0;           ///< largest separation that the manifold reports [m]
+  Transform pose_a, pose_b;    ///< at which the manifold was made
   SatCache cache;
   Manifold manifold;
   std::array<PointMemory, 2> points;
@@ -47,6 +50,11 @@ struct Contact {
   /// A number that names point `i` and is equal in the next step if the same features meet.
   std::uint64_t source(int i) const;
 };
+
+/// Makes the manifold for shapes at these poses, unless it is that of these poses (bit by bit) already.
+/// @return false if nothing had to be done
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, NarrowPhaseStats& stats);
 
 /// Carries impulses over to `contact.points` after its manifold changed: points are matched by feature.
 void match_points(Contact& contact);

@@ -155,6 +155,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
     r.islands_in_flight += result.in_flight;
     r.rows += result.report.rows;
     r.friction_rows += result.friction_rows;
+    r.manifolds_reused += result.manifolds_reused;
     r.substeps = std::max(r.substeps, result.substeps);
     r.impacts += result.impacts;
     r.reflections += result.reflections;

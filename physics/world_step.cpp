@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "physics/islands/island_builder.h"
-#include "physics/narrowphase/collide.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/text.h"
@@ -134,6 +133,9 @@ class Step {
 
   /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
   void merge_pairs() {
+    const bool unchanged = s_.pairs.empty() &&
+                           std::find(s_.shape_moved.begin(), s_.shape_moved.end(), 1) == s_.shape_moved.end();
+    if (unchanged) return;
     std::vector<Contact> next;
     next.reserve(s_.contacts.size() + s_.pairs.size());
     auto old = s_.contacts.begin();
@@ -205,10 +207,9 @@ class Step {
           2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
       const BodyBackup& a = s_.backup[contact.body_a];
       const BodyBackup& b = s_.backup[contact.body_b];
-      contact.manifold = collide(s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
-                                 s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin,
-                                 &contact.cache, &s_.report.narrow);
-      match_points(contact);
+      s_.report.manifolds_reused += !refresh_manifold(
+          contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
+          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, s_.report.narrow);
       contact.linked = contact.manifold.count > 0;
       if (contact.linked) newly[contact.body_a] = newly[contact.body_b] = 1;
     }
@@ -277,7 +278,7 @@ class Step {
       contact.hit_speed = 0;
     }
     for (const std::uint32_t i : island.joints) s_.joints[i].row_impulse[0] = s_.joints[i].row_impulse[1] = 0;
-    update_manifolds(s_, island, s_.config.contact_margin, 0, s_.report.narrow);
+    s_.report.manifolds_reused += update_manifolds(s_, island, 0, s_.report.narrow);
   }
 
   void restore(const std::vector<std::uint32_t>& bodies) {
