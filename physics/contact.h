@@ -11,6 +11,7 @@
 
 #include "physics/broadphase/broadphase.h"
 #include "physics/narrowphase/manifold.h"
+#include "physics/narrowphase/time_of_impact.h"
 #include "physics/shape.h"
 
 namespace skerry {
@@ -51,7 +52,15 @@ struct Contact {
   std::uint64_t source(int i) const;
 };
 
-/// Makes the manifold for shapes at these poses, unless it is that of these poses (bit by bit) already.
+/// The manifold of a pair at these poses; of one segment if one of the shapes is a chain.
+Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                          const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats);
+
+/// First time in [0, h] at which the pair touches under constant-acceleration motions.
+ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
+                               const Motion& motion_b, double h);
+
+/// Makes the contact's manifold for these poses, unless it is that of these poses (bit by bit) already.
 /// @return false if nothing had to be done
 bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
                       const Transform& pose_b, double margin, NarrowPhaseStats& stats);

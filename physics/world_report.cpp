@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "physics/joint_rows.h"
-#include "physics/narrowphase/collide.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -14,9 +13,10 @@ namespace {
 
 bool touches_now(const WorldState& s, const Contact& contact) {
   if (contact.sensor) {
-    return collide(s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
-                   s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0)
-               .count > 0;
+    const Manifold manifold =
+        contact_manifold(contact, s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
+                         s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0, nullptr, nullptr);
+    return manifold.count > 0;
   }
   if (!contact.linked) return false;
   for (int i = 0; i < contact.manifold.count; ++i) {

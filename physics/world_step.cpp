@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "physics/islands/island_builder.h"
+#include "physics/narrowphase/chain.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/text.h"
@@ -133,33 +134,57 @@ class Step {
 
   /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
   void merge_pairs() {
-    const bool unchanged = s_.pairs.empty() &&
-                           std::find(s_.shape_moved.begin(), s_.shape_moved.end(), 1) == s_.shape_moved.end();
-    if (unchanged) return;
-    std::vector<Contact> next;
-    next.reserve(s_.contacts.size() + s_.pairs.size());
-    auto old = s_.contacts.begin();
-    const auto keep_until = [&](std::uint32_t low, std::uint32_t high) {
-      for (; old != s_.contacts.end() && std::pair(old->shape_a, old->shape_b) < std::pair(low, high);
-           ++old) {
-        if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
-          next.push_back(std::move(*old));
-        } else if (old->touched) {
-          lost_.push_back(*old);
-        }
-      }
-    };
+    const bool moved = std::find(s_.shape_moved.begin(), s_.shape_moved.end(), 1) != s_.shape_moved.end();
+    if (s_.pairs.empty() && !moved) return;
+    std::vector<Contact> wanted;
     for (const Pair& pair : s_.pairs) {
-      keep_until(pair.low, pair.high);
-      bool known = false;
-      for (; old != s_.contacts.end() && old->shape_a == pair.low && old->shape_b == pair.high; ++old) {
-        next.push_back(std::move(*old));
-        known = true;
-      }
-      if (!known && may_touch(pair)) next.push_back(make_contact(pair));
+      if (may_touch(pair)) add_wanted(pair, wanted);
     }
-    keep_until(~0u, ~0u);
+    std::vector<Contact> next;
+    next.reserve(s_.contacts.size() + wanted.size());
+    auto old = s_.contacts.begin();
+    const auto pass = [&] {
+      if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
+        next.push_back(std::move(*old));
+      } else if (old->touched) {
+        lost_.push_back(*old);
+      }
+      ++old;
+    };
+    for (Contact& contact : wanted) {
+      while (old != s_.contacts.end() && old->key() < contact.key()) pass();
+      if (old != s_.contacts.end() && old->key() == contact.key()) {
+        next.push_back(std::move(*old));
+        ++old;
+      } else {
+        next.push_back(std::move(contact));
+      }
+    }
+    while (old != s_.contacts.end()) pass();
     s_.contacts = std::move(next);
+  }
+
+  /// One contact, or one for each near segment of a chain.
+  void add_wanted(const Pair& pair, std::vector<Contact>& wanted) {
+    Contact contact = make_contact(pair);
+    const ShapeRecord& a = s_.shapes[pair.low];
+    const ShapeRecord& b = s_.shapes[pair.high];
+    const bool a_chain = a.shape.kind == ShapeKind::Chain;
+    const bool b_chain = b.shape.kind == ShapeKind::Chain;
+    if (a_chain == b_chain) {
+      // Terrain does not meet terrain.
+      if (!a_chain) wanted.push_back(contact);
+      return;
+    }
+    const ShapeRecord& chain = a_chain ? a : b;
+    const BodyBackup& at = s_.backup[chain.body.index];
+    const double reach = s_.reach[chain.body.index] + s_.config.contact_margin;
+    chain_segments_near(chain.shape, {at.position, at.rotation}, grown((a_chain ? b : a).box, reach),
+                        segments_);
+    for (const int segment : segments_) {
+      contact.child = segment;
+      wanted.push_back(contact);
+    }
   }
 
   bool may_touch(const Pair& pair) const {
@@ -359,6 +384,7 @@ class Step {
   WorldState& s_;
   const double h_;
   int rounds_ = 0;
+  std::vector<int> segments_;
   std::vector<Contact> lost_;  ///< touching contacts whose boxes parted
 };
 

@@ -72,6 +72,7 @@ void BoxSet::insert(ProxyIndex proxy, const Aabb& box, ProxyKind kind) {
                                             (kind == ProxyKind::Fixed ? kFixed : 0));
   boxes_[proxy] = box;
   ++size_;
+  ++membership_;
   ++version_;
   mark(proxy);
 }
@@ -82,6 +83,7 @@ void BoxSet::remove(ProxyIndex proxy) {
   if (state_[proxy] & kMovedListed) ++removed_moved_;
   state_[proxy] = static_cast<std::uint8_t>((state_[proxy] & kMovedListed) | kDirty);
   --size_;
+  ++membership_;
   ++version_;
 }
 

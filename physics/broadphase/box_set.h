@@ -47,6 +47,8 @@ class BoxSet {
 
   /// Grows with every change of the boxes or the marks.
   std::uint64_t version() const { return version_; }
+  /// Grows with every insertion and removal.
+  std::uint64_t membership() const { return membership_; }
   std::size_t bytes() const;
 
  private:
@@ -60,6 +62,7 @@ class BoxSet {
   std::size_t size_ = 0;
   std::size_t removed_moved_ = 0;
   std::uint64_t version_ = 0;
+  std::uint64_t membership_ = 0;
 };
 
 /// True if the ray meets the closed box: the slab test, with one formula for all implementations. It is

@@ -9,7 +9,7 @@ namespace skerry {
 
 namespace {
 
-constexpr std::string_view kNames[] = {"brute_force", "uniform_grid"};
+constexpr std::string_view kNames[] = {"brute_force", "uniform_grid", "hierarchical_grid"};
 
 /// Refuses options that no implementation could follow.
 void check(const BroadPhaseOptions& options) {
@@ -39,6 +39,9 @@ const std::array kEntries = {
     BroadPhaseEntry{kNames[1], "cells of one size with lists of boxes, hashed: the world has no bounds",
                     "Ericson 2005, Real-Time Collision Detection, sec. 7.1",
                     &make_entry<1, make_uniform_grid>},
+    BroadPhaseEntry{kNames[2], "cells that double from level to level; a box on the smallest that holds it",
+                    "Ericson 2005, Real-Time Collision Detection, sec. 7.2",
+                    &make_entry<2, make_hierarchical_grid>},
 };
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "physics/narrowphase/collide.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -14,7 +13,8 @@ class FreePoints {
  public:
   FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b,
              std::uint8_t resting)
-      : shape_a_(state.shapes[contact.shape_a].shape),
+      : contact_(contact),
+        shape_a_(state.shapes[contact.shape_a].shape),
         shape_b_(state.shapes[contact.shape_b].shape),
         a_(a),
         b_(b),
@@ -25,7 +25,8 @@ class FreePoints {
   }
 
   double separation(double t) const {
-    const Manifold manifold = collide(shape_a_, a_.at(t), shape_b_, b_.at(t), margin_);
+    const Manifold manifold =
+        contact_manifold(contact_, shape_a_, a_.at(t), shape_b_, b_.at(t), margin_, nullptr, nullptr);
     double smallest = margin_;
     for (int i = 0; i < manifold.count; ++i) {
       const auto end = resting_features_.begin() + count_;
@@ -36,6 +37,7 @@ class FreePoints {
   }
 
  private:
+  const Contact& contact_;
   const Shape& shape_a_;
   const Shape& shape_b_;
   const Motion& a_;
@@ -51,8 +53,8 @@ double next_contact_time(const WorldState& state, std::uint32_t index, const Mot
                          std::uint8_t resting, double h) {
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
-    const ImpactTime impact =
-        time_of_impact(state.shapes[contact.shape_a].shape, a, state.shapes[contact.shape_b].shape, b, h);
+    const ImpactTime impact = contact_impact_time(contact, state.shapes[contact.shape_a].shape, a,
+                                                  state.shapes[contact.shape_b].shape, b, h);
     return impact.hit ? impact.t : h;
   }
 

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "physics/hash.h"
-#include "physics/narrowphase/collide.h"
 #include "physics/solver/impact_law.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/next_contact.h"
@@ -180,9 +179,10 @@ class IslandStep {
       Contact& contact = state_.contacts[island_.contacts[k]];
       manifolds[k] = contact.manifold;
       if (resting_[k] == 0) continue;
-      const Manifold mid = collide(state_.shapes[contact.shape_a].shape, pose(contact.body_a),
-                                   state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
-                                   &contact.cache, &result_.narrow);
+      const Manifold mid =
+          contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
+                           state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
+                           &contact.cache, &result_.narrow);
       // Points keep their numbers; where the features changed on the way the old geometry serves.
       int found = 0;
       Manifold same = contact.manifold;

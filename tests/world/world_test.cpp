@@ -251,6 +251,35 @@ TEST(Events, SensorsReportAndDoNotPush) {
   EXPECT_NEAR(world.position(ball).y, 3 - 0.5 * 9.81 * 4, 1e-10);
 }
 
+TEST(Terrain, BoxSlidesOverTheJointsOfAFlatChainAsOverAPlane) {
+  World world;
+  std::vector<Vec2> corners;
+  for (int i = 0; i <= 200; ++i) corners.push_back({0.1 * i, 0});
+  const auto ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(corners)));
+  const auto box = add(world, {1, 0.25}, smooth(make_box({0.5, 0.5})), 1, {3, 0});
+  for (int i = 0; i < 300; ++i) {
+    const StepReport& report = world.step(1.0 / 60);
+    ASSERT_EQ(report.impacts, 0) << "step " << i;
+  }
+  EXPECT_NEAR(world.velocity(box).x, 3, 1e-12);
+  EXPECT_NEAR(world.position(box).y, 0.25, 1e-9);
+  EXPECT_NEAR(world.angle(box), 0, 1e-9);
+}
+
+TEST(Terrain, BallStaysInAValleyAndNeverFallsThrough) {
+  World world;
+  const std::vector<Vec2> corners{{-3, 2}, {-1, 0}, {1, 0}, {3, 2}};
+  const auto ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(corners), 0.2));
+  const auto ball = add(world, {-1.5, 3}, smooth(make_disc(0.3), 0.2));
+  for (int i = 0; i < 600; ++i) {
+    world.step(1.0 / 60);
+    const Vec2 p = world.position(ball);
+    ASSERT_GT(p.y, std::max(0.0, std::abs(p.x) - 1) * 0.99) << "step " << i;
+  }
+}
+
 TEST(Filters, DecideWhoMeets) {
   World world;
   ShapeDef ground = smooth(make_half_plane({0, 0}, {0, 1}));
