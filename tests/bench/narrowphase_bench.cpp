@@ -7,6 +7,7 @@
 #include <vector>
 
 #ifdef SKERRY_WITH_BOX2D
+#include <box2d/b2_time_of_impact.h>
 #include <box2d/box2d.h>
 #endif
 #ifdef SKERRY_WITH_CHIPMUNK
