@@ -200,7 +200,7 @@ void Demo::finish() {
 bool Demo::failed() const {
   const auto fails = [](const Check& check) { return check.state == CheckState::Fails; };
   return std::any_of(script_->checks.begin(), script_->checks.end(), fails) ||
-         world().report().quarantined > 0;
+         world().report().contained > 0;
 }
 
 std::vector<double> Demo::watch_values() {

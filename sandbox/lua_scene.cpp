@@ -17,8 +17,9 @@ namespace {
 /// view = { x = 0, y = 2, height = 6 }
 View read_view(lua_State* L, const Args& demo) {
   lua_getfield(L, demo.index(), "view");
-  const Args args(L, "demo: view", {"x", "y", "height"}, lua_gettop(L));
-  const View view{{args.number("x", 0), args.number("y", 0)}, args.required_number("height")};
+  const Args args(L, "demo: view", {"x", "y", "height", "width"}, lua_gettop(L));
+  const View view{{args.number("x", 0), args.number("y", 0)}, args.required_number("height"),
+                  args.number_from("width", 0).value_or(0)};
   lua_pop(L, 1);
   if (view.height <= 0)
     throw std::invalid_argument("demo: view.height must be positive, got " + format_number(view.height));
@@ -59,8 +60,6 @@ int demo(lua_State* L) {
   config.broad_phase = chosen(args, "broad_phase", given.broad_phase, config.broad_phase);
   config.impact_law = chosen(args, "impact_law", given.impact_law, config.impact_law);
   config.stepper = chosen(args, "stepper", given.stepper, config.stepper);
-  config.threads = given.threads.value_or(config.threads);
-  config.broad_phase_options.threads = config.threads;
   script.world.emplace(config);
   return 0;
 }
