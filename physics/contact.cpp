@@ -2,6 +2,8 @@
 #include "physics/contact.h"
 
 #include "physics/hash.h"
+#include "physics/narrowphase/chain.h"
+#include "physics/narrowphase/collide.h"
 
 namespace skerry {
 
@@ -12,6 +14,36 @@ std::uint64_t Contact::source(int i) const {
   hash.add(static_cast<std::uint32_t>(child));
   hash.add(manifold.points[i].feature);
   return hash.value();
+}
+
+Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                          const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats) {
+  if (a.kind == ShapeKind::Chain)
+    return collide_chain_segment(a, contact.child, pose_a, b, pose_b, margin, stats);
+  if (b.kind != ShapeKind::Chain) return collide(a, pose_a, b, pose_b, margin, cache, stats);
+  Manifold manifold = collide_chain_segment(b, contact.child, pose_b, a, pose_a, margin, stats);
+  manifold.normal = -manifold.normal;
+  return manifold;
+}
+
+ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
+                               const Motion& motion_b, double h) {
+  if (a.kind == ShapeKind::Chain)
+    return time_of_impact_chain_segment(a, contact.child, motion_a, b, motion_b, h);
+  if (b.kind == ShapeKind::Chain)
+    return time_of_impact_chain_segment(b, contact.child, motion_b, a, motion_a, h);
+  return time_of_impact(a, motion_a, b, motion_b, h);
+}
+
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, NarrowPhaseStats& stats) {
+  if (margin == contact.margin && pose_a == contact.pose_a && pose_b == contact.pose_b) return false;
+  contact.manifold = contact_manifold(contact, a, pose_a, b, pose_b, margin, &contact.cache, &stats);
+  contact.margin = margin;
+  contact.pose_a = pose_a;
+  contact.pose_b = pose_b;
+  match_points(contact);
+  return true;
 }
 
 void match_points(Contact& contact) {

@@ -11,6 +11,8 @@
 
 #include "physics/broadphase/broadphase.h"
 #include "physics/narrowphase/manifold.h"
+#include "physics/narrowphase/time_of_impact.h"
+#include "physics/shape.h"
 
 namespace skerry {
 
@@ -33,10 +35,13 @@ struct Contact {
   std::uint32_t body_a = 0, body_b = 0;
   double friction = 0, restitution = 0, rolling_resistance = 0, surface_velocity = 0;
   bool sensor = false;
-  bool linked = false;   ///< may touch within this step: part of an island
-  bool touched = false;  ///< touched at the end of the last step
-  bool hit = false;      ///< took part in an impact in this step
-  double hit_speed = 0;  ///< largest approach speed of those impacts [m/s]
+  bool linked = false;         ///< may touch within this step: part of an island
+  bool touched = false;        ///< touched at the end of the last step
+  bool hit = false;            ///< took part in an impact in this step
+  double hit_speed = 0;        ///< largest approach speed of those impacts [m/s]
+  Vec2 hit_point, hit_normal;  ///< of the fastest of them, world frame
+  double margin = 0;           ///< largest separation that the manifold reports [m]
+  Transform pose_a, pose_b;    ///< at which the manifold was made
   SatCache cache;
   Manifold manifold;
   std::array<PointMemory, 2> points;
@@ -46,6 +51,19 @@ struct Contact {
   /// A number that names point `i` and is equal in the next step if the same features meet.
   std::uint64_t source(int i) const;
 };
+
+/// The manifold of a pair at these poses; of one segment if one of the shapes is a chain.
+Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                          const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats);
+
+/// First time in [0, h] at which the pair touches under constant-acceleration motions.
+ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
+                               const Motion& motion_b, double h);
+
+/// Makes the contact's manifold for these poses, unless it is that of these poses (bit by bit) already.
+/// @return false if nothing had to be done
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, NarrowPhaseStats& stats);
 
 /// Carries impulses over to `contact.points` after its manifold changed: points are matched by feature.
 void match_points(Contact& contact);

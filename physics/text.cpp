@@ -12,7 +12,12 @@ std::string to_text(double value) {
 }
 
 std::string to_text(Vec2 value) {
-  return "(" + to_text(value.x) + ", " + to_text(value.y) + ")";
+  std::string text = "(";
+  text += to_text(value.x);
+  text += ", ";
+  text += to_text(value.y);
+  text += ")";
+  return text;
 }
 
 }  // namespace skerry

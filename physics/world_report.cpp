@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "physics/joint_rows.h"
-#include "physics/narrowphase/collide.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -14,9 +13,10 @@ namespace {
 
 bool touches_now(const WorldState& s, const Contact& contact) {
   if (contact.sensor) {
-    return collide(s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
-                   s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0)
-               .count > 0;
+    const Manifold manifold =
+        contact_manifold(contact, s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
+                         s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0, nullptr, nullptr);
+    return manifold.count > 0;
   }
   if (!contact.linked) return false;
   for (int i = 0; i < contact.manifold.count; ++i) {
@@ -32,9 +32,14 @@ ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventK
   event.shape_b = {contact.shape_b, s.shapes[contact.shape_b].generation};
   event.body_a = s.shapes[contact.shape_a].body;
   event.body_b = s.shapes[contact.shape_b].body;
-  event.normal = contact.manifold.normal;
-  for (int i = 0; i < contact.manifold.count; ++i) {
-    event.point += contact.manifold.points[i].position / contact.manifold.count;
+  event.point = contact.hit_point;
+  event.normal = contact.hit_normal;
+  if (kind != ContactEventKind::Hit) {
+    event.point = {};
+    event.normal = contact.manifold.normal;
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      event.point += contact.manifold.points[i].position / contact.manifold.count;
+    }
   }
   event.approach_speed = contact.hit_speed;
   for (const PointMemory& memory : contact.points) event.impulse += memory.total_impact;
@@ -150,6 +155,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
     r.islands_in_flight += result.in_flight;
     r.rows += result.report.rows;
     r.friction_rows += result.friction_rows;
+    r.manifolds_reused += result.manifolds_reused;
     r.substeps = std::max(r.substeps, result.substeps);
     r.impacts += result.impacts;
     r.reflections += result.reflections;

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "physics/islands/island_builder.h"
-#include "physics/narrowphase/collide.h"
+#include "physics/narrowphase/chain.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/text.h"
@@ -17,6 +17,9 @@
 
 namespace skerry {
 namespace {
+
+// Farther than this in one step [m] a body is lost: products of such lengths still fit a double.
+constexpr double kFarthest = 1e100;
 
 struct SteppedIsland {
   Island island;
@@ -73,6 +76,7 @@ class Step {
       }
       s_.reach[i] = h_ * (length(b.velocity[i]) + h_ * length(s_.acceleration[i]) +
                           (std::abs(b.omega[i]) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
+      if (!(s_.reach[i] < kFarthest)) contain(i);
     }
     for (Contact& contact : s_.contacts) {
       for (PointMemory& memory : contact.points)
@@ -83,6 +87,16 @@ class Step {
     }
     for (JointRecord& joint : s_.joints) joint.row_impulse[0] = joint.row_impulse[1] = 0;
     book(Stage::Forces, start);
+  }
+
+  /// A body that is about to leave the numbers stops where it is.
+  void contain(std::size_t i) {
+    s_.bodies.velocity[i] = s_.backup[i].velocity = {};
+    s_.bodies.omega[i] = s_.backup[i].omega = 0;
+    s_.acceleration[i] = {};
+    s_.angular_acceleration[i] = 0;
+    s_.reach[i] = 0;
+    ++s_.report.contained;
   }
 
   /// Boxes that bound the motion within the step -> broad phase -> contact table.
@@ -120,30 +134,57 @@ class Step {
 
   /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
   void merge_pairs() {
-    std::vector<Contact> next;
-    next.reserve(s_.contacts.size() + s_.pairs.size());
-    auto old = s_.contacts.begin();
-    const auto keep_until = [&](std::uint32_t low, std::uint32_t high) {
-      for (; old != s_.contacts.end() && std::pair(old->shape_a, old->shape_b) < std::pair(low, high);
-           ++old) {
-        if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
-          next.push_back(std::move(*old));
-        } else if (old->touched) {
-          lost_.push_back(*old);
-        }
-      }
-    };
+    const bool moved = std::find(s_.shape_moved.begin(), s_.shape_moved.end(), 1) != s_.shape_moved.end();
+    if (s_.pairs.empty() && !moved) return;
+    std::vector<Contact> wanted;
     for (const Pair& pair : s_.pairs) {
-      keep_until(pair.low, pair.high);
-      bool known = false;
-      for (; old != s_.contacts.end() && old->shape_a == pair.low && old->shape_b == pair.high; ++old) {
-        next.push_back(std::move(*old));
-        known = true;
-      }
-      if (!known && may_touch(pair)) next.push_back(make_contact(pair));
+      if (may_touch(pair)) add_wanted(pair, wanted);
     }
-    keep_until(~0u, ~0u);
+    std::vector<Contact> next;
+    next.reserve(s_.contacts.size() + wanted.size());
+    auto old = s_.contacts.begin();
+    const auto pass = [&] {
+      if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
+        next.push_back(std::move(*old));
+      } else if (old->touched) {
+        lost_.push_back(*old);
+      }
+      ++old;
+    };
+    for (Contact& contact : wanted) {
+      while (old != s_.contacts.end() && old->key() < contact.key()) pass();
+      if (old != s_.contacts.end() && old->key() == contact.key()) {
+        next.push_back(std::move(*old));
+        ++old;
+      } else {
+        next.push_back(std::move(contact));
+      }
+    }
+    while (old != s_.contacts.end()) pass();
     s_.contacts = std::move(next);
+  }
+
+  /// One contact, or one for each near segment of a chain.
+  void add_wanted(const Pair& pair, std::vector<Contact>& wanted) {
+    Contact contact = make_contact(pair);
+    const ShapeRecord& a = s_.shapes[pair.low];
+    const ShapeRecord& b = s_.shapes[pair.high];
+    const bool a_chain = a.shape.kind == ShapeKind::Chain;
+    const bool b_chain = b.shape.kind == ShapeKind::Chain;
+    if (a_chain == b_chain) {
+      // Terrain does not meet terrain.
+      if (!a_chain) wanted.push_back(contact);
+      return;
+    }
+    const ShapeRecord& chain = a_chain ? a : b;
+    const BodyBackup& at = s_.backup[chain.body.index];
+    const double reach = s_.reach[chain.body.index] + s_.config.contact_margin;
+    chain_segments_near(chain.shape, {at.position, at.rotation}, grown((a_chain ? b : a).box, reach),
+                        segments_);
+    for (const int segment : segments_) {
+      contact.child = segment;
+      wanted.push_back(contact);
+    }
   }
 
   bool may_touch(const Pair& pair) const {
@@ -178,28 +219,26 @@ class Step {
     return contact;
   }
 
-  /// A pair belongs to the step if its shapes can meet within it. Contacts between clean bodies stay as they
-  /// are.
+  /// A pair belongs to the step if its shapes can meet within it. After the first round only pairs of dirty
+  /// bodies can become linked; islands that gained one are then the dirty ones.
   void link_contacts(std::vector<std::uint8_t>& dirty) {
     const auto start = Clock::now();
+    const bool first = rounds_++ == 0;
     std::vector<std::uint8_t> newly(s_.bodies.size(), 0);
     for (Contact& contact : s_.contacts) {
-      if (contact.sensor || (!dirty[contact.body_a] && !dirty[contact.body_b])) continue;
+      if (first) contact.linked = false;
+      if (contact.sensor || contact.linked || (!dirty[contact.body_a] && !dirty[contact.body_b])) continue;
       const double margin =
           2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
-      const bool before = contact.linked;
       const BodyBackup& a = s_.backup[contact.body_a];
       const BodyBackup& b = s_.backup[contact.body_b];
-      contact.manifold = collide(s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
-                                 s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin,
-                                 &contact.cache, &s_.report.narrow);
+      s_.report.manifolds_reused += !refresh_manifold(
+          contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
+          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, s_.report.narrow);
       contact.linked = contact.manifold.count > 0;
-      contact.points = contact.points_at_start;
-      match_points(contact);
-      if (contact.linked && !before) newly[contact.body_a] = newly[contact.body_b] = 1;
+      if (contact.linked) newly[contact.body_a] = newly[contact.body_b] = 1;
     }
-    // In the first round everything is stepped; later only islands that gained a contact.
-    if (rounds_++ > 0) dirty = newly;
+    if (!first) dirty = newly;
     book(Stage::Narrow, start);
   }
 
@@ -264,7 +303,7 @@ class Step {
       contact.hit_speed = 0;
     }
     for (const std::uint32_t i : island.joints) s_.joints[i].row_impulse[0] = s_.joints[i].row_impulse[1] = 0;
-    update_manifolds(s_, island, s_.config.contact_margin, 0, s_.report.narrow);
+    s_.report.manifolds_reused += update_manifolds(s_, island, 0, s_.report.narrow);
   }
 
   void restore(const std::vector<std::uint32_t>& bodies) {
@@ -313,9 +352,7 @@ class Step {
         continue;
       }
       restore({i});
-      b.velocity[i] = {};
-      b.omega[i] = 0;
-      ++s_.report.contained;
+      contain(i);
     }
     for (std::size_t i = 0; i < b.size(); ++i) {
       b.force[i] = {};
@@ -347,6 +384,7 @@ class Step {
   WorldState& s_;
   const double h_;
   int rounds_ = 0;
+  std::vector<int> segments_;
   std::vector<Contact> lost_;  ///< touching contacts whose boxes parted
 };
 

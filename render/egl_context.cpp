@@ -181,6 +181,10 @@ void EglContext::release() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
 
+void EglContext::finish() {
+  glFinish();
+}
+
 std::vector<EglAttempt> probe_egl() {
   const std::string library = missing_library();
   if (!library.empty()) return {{"load " + library, false, "not found"}};

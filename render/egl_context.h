@@ -39,6 +39,9 @@ class EglContext {
   void make_current();
   void release();
 
+  /// Waits until everything that was drawn is done: to measure, or before another thread reads.
+  void finish();
+
   [[nodiscard]] const std::vector<EglAttempt>& attempts() const { return attempts_; }
   [[nodiscard]] const std::string& vendor() const { return vendor_; }
   [[nodiscard]] const std::string& renderer() const { return renderer_; }

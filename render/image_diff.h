@@ -40,7 +40,8 @@ struct DiffResult {
 /// Compares two pictures. Same input, same result; O(pixels).
 [[nodiscard]] DiffResult compare(const Image& expected, const Image& actual, const DiffRule& rule = {});
 
-/// The differences, amplified: grey where equal, from yellow to red where they differ. Pictures of different
+/// The differences, amplified: grey where equal, blue where they differ by rounding, from yellow to red
+/// beyond. Pictures of different
 /// size are laid over each other at the top left; what only one has is red.
 [[nodiscard]] Image difference_image(const Image& expected, const Image& actual, const DiffRule& rule = {});
 

@@ -21,13 +21,13 @@ Style light_style() {
   s.grid = rgb(0xeceae4);
   s.grid_major = rgb(0xd8d5cc);
   s.bodies = {{{rgb(0x9fd2f0), rgb(0x2a7fb0)},
-               {rgb(0xf6c56b), rgb(0xa86f00)},
+               {rgb(0xf1b955), rgb(0x986000)},
                {rgb(0x84cfb4), rgb(0x00765a)},
                {rgb(0xf0a582), rgb(0xb04a08)},
                {rgb(0xe2b1cd), rgb(0x9a5580)},
-               {rgb(0xf3ea86), rgb(0x8f8300)},
+               {rgb(0xf8f2a0), rgb(0x958a00)},
                {rgb(0x8fb4dc), rgb(0x00538a)},
-               {rgb(0xc9ccd1), rgb(0x5c6470)}}};
+               {rgb(0xa9afb9), rgb(0x444c57)}}};
   s.ground = {rgb(0xd9d6ce), rgb(0x77736a)};
   s.asleep = {rgb(0xdfe2e6), rgb(0x8a929c)};
   s.selected = {rgb(0xfff0b0), rgb(0x202020)};
@@ -56,13 +56,13 @@ Style dark_style() {
   s.grid = rgb(0x20252c);
   s.grid_major = rgb(0x313842);
   s.bodies = {{{rgb(0x2c6f96), rgb(0x8fd0f5)},
-               {rgb(0x94661a), rgb(0xf7bd55)},
+               {rgb(0x8a5c14), rgb(0xf2b043)},
                {rgb(0x1c705a), rgb(0x5fd3b0)},
                {rgb(0x8f4a24), rgb(0xf59a6c)},
                {rgb(0x7c4a6a), rgb(0xe6a9cb)},
-               {rgb(0x7d7626), rgb(0xf1e668)},
+               {rgb(0x8f872c), rgb(0xfbf18a)},
                {rgb(0x265380), rgb(0x84b6ea)},
-               {rgb(0x505862), rgb(0xbcc4cf)}}};
+               {rgb(0x424952), rgb(0x98a1ad)}}};
   s.ground = {rgb(0x2b313a), rgb(0x7f8a98)};
   s.asleep = {rgb(0x2a2f37), rgb(0x626c79)};
   s.selected = {rgb(0x6b5d1c), rgb(0xffffff)};

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/image.h"
 #include "render/style.h"
 #include "render/target.h"
 
@@ -51,10 +52,10 @@ class UiHost {
   [[nodiscard]] bool wants_mouse() const;
   [[nodiscard]] bool wants_keys() const;
 
-  [[nodiscard]] ImFont* regular() const;  ///< DejaVu Sans 15 px
-  [[nodiscard]] ImFont* bold() const;     ///< DejaVu Sans Bold 15 px
-  [[nodiscard]] ImFont* title() const;    ///< DejaVu Sans Bold 21 px
-  [[nodiscard]] ImFont* mono() const;     ///< DejaVu Sans Mono 14 px
+  [[nodiscard]] ImFont* regular() const;  ///< DejaVu Sans
+  [[nodiscard]] ImFont* bold() const;     ///< DejaVu Sans Bold
+  [[nodiscard]] ImFont* title() const;    ///< DejaVu Sans Bold, larger
+  [[nodiscard]] ImFont* mono() const;     ///< DejaVu Sans Mono
 
  private:
   struct State;

@@ -24,9 +24,8 @@ void sort_by_feature(LocalManifold& m) {
   if (wrong) std::swap(m.points[0], m.points[1]);
 }
 
-}  // namespace
-
-LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin) {
+LocalManifold clip_once(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin,
+                        bool may_turn) {
   const bool reference_is_a = axis.index >= 0;
   const int edge = reference_is_a ? axis.index : ~axis.index;
   const Hull& ref = reference_is_a ? a : b;
@@ -62,33 +61,55 @@ LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axi
   const double from_ref = 0.5 * (ref.radius - inc.radius);
   LocalManifold m;
   m.normal = reference_is_a ? n : -n;
+  m.from = reference_is_a ? NormalFrom::First : NormalFrom::Second;
 
-  if (low > high && axis.separation >= -noise) {
-    // The edges pass each other: two corners are closest.
-    const bool at_start = x0 < 0;
-    const Vec2 p = at_start ? p0 : p1, q = at_start ? q0 : q1;
-    const Vec2 gap = q - p;
-    const double distance = length(gap);
-    if (distance > limit) return m;
-    Vec2 along = n;
-    double height = distance;
-    if (distance > noise) {
-      along = gap / distance;
-    } else {
-      height = at_start ? y0 : y1;
-    }
-    m.normal = reference_is_a ? along : -along;
-    m.points[0] = {p + (0.5 * height + from_ref) * along, height - radii,
-                   feature(corner_code(at_start ? i0 : i1), corner_code(at_start ? j0 : j1))};
-    m.count = 1;
-    return m;
-  }
-
-  const double label = kCornerOnCorner * std::min(len, x0 - x1);
+  const bool apart = axis.separation >= -noise;
+  const bool overlap = high - low > noise;
   const auto add = [&](double y, Vec2 point, double offset, std::uint32_t code) {
     m.points[m.count++] = {point + offset * n, y - radii, code};
   };
-  if (!(high - low > noise)) {
+  // If the deepest corner lies beside the reference edge and is closer to its end than the incident edge is,
+  // these two corners are closest. With edges that are almost parallel the other end may still be in reach,
+  // so it is added below; the normal lies between those of the edges.
+  bool corners = false, corners_at_start = false;
+  if (apart) {
+    const bool deepest_is_q0 = axis.support == j0;
+    const Vec2 deepest = deepest_is_q0 ? q0 : q1, other = deepest_is_q0 ? q1 : q0;
+    const double x = deepest_is_q0 ? x0 : x1;
+    corners_at_start = low > high ? x0 < 0 : x < 0;
+    const Vec2 end = corners_at_start ? p0 : p1;
+    const bool beside = x < 0 || x > len;
+    const bool beyond = dot(other - deepest, end - deepest) <= 0;
+    if (low <= high && beside && !beyond && may_turn && std::abs(y0 - y1) > 0.1 * noise) {
+      // The end of the reference edge is closest to the incident edge's inside: two axes were equal within
+      // the bias, but the other one has the exact normal.
+      Axis turned = axis;
+      turned.index = reference_is_a ? ~incident : incident;
+      turned.support = corners_at_start ? i0 : i1;
+      return clip_once(a, b, placed, turned, margin, false);
+    }
+    corners = low > high || (beside && beyond);
+    if (corners) {
+      const bool take_q0 = low > high ? length_squared(q0 - end) < length_squared(q1 - end) : deepest_is_q0;
+      const Vec2 gap = (take_q0 ? q0 : q1) - end;
+      const double distance = length(gap);
+      if (distance > limit) return m;
+      Vec2 along = n;
+      double height = distance;
+      if (distance > noise) {
+        along = gap / distance;
+        m.from = NormalFrom::Corners;
+      } else {
+        height = take_q0 ? y0 : y1;
+      }
+      m.normal = reference_is_a ? along : -along;
+      m.points[0] = {end + (0.5 * height + from_ref) * along, height - radii,
+                     feature(corner_code(corners_at_start ? i0 : i1), corner_code(take_q0 ? j0 : j1))};
+      m.count = 1;
+    }
+  }
+  if (!overlap) {
+    if (corners) return m;
     // One corner above the edge, or so little overlap that a second point would be the same.
     const bool first = y0 < y1;
     const double y = first ? y0 : y1;
@@ -96,10 +117,11 @@ LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axi
     add(y, first ? q0 : q1, from_ref - 0.5 * y, feature(edge_code(i0), corner_code(first ? j0 : j1)));
     return m;
   }
+  const double label = kCornerOnCorner * std::min(len, x0 - x1);
   const double slope = (y0 - y1) / (x0 - x1);
   // The end at the start of the reference edge.
   const double y_low = x1 >= 0 ? y1 : y1 - slope * x1;
-  if (y_low <= limit) {
+  if (y_low <= limit && !(corners && corners_at_start)) {
     const std::uint32_t code = std::abs(x1) <= label ? feature(corner_code(i0), corner_code(j1))
                                : x1 > 0              ? feature(edge_code(i0), corner_code(j1))
                                                      : feature(corner_code(i0), edge_code(j0));
@@ -111,7 +133,7 @@ LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axi
   }
   // The end at its other corner.
   const double y_high = x0 <= len ? y0 : y1 + slope * (len - x1);
-  if (y_high <= limit) {
+  if (y_high <= limit && !(corners && !corners_at_start)) {
     const std::uint32_t code = std::abs(x0 - len) <= label ? feature(corner_code(i1), corner_code(j0))
                                : x0 < len                  ? feature(edge_code(i0), corner_code(j0))
                                                            : feature(corner_code(i1), edge_code(j0));
@@ -123,6 +145,12 @@ LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axi
   }
   sort_by_feature(m);
   return m;
+}
+
+}  // namespace
+
+LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin) {
+  return clip_once(a, b, placed, axis, margin, true);
 }
 
 }  // namespace skerry::narrow

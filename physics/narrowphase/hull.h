@@ -21,13 +21,14 @@ inline constexpr int kMaxCorners = 64;
 inline constexpr double kNoise = 1.0e-14;
 // Axes whose separations differ by less than this, relative to the coordinates, count as equal, and the first
 // one is taken. Above the noise, so that faces that lie on each other always have the same reference face.
-inline constexpr double kAxisBias = 1.0e-13;
+inline constexpr double kAxisBias = 1.0e-14;
 // Corners that face each other within this share of the contact segment count as corner on corner, so that
 // aligned stacks keep their feature ids. It changes the label only, never a number.
 inline constexpr double kCornerOnCorner = 1.0e-7;
 
-/// A core and its radius; points into a Shape.
+/// A core and its radius; points into a Shape. A half-plane has its point and normal.
 struct Hull {
+  ShapeKind kind = ShapeKind::Disc;
   const Vec2* v = nullptr;
   const Vec2* n = nullptr;
   int count = 0;
@@ -35,11 +36,8 @@ struct Hull {
 };
 
 inline Hull hull_of(const Shape& shape) {
-  return {shape.vertices.data(), shape.normals.data(), static_cast<int>(shape.vertices.size()), shape.radius};
-}
-
-inline bool is_convex_hull(const Shape& shape) {
-  return shape.kind != ShapeKind::HalfPlane && shape.kind != ShapeKind::Chain;
+  return {shape.kind, shape.vertices.data(), shape.normals.data(), static_cast<int>(shape.vertices.size()),
+          shape.radius};
 }
 
 /// The rotation that takes vectors of frame `b` to frame `a`: inverse(a) b.
@@ -91,14 +89,28 @@ struct LocalPoint {
   std::uint32_t feature;
 };
 
-/// Contact points of two cores in the frame of the first.
+/// Whose edge gave the normal of a manifold.
+enum class NormalFrom : std::uint8_t { First, Second, Corners };
+
+/// Contact points of two shapes in the frame of the first.
 struct LocalManifold {
   Vec2 normal;
   LocalPoint points[2];
   int count = 0;
+  NormalFrom from = NormalFrom::First;
 };
 
 /// Clips the incident edge to the reference edge of `axis`, or finds the two closest corners.
 LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin);
+
+/// Order in which kinds of shapes are first in a pair: half-planes, then cores with edges, then discs.
+constexpr int rank_of(ShapeKind kind) {
+  return kind == ShapeKind::HalfPlane ? 2 : kind == ShapeKind::Disc ? 0 : 1;
+}
+
+/// Contact of two shapes in the frame of the first. @pre no chain; rank_of(a) >= rank_of(b); not two
+/// half-planes
+LocalManifold meet(const Hull& a, const Hull& b, const Transform& relative, double margin, SatCache* cache,
+                   NarrowPhaseStats* stats);
 
 }  // namespace skerry::narrow

@@ -2,7 +2,6 @@
 #include "physics/stepping/island_rows.h"
 
 #include "physics/joint_rows.h"
-#include "physics/narrowphase/collide.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -147,15 +146,15 @@ double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>
   return u;
 }
 
-void update_manifolds(WorldState& state, const Island& island, double margin, double elapsed,
-                      NarrowPhaseStats& stats) {
+int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {
+  int reused = 0;
   for (const std::uint32_t index : island.contacts) {
     Contact& contact = state.contacts[index];
-    contact.manifold = collide(state.shapes[contact.shape_a].shape, pose_at(state, contact.body_a, elapsed),
-                               state.shapes[contact.shape_b].shape, pose_at(state, contact.body_b, elapsed),
-                               margin, &contact.cache, &stats);
-    match_points(contact);
+    reused += !refresh_manifold(contact, state.shapes[contact.shape_a].shape,
+                                pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
+                                pose_at(state, contact.body_b, elapsed), contact.margin, stats);
   }
+  return reused;
 }
 
 }  // namespace skerry

@@ -59,9 +59,9 @@ void store_velocities(WorldState& state, const Island& island, const std::vector
 /// Relative velocity of row `i`, J v + drive.
 double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>& v);
 
-/// Recomputes the manifolds of the island's contacts at the current poses, within `margin` [m].
+/// Brings the manifolds of the island's contacts to the current poses, each within its own margin.
 /// @param elapsed  since the beginning of the step [s], for kinematic bodies
-void update_manifolds(WorldState& state, const Island& island, double margin, double elapsed,
-                      NarrowPhaseStats& stats);
+/// @return how many were right already
+int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats);
 
 }  // namespace skerry

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "physics/narrowphase/collide.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -12,8 +11,10 @@ namespace {
 /// Smallest separation among the points whose features do not rest, at time `t`; the margin if there is none.
 class FreePoints {
  public:
-  FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b, std::uint8_t resting)
-      : shape_a_(state.shapes[contact.shape_a].shape),
+  FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b,
+             std::uint8_t resting)
+      : contact_(contact),
+        shape_a_(state.shapes[contact.shape_a].shape),
         shape_b_(state.shapes[contact.shape_b].shape),
         a_(a),
         b_(b),
@@ -24,7 +25,8 @@ class FreePoints {
   }
 
   double separation(double t) const {
-    const Manifold manifold = collide(shape_a_, a_.at(t), shape_b_, b_.at(t), margin_);
+    const Manifold manifold =
+        contact_manifold(contact_, shape_a_, a_.at(t), shape_b_, b_.at(t), margin_, nullptr, nullptr);
     double smallest = margin_;
     for (int i = 0; i < manifold.count; ++i) {
       const auto end = resting_features_.begin() + count_;
@@ -35,6 +37,7 @@ class FreePoints {
   }
 
  private:
+  const Contact& contact_;
   const Shape& shape_a_;
   const Shape& shape_b_;
   const Motion& a_;
@@ -50,13 +53,14 @@ double next_contact_time(const WorldState& state, std::uint32_t index, const Mot
                          std::uint8_t resting, double h) {
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
-    const ImpactTime impact = time_of_impact(state.shapes[contact.shape_a].shape, a,
-                                             state.shapes[contact.shape_b].shape, b, h);
+    const ImpactTime impact = contact_impact_time(contact, state.shapes[contact.shape_a].shape, a,
+                                                  state.shapes[contact.shape_b].shape, b, h);
     return impact.hit ? impact.t : h;
   }
 
-  // One point rests and another may come down (a box that rocks onto its face): the root of that point's separation.
-  // A point that is not deeper than this at the end is left to the projection; it needs no event of its own.
+  // One point rests and another may come down (a box that rocks onto its face): the root of that point's
+  // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
+  // of its own.
   const double ignored = 1e3 * touch_tolerance(state, a.p0);
   const FreePoints free(state, contact, a, b, resting);
   if (free.separation(0) <= 0 || free.separation(h) > -ignored) return h;

@@ -11,8 +11,8 @@ namespace skerry {
 
 struct WorldState;
 
-/// First time in (0, h] at which a point of the contact that is not in `resting` (bit i: point i of the present
-/// manifold) reaches separation zero, or `h` if none does.
+/// First time in (0, h] at which a point of the contact that is not in `resting` (bit i: point i of the
+/// present manifold) reaches separation zero, or `h` if none does.
 double next_contact_time(const WorldState& state, std::uint32_t contact, const Motion& a, const Motion& b,
                          std::uint8_t resting, double h);
 

@@ -20,8 +20,33 @@ bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
 }
 
-std::vector<std::uint8_t> all_points(const Island& island) {
-  return std::vector<std::uint8_t>(island.contacts.size(), 0b11);
+/// Points that are near enough to be pushed into contact by a projection.
+std::vector<std::uint8_t> near_points(const WorldState& state, const Island& island) {
+  std::vector<std::uint8_t> points(island.contacts.size(), 0);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Manifold& manifold = state.contacts[island.contacts[k]].manifold;
+    for (int i = 0; i < manifold.count; ++i) {
+      if (manifold.points[i].separation <= state.config.contact_margin) points[k] |= 1u << i;
+    }
+  }
+  return points;
+}
+
+/// True if a joint, an overlap or a loaded contact is farther off than rounding explains: a cheap look before
+/// the rows are made.
+bool needs_projection(const WorldState& state, const Island& island) {
+  if (!island.joints.empty()) return true;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      const bool closed =
+          contact.points[i].normal_impulse > 0 && point.separation <= state.config.contact_margin;
+      const double error = closed ? std::abs(point.separation) : -point.separation;
+      if (error > position_floor(state, point.position)) return true;
+    }
+  }
+  return false;
 }
 
 /// Largest violation of the rows [m]; loaded contacts count gaps, too.
@@ -48,10 +73,10 @@ void solve_rows(const WorldState& state, const IslandSystem& system, IslandResul
 }  // namespace
 
 void project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
-  const std::vector<std::uint8_t> points = all_points(island);
   BodyArrays& all = state.bodies;
   double last = kInfinity;
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < 5 && needs_projection(state, island); ++round) {
+    const std::vector<std::uint8_t> points = near_points(state, island);
     Assembly assembly;
     AssemblyRequest request;
     request.points = &points;
@@ -89,7 +114,7 @@ void project_positions(WorldState& state, const Island& island, double elapsed, 
       state.travelled[body] +=
           std::hypot(shift[k][0], shift[k][1]) + std::abs(shift[k][2]) * state.radius[body];
     }
-    update_manifolds(state, island, state.config.contact_margin, elapsed, result.narrow);
+    result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
   }
 }
 

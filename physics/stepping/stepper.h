@@ -31,6 +31,7 @@ struct IslandResult {
   int impacts = 0;
   int reflections = 0;
   int friction_rows = 0;
+  int manifolds_reused = 0;
   bool in_flight = false;  ///< nothing to meet: closed form
   SolveWork work;
   NarrowPhaseStats narrow;

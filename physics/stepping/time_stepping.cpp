@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "physics/hash.h"
-#include "physics/narrowphase/collide.h"
 #include "physics/solver/impact_law.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/next_contact.h"
@@ -57,7 +56,7 @@ class IslandStep {
       refresh_manifolds();
       StageTimer timer(state_, result_, Stage::Apply);
       project_positions(state_, island_, elapsed_, result_);
-      if (!last) project_velocities(state_, island_, elapsed_, result_);
+      if (moving_) project_velocities(state_, island_, elapsed_, result_);
       ++result_.substeps;
     }
   }
@@ -65,22 +64,24 @@ class IslandStep {
  private:
   void refresh_manifolds() {
     StageTimer timer(state_, result_, Stage::Narrow);
-    update_manifolds(state_, island_, state_.config.contact_margin, elapsed_, result_.narrow);
+    result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
   }
 
   /// Contacts that touch and approach bounce by the world's impact law; forces have not acted yet.
   void apply_impact() {
     StageTimer timer(state_, result_, Stage::Impact);
     std::vector<std::uint8_t> touching(island_.contacts.size(), 0);
-    bool any = !island_.joints.empty();
+    bool approaching = !island_.joints.empty();  // a rope may have become taut
     for (std::size_t k = 0; k < touching.size(); ++k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       for (int i = 0; i < contact.manifold.count; ++i) {
-        if (is_touching(state_, contact.manifold.points[i])) touching[k] |= 1u << i;
+        const ManifoldPoint& point = contact.manifold.points[i];
+        if (!is_touching(state_, point)) continue;
+        touching[k] |= 1u << i;
+        approaching |= normal_velocity(state_, contact, point.position, elapsed_) < -state_.config.rest_speed;
       }
-      any |= touching[k] != 0;
     }
-    if (!any) return;
+    if (!approaching) return;
 
     Assembly assembly;
     AssemblyRequest request;
@@ -92,7 +93,7 @@ class IslandStep {
 
     ImpactProblem problem;
     problem.velocity = island_velocities(state_, island_);
-    bool approaching = false;
+    approaching = false;
     for (int i = 0; i < assembly.system.size(); ++i) {
       Row& row = assembly.system.rows[i];
       if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
@@ -105,7 +106,10 @@ class IslandStep {
       if (!contact_row) continue;
       Contact& contact = state_.contacts[origin.index];
       contact.hit = true;
-      contact.hit_speed = std::max(contact.hit_speed, -u);
+      if (-u <= contact.hit_speed) continue;
+      contact.hit_speed = -u;
+      contact.hit_point = contact.manifold.points[origin.point].position;
+      contact.hit_normal = contact.manifold.normal;
     }
     if (!approaching) return;
     // The sources' right-hand side, for whoever looks at the system: the wanted change of each relative
@@ -148,7 +152,7 @@ class IslandStep {
         const bool rests =
             is_touching(state_, point) &&
             normal_velocity(state_, contact, point.position, elapsed_) <= state_.config.rest_speed;
-        if (all_near || rests) resting_[k] |= 1u << i;
+        if (rests || (all_near && point.separation <= contact.margin)) resting_[k] |= 1u << i;
       }
     }
   }
@@ -175,9 +179,10 @@ class IslandStep {
       Contact& contact = state_.contacts[island_.contacts[k]];
       manifolds[k] = contact.manifold;
       if (resting_[k] == 0) continue;
-      const Manifold mid = collide(state_.shapes[contact.shape_a].shape, pose(contact.body_a),
-                                   state_.shapes[contact.shape_b].shape, pose(contact.body_b),
-                                   state_.config.contact_margin, &contact.cache, &result_.narrow);
+      const Manifold mid =
+          contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
+                           state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
+                           &contact.cache, &result_.narrow);
       // Points keep their numbers; where the features changed on the way the old geometry serves.
       int found = 0;
       Manifold same = contact.manifold;
@@ -222,8 +227,8 @@ class IslandStep {
         assemble(state_, island_, request, mid);
       }
     }
-    const bool moving = mid.system.size() == start.system.size() && mid.system.size() > 0;
-    Assembly& assembly = moving ? mid : start;
+    moving_ = mid.system.size() == start.system.size() && mid.system.size() > 0;
+    Assembly& assembly = moving_ ? mid : start;
     IslandSystem& system = assembly.system;
     if (system.rows.empty()) return after;
 
@@ -232,7 +237,7 @@ class IslandStep {
       double target = 0;
       // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
       // not kept.
-      if (moving && (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || sticks(origin))) {
+      if (moving_ && (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || sticks(origin))) {
         target = row_velocity(start, i, before) - row_velocity(mid, i, before);
       }
       if (plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
@@ -253,6 +258,7 @@ class IslandStep {
     }
     if (memory != nullptr) result_.memories.push_back({key.value(), std::move(memory)});
     apply_impulses(system, solution.lambda, after);
+    quieten(h, after);
     store_impulses(assembly, solution.lambda, h);
     note_solution(solution, system);
     if (state_.observe.systems) {
@@ -260,6 +266,21 @@ class IslandStep {
                  std::move(solution.trace));
     }
     return after;
+  }
+
+  /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than
+  /// that are at rest to the bit, so that nothing of them has to be computed again.
+  void quieten(double h, std::vector<Velocity>& v) const {
+    double fastest = 0;
+    for (const std::uint32_t body : island_.bodies) {
+      fastest = std::max(fastest, length(state_.acceleration[body]) +
+                                      std::abs(state_.angular_acceleration[body]) * state_.radius[body]);
+    }
+    const double floor = 1e-11 * h * fastest;  // the solvers' tolerance is 1e-10 of the same speed
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const double turn = std::abs(v[k][2]) * state_.radius[island_.bodies[k]];
+      if (std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn}) < floor) v[k] = {0, 0, 0};
+    }
   }
 
   bool sticks(const RowOrigin& origin) const {
@@ -347,10 +368,18 @@ class IslandStep {
     for (std::size_t k = 0; k < resting_.size(); ++k) {
       const std::uint32_t index = island_.contacts[k];
       const Contact& contact = state_.contacts[index];
+      if (!moves(contact.body_a, before, after) && !moves(contact.body_b, before, after)) continue;
       first = std::min(first, next_contact_time(state_, index, motion(contact.body_a), motion(contact.body_b),
                                                 resting_[k], first));
     }
     return first;
+  }
+
+  bool moves(std::uint32_t body, const std::vector<Velocity>& before,
+             const std::vector<Velocity>& after) const {
+    const int k = state_.local_index[body];
+    if (k >= 0) return before[k] != Velocity{} || after[k] != Velocity{};
+    return state_.bodies.type[body] == BodyType::Kinematic;
   }
 
   void advance(double t, double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
@@ -434,6 +463,7 @@ class IslandStep {
   IslandResult& result_;
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   double elapsed_ = 0;                 ///< since the beginning of the step [s]
+  bool moving_ = false;                ///< the geometry changes within the piece
 };
 
 }  // namespace

@@ -49,12 +49,12 @@ inline WorldConfig weightless() {
 }
 
 /// `count` discs of radius 0.5 in a row along x, centres 1 m apart; disc i starts with velocities[i].
-inline std::vector<BodyId> add_row(World& world, const std::vector<double>& velocities, double restitution = 1,
-                                   double gap = 0) {
+inline std::vector<BodyId> add_row(World& world, const std::vector<double>& velocities,
+                                   double restitution = 1, double gap = 0) {
   std::vector<BodyId> discs;
   for (std::size_t i = 0; i < velocities.size(); ++i) {
-    discs.push_back(add(world, {static_cast<double>(i) * (1 + gap), 0}, smooth(make_disc(0.5), restitution), 1,
-                        {velocities[i], 0}));
+    discs.push_back(add(world, {static_cast<double>(i) * (1 + gap), 0}, smooth(make_disc(0.5), restitution),
+                        1, {velocities[i], 0}));
   }
   return discs;
 }

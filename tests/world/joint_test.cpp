@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "tests/support/worlds.h"
 
@@ -15,8 +14,10 @@ TEST(Distance, PendulumKeepsItsLengthAndEnergyAndItsSmallPeriod) {
   World world;
   const double amplitude = 0.05;
   const double rod = 1;
-  const auto ball = add(world, {rod * std::sin(amplitude), -rod * std::cos(amplitude)}, smooth(make_disc(0.1)), 2);
-  world.create_joint({.kind = JointKind::Distance, .b = ball, .anchor_a = {0, 0}, .anchor_b = world.position(ball)});
+  const auto ball =
+      add(world, {rod * std::sin(amplitude), -rod * std::cos(amplitude)}, smooth(make_disc(0.1)), 2);
+  world.create_joint(
+      {.kind = JointKind::Distance, .b = ball, .anchor_a = {0, 0}, .anchor_b = world.position(ball)});
   const double energy = world.kinetic_energy() + world.potential_energy();
   int crossings = 0;
   double first = 0, last = 0, before = world.position(ball).x;
@@ -32,7 +33,8 @@ TEST(Distance, PendulumKeepsItsLengthAndEnergyAndItsSmallPeriod) {
   }
   const double period = 2 * kPi * std::sqrt(rod / 9.81) * (1 + amplitude * amplitude / 16);
   EXPECT_NEAR((last - first) / (crossings - 1), period, 2e-4 * period);
-  EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy, 1e-4 * 2 * 9.81 * amplitude * amplitude);
+  EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy,
+              1e-4 * 2 * 9.81 * amplitude * amplitude);
 }
 
 TEST(Distance, ReactionOfAHangingBallIsItsWeight) {

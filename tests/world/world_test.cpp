@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "tests/support/worlds.h"
 
@@ -111,14 +110,16 @@ TEST(Rest, ContactOfAStackCarriesTheWeightAboveIt) {
     double above = 0;
     for (int i = k; i < count; ++i) above += 1 + i;
     const ContactReport& contact = world.report().contacts_list[k];
-    EXPECT_NEAR(contact.points[0].normal_impulse + contact.points[1].normal_impulse, above * 9.81 / 60, 1e-10) << k;
+    EXPECT_NEAR(contact.points[0].normal_impulse + contact.points[1].normal_impulse, above * 9.81 / 60, 1e-10)
+        << k;
   }
   EXPECT_LE(world.report().worst_penetration, 1e-10);
   EXPECT_EQ(world.report().inexact_islands, 0);
 }
 
 TEST(Rest, PlankOnTwoSupportsSharesItsWeightByMomentsAndTheFarContactOpens) {
-  // Plank of length 4 on supports at x = -1 and x = 1; a heavy weight on its right overhang tips it about x = 1.
+  // Plank of length 4 on supports at x = -1 and x = 1; a heavy weight on its right overhang tips it about x
+  // = 1.
   World world;
   const auto supports = world.create_body({.type = BodyType::Static});
   world.add_shape(supports, smooth(make_disc(0.1, {-1, -0.1})));
@@ -149,7 +150,10 @@ TEST(Rest, PlankOnTwoSupportsSharesItsWeightByMomentsAndTheFarContactOpens) {
 
 TEST(Building, RefusesBadArgumentsWithTheirValues) {
   World world;
-  EXPECT_NE(message_of([&] { world.create_body({.position = {NAN, 0}}); }).find("(nan, 0)"), std::string::npos);
+  EXPECT_NE(message_of([&] {
+              world.create_body({.position = {NAN, 0}});
+            }).find("(nan, 0)"),
+            std::string::npos);
   EXPECT_NE(message_of([&] { world.create_body({.mass = -2.0}); }).find("-2"), std::string::npos);
   EXPECT_NE(message_of([&] { world.step(0); }).find("got 0"), std::string::npos);
   EXPECT_NE(message_of([&] { world.step(NAN); }).find("nan"), std::string::npos);
@@ -157,7 +161,9 @@ TEST(Building, RefusesBadArgumentsWithTheirValues) {
   ShapeDef def = smooth(make_disc(1));
   def.material.restitution = 1.5;
   EXPECT_NE(message_of([&] { world.add_shape(body, def); }).find("1.5"), std::string::npos);
-  EXPECT_NE(message_of([&] { world.add_shape(body, smooth(make_half_plane({0, 0}, {0, 1}))); }).find("dynamic"),
+  EXPECT_NE(message_of([&] {
+              world.add_shape(body, smooth(make_half_plane({0, 0}, {0, 1})));
+            }).find("dynamic"),
             std::string::npos);
   EXPECT_NE(message_of([&] { world.step(0.1); }).find("no mass"), std::string::npos);
   EXPECT_NE(message_of([&] { World({.solver = "magic"}); }).find("magic"), std::string::npos);
@@ -245,6 +251,35 @@ TEST(Events, SensorsReportAndDoNotPush) {
   EXPECT_NEAR(world.position(ball).y, 3 - 0.5 * 9.81 * 4, 1e-10);
 }
 
+TEST(Terrain, BoxSlidesOverTheJointsOfAFlatChainAsOverAPlane) {
+  World world;
+  std::vector<Vec2> corners;
+  for (int i = 0; i <= 200; ++i) corners.push_back({0.1 * i, 0});
+  const auto ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(corners)));
+  const auto box = add(world, {1, 0.25}, smooth(make_box({0.5, 0.5})), 1, {3, 0});
+  for (int i = 0; i < 300; ++i) {
+    const StepReport& report = world.step(1.0 / 60);
+    ASSERT_EQ(report.impacts, 0) << "step " << i;
+  }
+  EXPECT_NEAR(world.velocity(box).x, 3, 1e-12);
+  EXPECT_NEAR(world.position(box).y, 0.25, 1e-9);
+  EXPECT_NEAR(world.angle(box), 0, 1e-9);
+}
+
+TEST(Terrain, BallStaysInAValleyAndNeverFallsThrough) {
+  World world;
+  const std::vector<Vec2> corners{{-3, 2}, {-1, 0}, {1, 0}, {3, 2}};
+  const auto ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(corners), 0.2));
+  const auto ball = add(world, {-1.5, 3}, smooth(make_disc(0.3), 0.2));
+  for (int i = 0; i < 600; ++i) {
+    world.step(1.0 / 60);
+    const Vec2 p = world.position(ball);
+    ASSERT_GT(p.y, std::max(0.0, std::abs(p.x) - 1) * 0.99) << "step " << i;
+  }
+}
+
 TEST(Filters, DecideWhoMeets) {
   World world;
   ShapeDef ground = smooth(make_half_plane({0, 0}, {0, 1}));
@@ -261,7 +296,8 @@ TEST(Filters, DecideWhoMeets) {
 
 TEST(Kinematic, PlatformCarriesAndLiftsWhatStandsOnIt) {
   World world;
-  const auto platform = world.create_body({.type = BodyType::Kinematic, .position = {0, 0}, .velocity = {0, 0.5}});
+  const auto platform =
+      world.create_body({.type = BodyType::Kinematic, .position = {0, 0}, .velocity = {0, 0.5}});
   world.add_shape(platform, rough(make_box({4, 0.2}), 0.8));
   const auto box = add(world, {0, 0.6}, rough(make_box({1, 1}), 0.8), 1, {0, 0.5});
   for (int i = 0; i < 120; ++i) world.step(1.0 / 60);
@@ -286,8 +322,8 @@ TEST(Determinism, SameInputGivesTheSameBits) {
     World world;
     add_ground(world, rough(make_disc(1), 0.4, 0.3));
     for (int i = 0; i < 12; ++i) {
-      add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i}, rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1,
-          {0.1 * i, 0}, 0.5);
+      add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i},
+          rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * i, 0}, 0.5);
     }
     std::vector<std::uint64_t> hashes;
     for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
@@ -303,7 +339,8 @@ TEST(Determinism, EveryBroadPhaseGivesTheSameBits) {
     World world(config);
     add_ground(world, smooth(make_disc(1), 0.3));
     for (int i = 0; i < 20; ++i) {
-      add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i}, smooth(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.3));
+      add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i},
+          smooth(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.3));
     }
     std::uint64_t all = 0;
     for (int i = 0; i < 60; ++i) all = all * 31 + world.step(1.0 / 60).state_hash;

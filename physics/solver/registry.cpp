@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include <stdexcept>
+
+#include "physics/solver/solver.h"
+
+namespace skerry {
+
+extern const SolverEntry kClosedFormEntry;
+extern const SolverEntry kLemkeEntry;
+extern const SolverEntry kPgsEntry;
+
+namespace {
+
+std::span<const SolverEntry> table() {
+  // Copied at the first call: other files may not be initialised when this one is.
+  static const SolverEntry entries[] = {
+      kClosedFormEntry,
+      kLemkeEntry,
+      kPgsEntry,
+  };
+  return entries;
+}
+
+}  // namespace
+
+std::string_view to_string(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::Solved:
+      return "solved";
+    case SolveStatus::Inexact:
+      return "inexact";
+    case SolveStatus::Singular:
+      return "singular";
+    case SolveStatus::Unsupported:
+      return "unsupported";
+    case SolveStatus::Failed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+std::span<const SolverEntry> solvers() {
+  return table();
+}
+
+const SolverEntry& find_solver(std::string_view name) {
+  std::string names;
+  for (const SolverEntry& entry : solvers()) {
+    if (entry.name == name) return entry;
+    names += names.empty() ? "" : ", ";
+    names += entry.name;
+  }
+  throw std::invalid_argument("unknown solver \"" + std::string(name) + "\"; there are: " + names);
+}
+
+}  // namespace skerry
