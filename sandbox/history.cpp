@@ -11,7 +11,8 @@ constexpr double kImpactSystemFlashes = 6;
 
 std::string row_name(const World& world, const IslandTrace& trace, const Row& row) {
   const auto label = [&](int index) {
-    return index < 0 ? std::string("ground") : body_label(world, trace.bodies[static_cast<std::size_t>(index)]);
+    return index < 0 ? std::string("ground")
+                     : body_label(world, trace.bodies[static_cast<std::size_t>(index)]);
   };
   // The ground comes last, whichever side it is on.
   if (row.a < 0) return label(row.b) + "-ground";

@@ -16,10 +16,10 @@ namespace skerry::sandbox {
 
 /// An impact at a contact point.
 struct Flash {
-  double time = 0;     ///< [s]
-  Vec2 point;          ///< world frame [m]
-  Vec2 normal;         ///< from the first body to the second
-  double impulse = 0;  ///< [N s]
+  double time = 0;                        ///< [s]
+  Vec2 point;                             ///< world frame [m]
+  Vec2 normal;                            ///< from the first body to the second
+  double impulse = 0;                     ///< [N s]
   bool fixed_a = false, fixed_b = false;  ///< static or kinematic: not moved by it
 };
 

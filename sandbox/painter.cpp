@@ -49,7 +49,8 @@ void Painter::start(const Demo& demo, const std::vector<std::string>& names) {
   State& state = *state_;
   state.overlays.clear();
   for (const Overlay& overlay : overlays())
-    if (std::find(names.begin(), names.end(), overlay.name) != names.end()) state.overlays.push_back(&overlay);
+    if (std::find(names.begin(), names.end(), overlay.name) != names.end())
+      state.overlays.push_back(&overlay);
   const bool column = std::any_of(state.overlays.begin(), state.overlays.end(),
                                   [](const Overlay* overlay) { return overlay->column; });
   const View view = demo.picture().view.value_or(fitted_view(demo.world()));

@@ -98,7 +98,8 @@ void print_checks(std::ostream& out, const Demo& demo) {
     out << "  " << state_word(check.state) << "  " << check.what;
     if (check.state != CheckState::Waiting) out << ": " << format_number(check.value);
     out << " (expected " << check.condition();
-    if (check.state == CheckState::Fails) out << ", at " << format_number(check.time) << " s, " << check.place;
+    if (check.state == CheckState::Fails)
+      out << ", at " << format_number(check.time) << " s, " << check.place;
     out << ")\n";
   }
   const StepReport& report = demo.world().report();
@@ -120,9 +121,12 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
   json["title"] = demo.title();
   json["lesson"] = demo.lesson();
   const WorldConfig& config = world.config();
-  json["config"] = {{"dt", demo.dt()},           {"solver", config.solver},
-                    {"broad_phase", config.broad_phase}, {"impact_law", config.impact_law},
-                    {"stepper", config.stepper}, {"gravity", pair(config.gravity)}};
+  json["config"] = {{"dt", demo.dt()},
+                    {"solver", config.solver},
+                    {"broad_phase", config.broad_phase},
+                    {"impact_law", config.impact_law},
+                    {"stepper", config.stepper},
+                    {"gravity", pair(config.gravity)}};
   Json parameters = Json::object();
   for (const Parameter& parameter : demo.parameters()) {
     if (parameter.choices.empty())

@@ -58,7 +58,8 @@ PaintOptions Options::paint() const {
 // Overlays of the demo and of the command line, each once; "none" drops those of the demo.
 std::vector<std::string> chosen_overlays(const Options& options, const Demo& demo) {
   std::vector<std::string> names;
-  const bool none = std::find(options.overlays.begin(), options.overlays.end(), "none") != options.overlays.end();
+  const bool none =
+      std::find(options.overlays.begin(), options.overlays.end(), "none") != options.overlays.end();
   if (!none) names = demo.picture().overlays;
   for (const std::string& name : options.overlays)
     if (name != "none") names.push_back(name);
@@ -111,8 +112,8 @@ class Recording {
     run_loop(demo_, {}, callbacks);
     painter_.paint(demo_, history_, image_);
     render::write_png(path, image_);
-    io_.out << path << ": " << format_number_of(demo_.time()) << " s, "
-            << format_bytes(fs::file_size(path)) << '\n';
+    io_.out << path << ": " << format_number_of(demo_.time()) << " s, " << format_bytes(fs::file_size(path))
+            << '\n';
     return true;
   }
 
@@ -145,7 +146,8 @@ class Recording {
     const render::SinkReport report = sink->end();
     const double rate = static_cast<double>(frames) / std::max(progress.elapsed(), 1e-9);
     io_.out << report.path << ": " << format_number_of(static_cast<double>(frames) / options_.fps) << " s, "
-            << frames << " frames, " << std::lround(rate) << " frames/s, " << format_bytes(report.bytes) << '\n';
+            << frames << " frames, " << std::lround(rate) << " frames/s, " << format_bytes(report.bytes)
+            << '\n';
     if (!whole) return true;
     if (demo_.failed()) print_checks(io_.err, demo_);
     return !demo_.failed();
@@ -186,13 +188,15 @@ class Recording {
 int capture(const Options& options, const Io& io) {
   check_overlays(options);
   std::vector<DemoFile> files;
-  for (const std::string& name : options.shared.demos) files.push_back(find_demo(name, options.shared.folder));
+  for (const std::string& name : options.shared.demos)
+    files.push_back(find_demo(name, options.shared.folder));
   if (files.empty()) files = find_demos(demo_folder(options.shared.folder));
   if (files.size() > 1 && !is_folder(options.out))
     throw UsageError("-o: " + std::to_string(files.size()) + " demos need a folder (ending in /), got \"" +
                      options.out + '"');
   if (options.at && !options.out.empty() && !is_folder(options.out) && !is_still(options.out))
-    throw UsageError("--at makes one picture: -o expected a .png file or a folder, got \"" + options.out + '"');
+    throw UsageError("--at makes one picture: -o expected a .png file or a folder, got \"" + options.out +
+                     '"');
   if (!options.out.empty() && options.out.back() == '/') {
     std::error_code error;
     fs::create_directories(options.out, error);
@@ -224,7 +228,9 @@ Action setup_capture(CLI::App& app) {
   app.add_option("--at", options->at, "One picture of this moment [s]")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
-  app.add_option("--fps", options->fps, "Frames a second (default 60)")->check(CLI::Range(1, 240))->group(group);
+  app.add_option("--fps", options->fps, "Frames a second (default 60)")
+      ->check(CLI::Range(1, 240))
+      ->group(group);
   app.add_option("--size", options->size, "WIDTHxHEIGHT in pixels (default 1280x720)")
       ->type_name("SIZE")
       ->group(group);

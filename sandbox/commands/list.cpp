@@ -48,9 +48,14 @@ int list(const SharedOptions& shared, bool json, const Io& io) {
     try {
       const Demo demo(file.path, DemoOptions{});
       if (json) {
-        Json entry{{"name", file.name},         {"topic", file.topic},       {"file", file.path},
-                   {"title", demo.title()},     {"lesson", demo.lesson()},   {"seconds", demo.seconds()},
-                   {"checks", demo.checks().size()}, {"parameters", Json::array()}};
+        Json entry{{"name", file.name},
+                   {"topic", file.topic},
+                   {"file", file.path},
+                   {"title", demo.title()},
+                   {"lesson", demo.lesson()},
+                   {"seconds", demo.seconds()},
+                   {"checks", demo.checks().size()},
+                   {"parameters", Json::array()}};
         for (const Parameter& parameter : demo.parameters())
           entry["parameters"].push_back(describe_parameter(parameter));
         all.push_back(std::move(entry));

@@ -42,13 +42,12 @@ bool passes(const DemoFile& file, const DemoOptions& given, const Io& io) {
     if (interrupted()) break;
     options.broad_phase = std::string(entry.name);
     const Trajectory other = follow(file.path, options, nullptr);
-    const auto [mine, theirs] = std::mismatch(oracle.hashes.begin(), oracle.hashes.end(),
-                                              other.hashes.begin(), other.hashes.end());
+    const auto [mine, theirs] =
+        std::mismatch(oracle.hashes.begin(), oracle.hashes.end(), other.hashes.begin(), other.hashes.end());
     if (mine == oracle.hashes.end() && theirs == other.hashes.end()) continue;
     good = false;
-    io.out << file.name << ": FAIL  with broad phase " << entry.name
-           << " the state differs from that of " << broad_phases().front().name << " after step "
-           << mine - oracle.hashes.begin() + 1 << '\n';
+    io.out << file.name << ": FAIL  with broad phase " << entry.name << " the state differs from that of "
+           << broad_phases().front().name << " after step " << mine - oracle.hashes.begin() + 1 << '\n';
   }
   return good;
 }

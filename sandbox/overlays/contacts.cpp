@@ -40,7 +40,8 @@ void draw_contacts(const OverlayContext& context, render::DrawList& list) {
   // Impacts last one step; where the contact has gone they fade.
   for (const Flash& flash : context.history.flashes()) {
     const double brightness = context.history.brightness(flash);
-    if (flash.time < context.history.now()) add_contact(context, flash.point, flash.normal, true, brightness, layer);
+    if (flash.time < context.history.now())
+      add_contact(context, flash.point, flash.normal, true, brightness, layer);
   }
   context.legend.marker(context.style.contact, context.style.contact, "contact");
   context.legend.arrow(context.style.normal, kNormalPx * render::ui_scale(context.camera.height_px),

@@ -55,7 +55,8 @@ void show_energy(const PanelContext& context) {
     std::vector<ImVec2> points;
     for (std::size_t i = 0; i < samples.size(); i += stride) {
       const double share = std::min(1.0, samples[i].time / context.scene.demo.seconds());
-      points.push_back({panel.x() + panel.width() * static_cast<float>(share), to_y(curve.value(samples[i]))});
+      points.push_back(
+          {panel.x() + panel.width() * static_cast<float>(share), to_y(curve.value(samples[i]))});
     }
     panel.draw()->AddPolyline(points.data(), static_cast<int>(points.size()), pack(curve.color), 0,
                               1.8f * scale);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Title and lesson at the top, the time at the right, the script's latest note above the footer.
-#include <imgui.h>
-
 #include <cstdio>
+#include <imgui.h>
 
 #include "render/ui_host.h"
 #include "sandbox/layout.h"
@@ -26,8 +25,8 @@ void show_note(const PanelContext& context, double speed, float width, float hei
   const float pad = static_cast<float>(8 * context.scale);
   const float bottom = height - static_cast<float>(kFooterPx * context.scale);
   const ImVec2 at(0.5f * (width - size.x), bottom - size.y - 2 * pad);
-  draw->AddRectFilled({at.x - pad, at.y - pad}, {at.x + size.x + pad, at.y + size.y + pad},
-                      pack(style.panel), pad);
+  draw->AddRectFilled({at.x - pad, at.y - pad}, {at.x + size.x + pad, at.y + size.y + pad}, pack(style.panel),
+                      pad);
   draw->AddText(font, font->FontSize, at, pack(style.text), text.c_str());
 }
 
@@ -50,7 +49,8 @@ void show_header(const PanelContext& context, double speed) {
     std::snprintf(clock, sizeof clock, "t = %.3f s  (speed %g)", scene.demo.time(), speed);
   ImFont* mono = context.ui.mono();
   const ImVec2 clock_size = mono->CalcTextSizeA(mono->FontSize, width, 0, clock);
-  draw->AddText(mono, mono->FontSize, {width - margin - clock_size.x, margin}, pack(scene.style.text_dim), clock);
+  draw->AddText(mono, mono->FontSize, {width - margin - clock_size.x, margin}, pack(scene.style.text_dim),
+                clock);
 
   ImFont* title = context.ui.title();
   const auto top = static_cast<float>(8 * context.scale);

@@ -12,7 +12,7 @@
 namespace skerry::sandbox {
 namespace {
 
-constexpr double kLongest = 0.16;  // length of the longest arrow, as a share of the picture's height
+constexpr double kLongest = 0.16;     // length of the longest arrow, as a share of the picture's height
 constexpr double kForceNoise = 1e-9;  // smaller than this share of the largest force: not drawn
 
 /// Metres of arrow per unit of `quantity`, and the round amount that the legend shows.
@@ -74,8 +74,7 @@ void draw_impulses(const OverlayContext& context, render::DrawList& list) {
   }
   if (history.largest_impulse() > 0) add_legend(context, impulse, style.impulse, "impact", "N s");
 
-  const ArrowScale force =
-      arrow_scale(context, context.demo.picture().force_scale, history.largest_force());
+  const ArrowScale force = arrow_scale(context, context.demo.picture().force_scale, history.largest_force());
   if (history.largest_force() <= 0 || report.h <= 0) return;
   bool friction = false;
   for (const ContactReport& contact : report.contacts_list) {

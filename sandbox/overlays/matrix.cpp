@@ -14,8 +14,8 @@
 namespace skerry::sandbox {
 namespace {
 
-constexpr double kDecades = 4;        // magnitudes below 1e-4 of the largest get the palest colour
-constexpr int kNamedRows = 20;        // with more, names and vectors would be smaller than text
+constexpr double kDecades = 4;  // magnitudes below 1e-4 of the largest get the palest colour
+constexpr int kNamedRows = 20;  // with more, names and vectors would be smaller than text
 constexpr double kLargestCellPx = 46;
 constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
 constexpr double kNamePx = 74;
@@ -123,7 +123,8 @@ void show_matrix(const PanelContext& context) {
   const SystemRecord* record = context.scene.history.system();
   const render::Style& style = context.scene.style;
   const auto scale = static_cast<float>(context.scale);
-  const char* title = "Contact equations  0 \xE2\x89\xA4 \xCE\xBB  \xE2\x8A\xA5  W\xCE\xBB - b \xE2\x89\xA5 0";
+  const char* title =
+      "Contact equations  0 \xE2\x89\xA4 \xCE\xBB  \xE2\x8A\xA5  W\xCE\xBB - b \xE2\x89\xA5 0";
   if (!record || record->system.size() == 0) {
     const Panel panel(context, title, 24);
     panel.text(panel.x(), panel.y(), style.text_dim, "nothing touches yet");
@@ -146,8 +147,8 @@ void show_matrix(const PanelContext& context) {
   if (named) {
     if (cell_px >= kNumberCellPx) draw_numbers(panel, style, grid, x, y, cell);
     for (int i = 0; i < n; ++i)
-      panel.text(panel.x(), y + (static_cast<float>(i) + 0.5f) * cell - 0.5f * ImGui::GetFontSize(), style.text,
-                 record->row_names[static_cast<std::size_t>(i)]);
+      panel.text(panel.x(), y + (static_cast<float>(i) + 0.5f) * cell - 0.5f * ImGui::GetFontSize(),
+                 style.text, record->row_names[static_cast<std::size_t>(i)]);
     draw_vectors(panel, style, *record, panel.x() + panel.width(), y, cell,
                  static_cast<float>(kVectorPx) * scale);
   }

@@ -46,7 +46,7 @@ struct PanelContext {
 struct Overlay {
   std::string_view name;
   std::string_view summary;
-  Observe needs;  ///< observers it turns on
+  Observe needs{};  ///< observers it turns on
   /// Adds to the picture, in world coordinates; may be null.
   void (*draw)(const OverlayContext&, render::DrawList&) = nullptr;
   /// Calls ImGui; may be null.

@@ -11,7 +11,8 @@ constexpr double kPadPx = 12;
 
 }  // namespace
 
-Panel::Panel(const PanelContext& context, const char* title, double height) : standard_(context.ui.regular()) {
+Panel::Panel(const PanelContext& context, const char* title, double height)
+    : standard_(context.ui.regular()) {
   const double scale = context.scale;
   const double outer = (height + kTitlePx + kPadPx) * scale;
   const PanelLayout::Position at = context.layout.next(outer);
@@ -45,7 +46,8 @@ void Panel::text_right(float right, float y, render::Color color, const std::str
   text(right - font->CalcTextSizeA(font->FontSize, 1e6f, 0, words.c_str()).x, y, color, words, font);
 }
 
-void Panel::text_centred(float x, float y, render::Color color, const std::string& words, ImFont* font) const {
+void Panel::text_centred(float x, float y, render::Color color, const std::string& words,
+                         ImFont* font) const {
   if (!font) font = standard_;
   const ImVec2 size = font->CalcTextSizeA(font->FontSize, 1e6f, 0, words.c_str());
   text(x - 0.5f * size.x, y - 0.5f * size.y, color, words, font);

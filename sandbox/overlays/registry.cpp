@@ -5,9 +5,7 @@ namespace skerry::sandbox {
 
 std::span<const Overlay> overlays() {
   static constexpr Overlay kOverlays[] = {
-      {.name = "islands",
-       .summary = "bodies that are solved together, a hue each",
-       .draw = draw_islands},
+      {.name = "islands", .summary = "bodies that are solved together, a hue each", .draw = draw_islands},
       {.name = "contacts",
        .summary = "contact points and normals",
        .needs = {.contacts = true},
