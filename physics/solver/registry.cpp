@@ -5,7 +5,10 @@
 
 namespace skerry {
 
+extern const SolverEntry kAutoEntry;
+extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kClosedFormEntry;
+extern const SolverEntry kConvexStepEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
 
@@ -14,7 +17,10 @@ namespace {
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
+      kAutoEntry,
       kClosedFormEntry,
+      kBodySpaceEntry,
+      kConvexStepEntry,
       kLemkeEntry,
       kPgsEntry,
   };
