@@ -8,6 +8,7 @@ namespace skerry {
 extern const SolverEntry kClosedFormEntry;
 extern const SolverEntry kTridiagonalEntry;
 extern const SolverEntry kDenseLuEntry;
+extern const SolverEntry kIncrementalLdltEntry;
 extern const SolverEntry kSparseContactEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
