@@ -20,8 +20,15 @@ namespace {
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kClosedFormEntry, kTridiagonalEntry, kDenseLuEntry, kSparseContactEntry,
-      kLemkeEntry,      kPgsEntry,         kNncgEntry,    kTgsSoftEntry,
+      kClosedFormEntry,       // one contact
+      kTridiagonalEntry,      // chains
+      kDenseLuEntry,          // contact space, exact
+      kIncrementalLdltEntry,  //
+      kSparseContactEntry,    //
+      kLemkeEntry,            // reference
+      kPgsEntry,              // iterative
+      kNncgEntry,             //
+      kTgsSoftEntry,          //
   };
   return entries;
 }
