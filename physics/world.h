@@ -30,7 +30,7 @@
 namespace skerry {
 
 struct ShapeDef {
-  Shape shape{};            ///< in the frame of the body's definition
+  Shape shape{};          ///< in the frame of the body's definition
   double density = 1000;  ///< [kg/m^2]; ignored for static bodies and when the body has a mass of its own
   Material material{};
   MixingRule friction_rule = MixingRule::GeometricMean;
@@ -51,6 +51,8 @@ struct WorldConfig {
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
   int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
+  bool reuse_resting =
+      true;  ///< islands that a step did not change by a bit are not stepped again until something does
 };
 
 /// A shape of the world, for drawing and queries.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/contact.h"
+#include "physics/resting.h"
 #include "physics/stepping/stepper.h"
 #include "physics/world.h"
 
@@ -44,6 +45,7 @@ struct WorldState {
   std::unique_ptr<BroadPhase> broad_phase;
   std::vector<Contact> contacts;       ///< sorted by key
   std::vector<IslandMemory> memories;  ///< sorted by key
+  std::vector<RestingIsland> resting;  ///< sorted by key
 
   // Of the current step.
   std::vector<Vec2> acceleration;  ///< by body [m/s^2]

@@ -232,9 +232,10 @@ class Step {
           2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
       const BodyBackup& a = s_.backup[contact.body_a];
       const BodyBackup& b = s_.backup[contact.body_b];
-      s_.report.manifolds_reused += !refresh_manifold(
-          contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
-          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, s_.report.narrow);
+      contact.manifold_reused = !refresh_manifold(contact, s_.shapes[contact.shape_a].shape,
+                                                  {a.position, a.rotation}, s_.shapes[contact.shape_b].shape,
+                                                  {b.position, b.rotation}, margin, s_.report.narrow);
+      s_.report.manifolds_reused += contact.manifold_reused;
       contact.linked = contact.manifold.count > 0;
       if (contact.linked) newly[contact.body_a] = newly[contact.body_b] = 1;
     }
@@ -288,6 +289,7 @@ class Step {
       }
       restore(bodies);
       if (rounds_ > 1) begin_again(next[n].island);
+      if (rounds_ == 1 && reuse_resting(s_, next[n].island, h_, next[n].result)) continue;
       s_.stepper->step(s_, next[n].island, h_, next[n].result);
     }
     stepped = std::move(next);
@@ -299,6 +301,7 @@ class Step {
     for (const std::uint32_t i : island.contacts) {
       Contact& contact = s_.contacts[i];
       contact.points = contact.points_at_start;
+      match_points(contact);
       contact.hit = false;
       contact.hit_speed = 0;
     }
@@ -354,10 +357,8 @@ class Step {
       restore({i});
       contain(i);
     }
-    for (std::size_t i = 0; i < b.size(); ++i) {
-      b.force[i] = {};
-      b.torque[i] = 0;
-    }
+    std::fill(b.force.begin(), b.force.end(), Vec2{});
+    std::fill(b.torque.begin(), b.torque.end(), 0);
     s_.time += h_;
     ++s_.steps;
 
@@ -371,6 +372,13 @@ class Step {
     write_report(s_, h_, members, results, lost_);
     book(Stage::Report, start);
 
+    std::vector<RestingIsland> resting;
+    for (std::size_t n = 0; n < results.size(); ++n) {
+      if (!s_.observe.systems) remember_resting(s_, *members[n], h_, *results[n], resting);
+    }
+    std::sort(resting.begin(), resting.end(),
+              [](const RestingIsland& x, const RestingIsland& y) { return x.key < y.key; });
+    s_.resting = std::move(resting);
     s_.memories.clear();
     for (IslandResult* result : results) {
       for (IslandMemory& memory : result->memories) {

@@ -5,24 +5,35 @@
 
 namespace skerry {
 
+// In the order of the menus: the ladder first, then its rungs, references and previews.
 extern const SolverEntry kAutoEntry;
-extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kClosedFormEntry;
+extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kConvexStepEntry;
+extern const SolverEntry kDenseLuEntry;
+extern const SolverEntry kSparseContactEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
+extern const SolverEntry kNncgEntry;
+extern const SolverEntry kTgsSoftEntry;
 
 namespace {
 
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kAutoEntry,
-      kClosedFormEntry,
-      kBodySpaceEntry,
-      kConvexStepEntry,
-      kLemkeEntry,
-      kPgsEntry,
+      kAutoEntry,  //
+      kClosedFormEntry,  //
+      kTridiagonalEntry,  //
+      kBodySpaceEntry,  //
+      kConvexStepEntry,  //
+      kDenseLuEntry,  //
+      kSparseContactEntry,  //
+      kLemkeEntry,  //
+      kPgsEntry,  //
+      kNncgEntry,  //
+      kTgsSoftEntry,  //
   };
   return entries;
 }
