@@ -368,7 +368,6 @@ void ShapeBatches::add_layer(const DrawLayer& layer) {
 }
 
 bool ShapeBatches::add_labels(const std::vector<Label>& labels, GlyphAtlas& atlas) {
-  constexpr double kLineSpacing = 1.3;  // em
   for (const Label& label : labels) {
     const Point at = to_px(label.at);
     const double size = label.size_px * px_, gap = label.offset_px * px_,

@@ -37,6 +37,9 @@ struct GlyphInstance {
 enum class Program : std::uint8_t { Rounded, Spoke, Convex4, Convex8, Polygon, Arrow, Text };
 inline constexpr int kProgramCount = 7;
 
+/// Distance of the lines of a label [em].
+inline constexpr double kLineSpacing = 1.3;
+
 /// Instances first..first+count of one program, in drawing order.
 struct Batch {
   Program program;
