@@ -138,8 +138,7 @@ BoxScene::BoxScene(char distribution, std::size_t count) {
     for (std::size_t i = 1; i < count; ++i) {
       const auto k = static_cast<int>(i) - 1;
       const Vec2 centre{0.97 * (k % columns) + 0.2 * (k / columns % 3), 0.97 * (k / columns)};
-      add(centre + Vec2{uniform(-0.02, 0.02), uniform(-0.02, 0.02)}, {0.5, 0.5},
-          {uniform(-0.02, 0.02), uniform(-0.02, 0.02)});
+      add(centre + Vec2{uniform(-0.02, 0.02), uniform(-0.02, 0.02)}, {0.5, 0.5}, {0.1, 0});
       active_.push_back(static_cast<std::uint32_t>(i));
     }
     return;
@@ -168,16 +167,20 @@ BoxScene::BoxScene(char distribution, std::size_t count) {
 
 const std::vector<BoxUpdate>& BoxScene::advance() {
   updates_.clear();
-  ++step_;
   for (const std::uint32_t i : active_) {
     Aabb& box = boxes_[i];
     Vec2& v = velocity_[i];
-    // Fly straight and turn at the walls, or go forth and back.
+    // Fly straight and turn at the walls.
     if (box.lower.x < world_.lower.x) v.x = std::abs(v.x);
     if (box.upper.x > world_.upper.x) v.x = -std::abs(v.x);
     if (box.lower.y < world_.lower.y) v.y = std::abs(v.y);
     if (box.upper.y > world_.upper.y) v.y = -std::abs(v.y);
-    const Vec2 by = trembles_ && step_ % 2 == 0 ? -v : v;
+    if (trembles_) {
+      // Around its place, in another direction every step.
+      const SinCos turn = sin_cos(2.4 + 0.001 * (i % 100));
+      v = rotate({turn.cos, turn.sin}, v);
+    }
+    const Vec2 by = v;
     box = {box.lower + by, box.upper + by};
     updates_.push_back({i, box});
   }
