@@ -56,21 +56,30 @@ struct HierarchicalGrid::Search {
 
   template <std::uint32_t block, bool marks>
   void test_blocks(std::uint32_t from, std::uint32_t to) {
+    // Local copies: a stored key could otherwise change any member, as far as the compiler knows.
+    const FloatLimits wanted = limits;
+    const FloatBox* const boxes_at = box;
+    const std::uint32_t* const ids = id;
+    const std::uint64_t mine = own_number;
     std::uint64_t* at = next;
+    std::uint32_t tied = 0;
     for (std::uint32_t k = from; k < to; k += block) {
       for (std::uint32_t j = k; j < k + block; ++j) {
-        const FloatOverlap overlaps = limits.compare(box[j]);
-        const std::uint32_t other = id[j];
+        const FloatOverlap overlaps = wanted.compare(boxes_at[j]);
+        const std::uint32_t other = ids[j];
         std::uint32_t hit = static_cast<std::uint32_t>(overlaps.maybe) & static_cast<std::uint32_t>(j < to);
         if constexpr (marks) hit &= ((other | own_moved) & kMovedMark) >> 30 & ~((other & own) >> 31);
         const std::uint64_t number = other & kNumber;
-        const std::uint64_t low = std::min(number, own_number), high = std::max(number, own_number);
-        *at = low << 32 | high;
+        // The smaller number first, by a mask: which one it is cannot be predicted.
+        const std::uint64_t exchange = std::uint64_t{0} - ((number - mine) >> 63);
+        const std::uint64_t both = (number ^ mine) & exchange;
+        *at = (mine ^ both) << 32 | (number ^ both);
         at += hit;
-        ties |= hit & ~static_cast<std::uint32_t>(overlaps.certain);
+        tied |= hit & ~static_cast<std::uint32_t>(overlaps.certain);
       }
     }
     next = at;
+    ties |= tied;
   }
 
   /// Ends the search of one box: where single precision could not tell, doubles do.
