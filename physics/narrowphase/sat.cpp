@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "physics/narrowphase/hull.h"
+#include "physics/narrowphase/lanes.h"
 
 namespace skerry::narrow {
 namespace {
@@ -80,14 +81,32 @@ double separation_along(const Hull& a, const Hull& b, const Placed& placed, int 
   return lowest<NA>(a.v, a.count, n) - dot(n, placed.v[edge]);
 }
 
+/// Separations along the edges of one core from the corners of the other, two edges at a time. One value more
+/// than there are edges may be written.
+template <int NE, int NC>
+void separations_along(const Vec2* n, const Vec2* v, int edges, const Vec2* corners, int count, double* out) {
+  const int last_edge = NE > 0 ? NE : edges, last = NC > 0 ? NC : count;
+  for (int i = 0; i < last_edge; i += 2) {
+    const int k = i + 1 < last_edge ? i + 1 : i;
+    const Two nx = Two::of(n[i].x, n[k].x), ny = Two::of(n[i].y, n[k].y);
+    Two low = nx * Two::both(corners[0].x) + ny * Two::both(corners[0].y);
+    for (int j = 1; j < last; ++j) {
+      low = lesser(nx * Two::both(corners[j].x) + ny * Two::both(corners[j].y), low);
+    }
+    (low - (nx * Two::of(v[i].x, v[k].x) + ny * Two::of(v[i].y, v[k].y))).store(out + i);
+  }
+}
+
 int highest(const double* value, int from, int to) {
   int best = from;
-  double high = value[from];
-  for (int i = from + 1; i < to; ++i) {
-    best = value[i] > high ? i : best;
-    high = value[i] > high ? value[i] : high;
-  }
+  for (int i = from + 1; i < to; ++i) best = value[i] > value[best] ? i : best;
   return best;
+}
+
+double maximum(const double* value, int from, int to) {
+  double high = value[from];
+  for (int i = from + 1; i < to; ++i) high = value[i] > high ? value[i] : high;
+  return high;
 }
 
 /// Fills separations of all axes; returns the axis that separates by more than `limit`, or -1.
@@ -97,15 +116,21 @@ int all_separations(const Hull& a, const Hull& b, const Placed& placed, double l
   if (NA > 0 || std::max(na, nb) <= kSmall) {
     // All edges of one core before the question whether one separates: the answer is hard to foresee for the
     // processor, so it is asked twice and not at every edge.
-    for (int i = 0; i < na; ++i) separation[i] = lowest<NB>(placed.v, nb, a.n[i]) - dot(a.n[i], a.v[i]);
-    const int axis_a = highest(separation, 0, na);
-    if (separation[axis_a] > limit) return axis_a;
+    separations_along<NA, NB>(a.n, a.v, na, placed.v, nb, separation);
+    if (maximum(separation, 0, na) > limit) return highest(separation, 0, na);
+    struct Normals {  // left as it is, like Placed
+      union {
+        Vec2 n[kSmall];
+      };
+      Normals() {}
+    } turned;
     for (int i = 0; i < nb; ++i) {
-      const Vec2 n = rotate(placed.turn, b.n[i]);
-      separation[na + i] = lowest<NA>(a.v, na, n) - dot(n, placed.v[i]);
+      const Vec2 n = b.n[i];
+      turned.n[i].x = placed.turn.c * n.x - placed.turn.s * n.y;
+      turned.n[i].y = placed.turn.s * n.x + placed.turn.c * n.y;
     }
-    const int axis_b = highest(separation, na, na + nb);
-    return separation[axis_b] > limit ? axis_b : -1;
+    separations_along<NB, NA>(turned.n, placed.v, nb, a.v, na, separation + na);
+    return maximum(separation, na, na + nb) > limit ? highest(separation, na, na + nb) : -1;
   }
   int corner = lowest_corner<0>(placed.v, nb, a.n[0]);
   for (int i = 0; i < na; ++i) {
@@ -135,7 +160,8 @@ void find_support(const Hull& a, const Hull& b, const Placed& placed, int axis, 
   // Which core it is depends on the scene alone, so it is selected, not branched on.
   const Vec2 n = rotate(on_a ? Rot{} : placed.turn, on_a ? a.n[axis] : b.n[axis - na]);
   const Vec2* v = on_a ? placed.v : a.v;
-  result.support = lowest_corner < NA == NB ? NA : 0 > (v, on_a ? nb : na, n);
+  constexpr int same = NA == NB ? NA : 0;
+  result.support = lowest_corner<same>(v, on_a ? nb : na, n);
 }
 
 template <int NA, int NB>
@@ -175,7 +201,7 @@ Axis search(const Hull& a, const Hull& b, const Transform& relative, double limi
       return result;
     }
   } else {
-    double separation[2 * kMaxCorners];
+    double separation[2 * kMaxCorners + 1];
     separation[0] = separation[1] = 0;  // two edges at least, which the compiler cannot know
     const int separating = all_separations<NA, NB>(a, b, placed, limit, separation);
     if (stats != nullptr)
@@ -190,9 +216,7 @@ Axis search(const Hull& a, const Hull& b, const Transform& relative, double limi
       return result;
     }
     // The first axis that is as good as the best, the best of the others, and the third.
-    double best = separation[0];
-    for (int i = 1; i < total; ++i) best = separation[i] > best ? separation[i] : best;
-    const double good = best - bias;
+    const double best = maximum(separation, 0, total), good = best - bias;
     int chosen = 0;
     for (int i = total - 1; i >= 0; --i) chosen = separation[i] >= good ? i : chosen;
     if (cache == nullptr) {
