@@ -2,6 +2,8 @@
 # Shared by demos/capture.sh and tests/run.sh: installs missing Debian packages, configures, builds.
 # Source it from the root of the tree; it defines functions only.
 
+# shellcheck shell=sh disable=SC2034  # the lists are for the scripts that source this file
+
 # To build and run the sandbox.
 SKERRY_BUILD_PACKAGES="g++ cmake ninja-build pkg-config ccache libeigen3-dev libimgui-dev libegl-dev libgl-dev
 libegl1 libegl-mesa0 libgl1-mesa-dri libepoxy-dev libstb-dev libavcodec-dev libavformat-dev libavutil-dev

@@ -20,7 +20,7 @@ constexpr double kTextCellPx = 15;     // smallest cell beside which a line of t
 constexpr double kLargestMapPx = 270;  // side of a matrix without vectors
 constexpr double kLargestCellPx = 46;
 constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
-constexpr double kNamePx = 74;
+constexpr double kNamePx = 84;
 constexpr double kVectorPx = 48;
 constexpr double kHeadPx = 40;  // summary line and column heads
 constexpr double kFootPx = 34;  // colour scale
@@ -92,9 +92,9 @@ void draw_vectors(const Panel& panel, const render::Style& style, const SystemRe
       panel.text_right(end, middle - 0.5f * ImGui::GetFontSize(), style.text, number(values[i]));
     }
   };
-  draw("\xCE\xBB [N s]", record.lambda, right - 2 * column);
+  draw("\xCE\xBB N s", record.lambda, right - 2 * column);
   draw("W\xCE\xBB", product, right - column);
-  draw("b [m/s]", record.system.b, right);
+  draw("b m/s", record.system.b, right);
 }
 
 void draw_scale(const Panel& panel, const render::Style& style, double largest, float scale) {
@@ -129,7 +129,7 @@ void show_matrix(const PanelContext& context) {
   const SystemRecord* record = context.scene.history.system();
   const render::Style& style = context.scene.style;
   const auto scale = static_cast<float>(context.scale);
-  const char* title = "Contact equations  W\xCE\xBB = b";
+  const char* title = "Island matrix W and impulses \xCE\xBB";
   if (!record || record->system.size() == 0) {
     const Panel panel(context, title, 24);
     panel.text(panel.x(), panel.y(), style.text_dim, "nothing touches yet");
