@@ -133,17 +133,17 @@ std::size_t BoxSet::bytes() const {
          (moved_.capacity() + dirty_.capacity()) * sizeof(ProxyIndex);
 }
 
-bool meets(const Ray& ray, const Aabb& box) {
-  double enter = 0, leave = ray.t_max;
-  return clip_slab(ray.origin.x, ray.direction.x, box.lower.x, box.upper.x, enter, leave) &&
-         clip_slab(ray.origin.y, ray.direction.y, box.lower.y, box.upper.y, enter, leave);
+RayTest::RayTest(const Ray& ray) : ray_(ray) {
+  reach(ray.origin.x, ray.direction.x, ray.t_max, bounds_.lower.x, bounds_.upper.x);
+  reach(ray.origin.y, ray.direction.y, ray.t_max, bounds_.lower.y, bounds_.upper.y);
 }
 
-Aabb bounds_of(const Ray& ray) {
-  Aabb box;
-  reach(ray.origin.x, ray.direction.x, ray.t_max, box.lower.x, box.upper.x);
-  reach(ray.origin.y, ray.direction.y, ray.t_max, box.lower.y, box.upper.y);
-  return box;
+bool RayTest::meets(const Aabb& box) const {
+  // The bounds matter where a division underflows.
+  if (!overlap(bounds_, box)) return false;
+  double enter = 0, leave = ray_.t_max;
+  return clip_slab(ray_.origin.x, ray_.direction.x, box.lower.x, box.upper.x, enter, leave) &&
+         clip_slab(ray_.origin.y, ray_.direction.y, box.lower.y, box.upper.y, enter, leave);
 }
 
 }  // namespace skerry

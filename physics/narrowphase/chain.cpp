@@ -143,30 +143,26 @@ LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform&
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n);
   if (m.from == NormalFrom::Corners) {
-    const bool end = m.points[0].feature >> 16 == corner_code(0);
-    const bool own_normal = std::abs(cross(n, m.normal)) <= kSameDirection;
-    if (end ? !(s.may_push_at_end(m.normal) || own_normal)
-            : s.has_previous || !s.may_push_at_start(m.normal)) {
-      return none;
-    }
-  } else if (m.from == NormalFrom::First) {
-    // What pokes below the line beyond an end is the neighbours' concern; on a flat stretch the ends inside
-    // it are no ends of the contact.
-    const bool flat_start =
-        s.has_previous && std::abs(cross(s.previous, n)) < kFlatSine && dot(s.previous, n) > 0;
-    const bool flat_end = s.has_next && std::abs(cross(s.next, n)) < kFlatSine && dot(s.next, n) > 0;
-    int kept = 0;
-    for (int i = 0; i < m.count; ++i) {
-      const std::uint32_t own_code = m.points[i].feature >> 16, other_code = m.points[i].feature & 0xffffu;
-      const double x = dot(along, m.points[i].position - s.v[1]);
-      if (x < -noise || x > len + noise) continue;
-      const bool on_edge = (other_code & 1u) != 0;  // a corner of the segment against an edge
-      if (on_edge && own_code == corner_code(1) && flat_start) continue;
-      if (on_edge && own_code == corner_code(0) && flat_end) continue;
-      m.points[kept++] = m.points[i];
-    }
-    m.count = kept;
+    const double lean = cross(n, m.normal);  // negative: towards the end
+    if (lean < -kSameDirection && !s.may_push_at_end(m.normal)) return none;
+    if (lean > kSameDirection && (s.has_previous || !s.may_push_at_start(m.normal))) return none;
   }
+  // What pokes below the line beyond an end is the neighbours' concern; on a flat stretch the ends inside it
+  // are no ends of the contact.
+  const bool flat_start =
+      s.has_previous && std::abs(cross(s.previous, n)) < kFlatSine && dot(s.previous, n) > 0;
+  const bool flat_end = s.has_next && std::abs(cross(s.next, n)) < kFlatSine && dot(s.next, n) > 0;
+  int kept = 0;
+  for (int i = 0; i < m.count; ++i) {
+    const std::uint32_t own_code = m.points[i].feature >> 16, other_code = m.points[i].feature & 0xffffu;
+    const double x = dot(along, m.points[i].position - s.v[1]);
+    if (m.from == NormalFrom::First && (x < -noise || x > len + noise)) continue;
+    const bool on_edge = (other_code & 1u) != 0;  // a corner of the segment against an edge
+    if (on_edge && own_code == corner_code(1) && flat_start) continue;
+    if (on_edge && own_code == corner_code(0) && flat_end) continue;
+    m.points[kept++] = m.points[i];
+  }
+  m.count = kept;
   for (int i = 0; i < m.count; ++i) m.points[i].feature = users_feature(m.points[i].feature);
   return m;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #ifdef SKERRY_WITH_BOX2D
+#include <box2d/b2_time_of_impact.h>
 #include <box2d/box2d.h>
 #endif
 #ifdef SKERRY_WITH_CHIPMUNK
@@ -36,10 +37,8 @@ std::vector<PosePair> poses(double low, double high) {
   for (std::size_t i = 0; i < kPoses; ++i) {
     const SinCos sc = sin_cos(angle(random));
     const double d = distance(random), ta = angle(random), tb = angle(random);
-    out.push_back({{{3, 4}, Rot::from_angle(ta)},
-                   {{3 + d * sc.cos, 4 + d * sc.sin}, Rot::from_angle(tb)},
-                   ta,
-                   tb});
+    out.push_back(
+        {{{3, 4}, Rot::from_angle(ta)}, {{3 + d * sc.cos, 4 + d * sc.sin}, Rot::from_angle(tb)}, ta, tb});
   }
   return out;
 }
@@ -70,7 +69,8 @@ Shape shape_of(int kind) {
 /// kept and warm.
 void BM_Collide(benchmark::State& state) {
   const Shape a = shape_of(static_cast<int>(state.range(0))), b = a;
-  const auto pairs = poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
+  const auto pairs =
+      poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
   std::vector<SatCache> caches(kPoses);
   const bool cached = state.range(3) != 0;
   if (cached) {
@@ -111,7 +111,8 @@ void BM_CollideStacked(benchmark::State& state) {
   std::size_t i = 0;
   for (auto _ : state) {
     i = (i + 1) & (kPoses - 1);
-    benchmark::DoNotOptimize(collide(a, pairs[i].a, b, pairs[i].b, 0.005, state.range(0) != 0 ? &caches[i] : nullptr));
+    benchmark::DoNotOptimize(
+        collide(a, pairs[i].a, b, pairs[i].b, 0.005, state.range(0) != 0 ? &caches[i] : nullptr));
   }
 }
 BENCHMARK(BM_CollideStacked)->ArgName("cached")->Arg(0)->Arg(1);
@@ -186,14 +187,16 @@ b2PolygonShape b2_polygon(int corners) {
     return shape;
   }
   std::vector<b2Vec2> points;
-  for (const Vec2 v : regular(corners).vertices) points.emplace_back(static_cast<float>(v.x), static_cast<float>(v.y));
+  for (const Vec2 v : regular(corners).vertices)
+    points.emplace_back(static_cast<float>(v.x), static_cast<float>(v.y));
   shape.Set(points.data(), corners);
   return shape;
 }
 
 void BM_Box2DCollide(benchmark::State& state) {
   const int corners = static_cast<int>(state.range(0));
-  const auto pairs = poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
+  const auto pairs =
+      poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
   std::vector<b2Transform> a, b;
   for (const PosePair& p : pairs) {
     a.push_back(b2_pose(p.a, p.angle_a));
@@ -315,7 +318,8 @@ BENCHMARK(BM_Box2DRayCast)->ArgName("corners")->Arg(0)->Arg(4)->Arg(8);
 /// Chipmunk collides shapes of bodies; their cached world data is brought up to date outside of the timing.
 void BM_ChipmunkCollide(benchmark::State& state) {
   const int corners = static_cast<int>(state.range(0));
-  const auto pairs = poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
+  const auto pairs =
+      poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
   std::vector<cpVect> points;
   if (corners >= 3) {
     for (const Vec2 v : shape_of(corners).vertices) points.push_back(cpv(v.x, v.y));
@@ -327,9 +331,10 @@ void BM_ChipmunkCollide(benchmark::State& state) {
       cpBody* body = cpBodyNew(1, 1);
       cpBodySetPosition(body, second ? cpv(p.b.p.x, p.b.p.y) : cpv(p.a.p.x, p.a.p.y));
       cpBodySetAngle(body, second ? p.angle_b : p.angle_a);
-      cpShape* shape = corners == 0   ? cpCircleShapeNew(body, 0.5, cpvzero)
-                       : corners == 1 ? cpSegmentShapeNew(body, cpv(-0.25, 0), cpv(0.25, 0), 0.25)
-                                      : cpPolyShapeNewRaw(body, static_cast<int>(points.size()), points.data(), 0);
+      cpShape* shape = corners == 0 ? cpCircleShapeNew(body, 0.5, cpvzero)
+                       : corners == 1
+                           ? cpSegmentShapeNew(body, cpv(-0.25, 0), cpv(0.25, 0), 0.25)
+                           : cpPolyShapeNewRaw(body, static_cast<int>(points.size()), points.data(), 0);
       cpShapeCacheBB(shape);
       bodies.push_back(body);
       shapes.push_back(shape);
@@ -358,7 +363,8 @@ BENCHMARK(BM_ChipmunkCollide)
 
 int main(int argc, char** argv) {
 #ifdef SKERRY_WITH_BOX2D
-  benchmark::AddCustomContext("box2d", std::to_string(b2_version.major) + "." + std::to_string(b2_version.minor) + "." +
+  benchmark::AddCustomContext("box2d", std::to_string(b2_version.major) + "." +
+                                           std::to_string(b2_version.minor) + "." +
                                            std::to_string(b2_version.revision));
 #endif
 #ifdef SKERRY_WITH_CHIPMUNK
