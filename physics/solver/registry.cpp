@@ -9,20 +9,34 @@ extern const SolverEntry kAutoEntry;
 extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kClosedFormEntry;
 extern const SolverEntry kConvexStepEntry;
+extern const SolverEntry kSmallExactEntry;
+extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kDenseLuEntry;
+extern const SolverEntry kIncrementalLdltEntry;
+extern const SolverEntry kSparseContactEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
+extern const SolverEntry kNncgEntry;
+extern const SolverEntry kTgsSoftEntry;
 
 namespace {
 
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kAutoEntry,
-      kBodySpaceEntry,
-      kClosedFormEntry,
-      kConvexStepEntry,
-      kLemkeEntry,
-      kPgsEntry,
+      kAutoEntry,             // the ladder
+      kClosedFormEntry,       // one contact
+      kTridiagonalEntry,      // chains
+      kSmallExactEntry,       // body space, exact
+      kBodySpaceEntry,        //
+      kDenseLuEntry,          // contact space, exact
+      kIncrementalLdltEntry,  //
+      kSparseContactEntry,    //
+      kLemkeEntry,            // reference
+      kConvexStepEntry,       // convex
+      kPgsEntry,              // iterative
+      kNncgEntry,             //
+      kTgsSoftEntry,          //
   };
   return entries;
 }
