@@ -8,6 +8,7 @@
 #include "physics/solver/body_space.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/convex_step.h"
+#include "physics/solver/small_exact.h"
 
 namespace skerry {
 namespace {
@@ -26,11 +27,19 @@ bool is_one_contact(const IslandSystem& system) {
   return true;
 }
 
-// The first of the named solvers that this build has.
-const SolverEntry& first_of(std::string_view name, std::string_view other) {
-  for (const SolverEntry& entry : solvers())
-    if (entry.name == name) return entry;
-  return find_solver(other);
+// Rows i and i + 1 share a body, others do not: W is tridiagonal. Only contacts in which every body has two.
+bool is_chain(const IslandSystem& system) {
+  std::vector<int> rows_of_body(system.bodies.size(), 0);
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = system.rows[i];
+    if (row.kind != RowKind::Normal || row.a < 0 || row.b < 0) return false;
+    if (++rows_of_body[static_cast<std::size_t>(row.a)] > 2) return false;
+    if (++rows_of_body[static_cast<std::size_t>(row.b)] > 2) return false;
+    if (i == 0) continue;
+    const Row& last = system.rows[i - 1];
+    if (row.a != last.a && row.a != last.b && row.b != last.a && row.b != last.b) return false;
+  }
+  return true;
 }
 
 void note(Solution& solution, std::string text) {
@@ -76,6 +85,21 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     }
   }
 
+  const bool smooth = std::none_of(system.rows.begin(), system.rows.end(), is_scaled);
+  if (smooth && is_chain(system)) {
+    static const SolverEntry& tridiagonal = find_solver("tridiagonal");
+    solution = tridiagonal.solve(system, warm_start, options, nullptr);
+    if (solution.status == SolveStatus::Solved) {
+      note(solution, "chain without friction: tridiagonal");
+      return solution;
+    }
+  }
+  const bool warm = std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
+  if (!warm && fits_small_exact(system)) {
+    solution = solve_small_exact(system, warm_start, options, nullptr);
+    if (solution.status == SolveStatus::Solved) return solution;
+  }
+
   std::unique_ptr<SolverMemory> local;
   if (!memory) memory = &local;
   if (!dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
@@ -95,8 +119,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
       rest.time_budget = std::max(0.1 * options.time_budget, options.time_budget - spent.count());
     }
   };
-  const bool has_friction = std::any_of(system.rows.begin(), system.rows.end(), is_scaled);
-  if (has_friction) {
+  if (!smooth) {
     remaining();
     note(solution, "convex step: friction bounds fixed");
     const std::vector<double> bounds = warm_start.size() == system.rows.size()
@@ -105,7 +128,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     take_better(solution, solve_convex_step(system, bounds, rest, &kept.convex));
   }
   if (solution.status == SolveStatus::Inexact) {
-    static const SolverEntry& sweeps = first_of("nncg", "pgs");
+    static const SolverEntry& sweeps = find_solver("nncg");
     note(solution, "sweeps from the best answer so far");
     remaining();
     rest.max_iterations = kLastSweeps;

@@ -9,6 +9,7 @@ namespace skerry {
 extern const SolverEntry kAutoEntry;
 extern const SolverEntry kClosedFormEntry;
 extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kSmallExactEntry;
 extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kConvexStepEntry;
 extern const SolverEntry kDenseLuEntry;
@@ -27,6 +28,7 @@ std::span<const SolverEntry> table() {
       kAutoEntry,  //
       kClosedFormEntry,  //
       kTridiagonalEntry,  //
+      kSmallExactEntry,  //
       kBodySpaceEntry,  //
       kConvexStepEntry,  //
       kDenseLuEntry,  //
