@@ -51,8 +51,9 @@ struct WorldConfig {
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
   int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
-  bool reuse_resting =
-      true;  ///< islands that a step did not change by a bit are not stepped again until something does
+  /// Islands that a step did not change by a bit are not stepped again until something does.
+  bool reuse_resting = true;
+  int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
 };
 
 /// A shape of the world, for drawing and queries.

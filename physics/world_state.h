@@ -10,6 +10,7 @@
 #include "physics/contact.h"
 #include "physics/resting.h"
 #include "physics/stepping/stepper.h"
+#include "physics/thread_pool.h"
 #include "physics/world.h"
 
 namespace skerry {
@@ -43,6 +44,7 @@ struct WorldState {
   std::vector<std::uint32_t> free_joints;
 
   std::unique_ptr<BroadPhase> broad_phase;
+  std::unique_ptr<ThreadPool> pool;
   std::vector<Contact> contacts;       ///< sorted by key
   std::vector<IslandMemory> memories;  ///< sorted by key
   std::vector<RestingIsland> resting;  ///< sorted by key

@@ -14,6 +14,9 @@
 
 namespace skerry::sandbox {
 
+/// Systems with more rows do not get names for them.
+inline constexpr int kMostNamedRows = 24;
+
 /// An impact at a contact point.
 struct Flash {
   double time = 0;                        ///< [s]
@@ -29,7 +32,7 @@ struct SystemRecord {
   bool impact = false;  ///< of an impact; otherwise of the forces of a step
   IslandSystem system;
   std::vector<double> lambda;          ///< [N s]
-  std::vector<std::string> row_names;  ///< "A-B", "B-ground": the bodies of each row
+  std::vector<std::string> row_names;  ///< "A-B", "B-ground n": the bodies of each row; may be empty
   std::string method;
   double residual = 0;
 };
@@ -58,6 +61,8 @@ class History {
   /// Largest impact impulse [N s] and contact force [N] so far, for the scale of arrows.
   double largest_impulse() const { return largest_impulse_; }
   double largest_force() const { return largest_force_; }
+  /// Contact forces up to this are rounding noise [N].
+  double force_floor(const World& world) const;
   double fastest() const { return fastest_; }  ///< largest speed so far [m/s]
   double now() const { return now_; }          ///< time of the last step [s]
 
@@ -68,12 +73,13 @@ class History {
   std::vector<Flash> flashes_;
   std::optional<SystemRecord> impact_, resting_;
   std::vector<EnergySample> energy_;
-  double largest_impulse_ = 0, largest_force_ = 0, fastest_ = 0;
+  double largest_impulse_ = 0, largest_force_ = 0, fastest_ = 0, largest_mass_ = 0;
 
-  void look_at_speeds(const World& world);
+  void look_at_bodies(const World& world);
 };
 
-/// A short name of a body for labels: its own, else a letter for the first 26 of the world, else its number.
+/// A short name of a body for labels: its own, else a letter for the first 26 dynamic ones, else its
+/// number among them.
 std::string body_label(const World& world, BodyId body);
 
 }  // namespace skerry::sandbox

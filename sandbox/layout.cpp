@@ -8,12 +8,25 @@
 
 namespace skerry::sandbox {
 
-double round_down_125(double value) {
+namespace {
+
+double round_down_to(double value, std::initializer_list<double> mantissas) {
   const double power = std::pow(10.0, std::floor(std::log10(value)));
-  const double mantissa = value / power;
+  double result = power;
   // 4.9999999 is 5 that was rounded.
-  constexpr double kSlack = 1 - 1e-9;
-  return power * (mantissa >= 5 * kSlack ? 5 : mantissa >= 2 * kSlack ? 2 : 1);
+  for (const double mantissa : mantissas)
+    if (value / power >= mantissa * (1 - 1e-9)) result = mantissa * power;
+  return result;
+}
+
+}  // namespace
+
+double round_down_125(double value) {
+  return round_down_to(value, {1, 2, 5, 10});
+}
+
+double round_down(double value) {
+  return round_down_to(value, {1, 1.5, 2, 3, 5, 7, 10});
 }
 
 render::Camera place_camera(const View& view, int width_px, int height_px, bool column) {

@@ -66,5 +66,7 @@ class Legend {
 
 /// The largest of 1, 2, 5 times a power of ten that is not above `value` > 0.
 double round_down_125(double value);
+/// The same with 1, 1.5, 2, 3, 5, 7: for scales that nobody reads but that should change seldom.
+double round_down(double value);
 
 }  // namespace skerry::sandbox

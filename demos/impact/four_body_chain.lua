@@ -4,7 +4,7 @@ demo{
   lesson = "Each contact is a row of W; two contacts are coupled where they share a body. A-B and C-D share none: that cell is empty.",
   seconds = 3,
   gravity = {0, 0},
-  view = { x = 0.2, y = 0, width = 6.4, height = 3.4 },
+  view = { x = 0, y = 0, width = 6, height = 3 },
   friction = 0,
   restitution = param("restitution", 0.5, 0, 1),
 }

@@ -3,7 +3,8 @@ demo{
   title = "Newton's cradle",
   lesson = "As many balls leave as arrive: the impulse passes through the row, contact by contact, and the balls between stay at rest.",
   seconds = 6,
-  view = { x = 0, y = 0.56, height = 1.3 },
+  dt = 1 / 240,
+  view = { x = 0, y = 0.5, height = 1.35 },
   friction = 0,
   restitution = 1,
 }
@@ -14,19 +15,21 @@ assert(lifted < count, "lifted must be less than balls")
 
 local radius, length, mass = 0.1, 1, 1
 local balls, rods = {}, {}
-local beam = box{ at = {0, length + 0.03}, size = {2 * radius * count + 0.3, 0.06}, type = "static", group = -1, name = "beam" }
+local beam = box{ at = {0, length + 0.03}, size = {2 * radius * count + 0.3, 0.06}, type = "static", name = "beam" }
 for i = 1, count do
   local x = (2 * i - count - 1) * radius
   local a = i <= lifted and math.rad(angle) or 0
   balls[i] = disc{
     at = { x - length * math.sin(a), length - length * math.cos(a) },
-    radius = radius, mass = mass, name = tostring(i), group = 0,
+    radius = radius, mass = mass, name = tostring(i),
     color = i <= lifted and "vermilion" or i > count - lifted and "blue" or "sky",
   }
   rods[i] = rod{ from = { x, length }, to = balls[i] }
 end
 
-show{ "contacts", "impulses", "matrix", "energy" }
+-- Arrows of the first impact end just inside the balls.
+local blow = mass * math.sqrt(2 * 9.81 * length * (1 - math.cos(math.rad(angle))))
+show{ "contacts", "impulses", "matrix", "energy", impulse_scale = blow / (0.9 * radius) }
 
 local start = energy()
 expect("energy is kept", function() return math.abs(energy() - start) end,

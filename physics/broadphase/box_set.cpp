@@ -93,11 +93,22 @@ void BoxSet::update(std::span<const BoxUpdate> moved) {
     if (u.proxy >= count || (state_[u.proxy] & kPresent) == 0) refuse(u.proxy, "update", "is not present");
     if (!is_valid(u.box)) refuse(u.proxy, u.box, "update");
   }
-  constexpr std::uint8_t done = kMoved | kMovedListed | kDirty;
+  // List the proxies without branches: room for all first, then what was not needed is given back.
+  constexpr std::uint8_t marks = kMoved | kMovedListed | kDirty;
+  std::size_t moved_end = moved_.size(), dirty_end = dirty_.size();
+  moved_.resize(moved_end + moved.size());
+  dirty_.resize(dirty_end + moved.size());
   for (const BoxUpdate& u : moved) {
     boxes_[u.proxy] = u.box;
-    if ((state_[u.proxy] & done) != done) mark(u.proxy);
+    const std::uint8_t old = state_[u.proxy];
+    moved_[moved_end] = u.proxy;
+    moved_end += (old & kMovedListed) == 0;
+    dirty_[dirty_end] = u.proxy;
+    dirty_end += (old & kDirty) == 0;
+    state_[u.proxy] = old | marks;
   }
+  moved_.resize(moved_end);
+  dirty_.resize(dirty_end);
   ++version_;
 }
 

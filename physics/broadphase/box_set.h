@@ -65,8 +65,8 @@ class BoxSet {
   std::uint64_t membership_ = 0;
 };
 
-/// Tests boxes against one ray: the slab test within the ray's bounds, with one formula for all implementations.
-/// It is monotone in the box even after rounding, so a box around a met box is met as well.
+/// Tests boxes against one ray: the slab test within the ray's bounds, with one formula for all
+/// implementations. It is monotone in the box even after rounding, so a box around a met box is met as well.
 class RayTest {
  public:
   explicit RayTest(const Ray& ray);

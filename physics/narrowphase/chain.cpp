@@ -26,13 +26,13 @@ std::uint32_t users_feature(std::uint32_t feature) {
 
 /// A disc above the face is met by the face; beyond the end it is met by the corner, unless the next
 /// segment's face has it. Corners at the start belong to the segment before.
-LocalManifold meet_disc(const Segment& s, const Hull& disc, const Transform& relative, double margin) {
+Manifold meet_disc(const Segment& s, const Hull& disc, const Transform& relative, double margin) {
   const Vec2 c = relative.p + rotate(relative.q, disc.v[0]);
   const Vec2 n = s.n[0], along = -perp(n);
   const Vec2 from_start = c - s.v[1], from_end = c - s.v[0];
   const double height = dot(n, from_start);
   const double noise = kNoise * (magnitude(c) + magnitude(s.v[0]) + magnitude(s.v[1]));
-  LocalManifold m;
+  Manifold m;
   m.normal = n;
   double distance = height;
   std::uint32_t code = edge_code(0);
@@ -46,7 +46,6 @@ LocalManifold meet_disc(const Segment& s, const Hull& disc, const Transform& rel
     code = corner_code(before ? 0 : 1);
     if (distance > noise) {
       m.normal = gap / distance;
-      m.from = NormalFrom::Corners;
     }
   } else if (height < 0) {
     return m;
@@ -88,12 +87,12 @@ bool Segment::may_push_at_start(Vec2 u) const {
   return cross(previous, n[0]) < 0 && cross(previous, u) <= kSameDirection && dot(u, n[0] + previous) > 0;
 }
 
-LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform& relative, double margin,
-                           NarrowPhaseStats* stats) {
+SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform& relative, double margin,
+                            NarrowPhaseStats* stats) {
   if (other.kind == ShapeKind::Disc) {
-    return meet_disc(s, other, relative, margin);
+    return {meet_disc(s, other, relative, margin), NormalFrom::Corners};
   }
-  LocalManifold none;
+  SegmentContact none;
   const Vec2 n = s.n[0];
   const double limit = margin + other.radius;
   Placed placed;
@@ -103,8 +102,7 @@ LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform&
   Axis axis;
   for (int i = 0; i < other.count; ++i) {
     const Vec2 w = relative.p + rotate(relative.q, other.v[i]);
-    placed.x[i] = w.x;
-    placed.y[i] = w.y;
+    placed.v[i] = w;
     middle += w;
     scale = std::max(scale, magnitude(w));
     const double height = dot(n, w - s.v[1]);
@@ -126,7 +124,7 @@ LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform&
     if (!start && !s.may_push_at_end(u)) continue;
     if (stats != nullptr) stats->axes_tested += 1;
     const int corner = start ? 1 : 0;
-    const double separation = dot(m, s.v[corner] - placed.point(j));
+    const double separation = dot(m, s.v[corner] - placed.v[j]);
     if (separation > limit) return none;
     if (separation > axis.separation + kAxisBias * scale) {
       axis.separation = separation;
@@ -138,11 +136,15 @@ LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform&
   if (axis.index < 0 && at_start && s.has_previous) return none;
 
   const Hull own = s.hull();
-  LocalManifold m = clip(own, other, placed, axis, margin);
-  if (m.count == 0) return m;
+  SegmentContact contact;
+  Manifold& m = contact.m;
+  Output out{m, {}, false, {}};
+  clip(own, other, placed, axis, margin, out);
+  contact.from = out.from;
+  if (m.count == 0) return none;
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n);
-  if (m.from == NormalFrom::Corners) {
+  if (contact.from == NormalFrom::Corners) {
     const double lean = cross(n, m.normal);  // negative: towards the end
     if (lean < -kSameDirection && !s.may_push_at_end(m.normal)) return none;
     if (lean > kSameDirection && (s.has_previous || !s.may_push_at_start(m.normal))) return none;
@@ -156,7 +158,7 @@ LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform&
   for (int i = 0; i < m.count; ++i) {
     const std::uint32_t own_code = m.points[i].feature >> 16, other_code = m.points[i].feature & 0xffffu;
     const double x = dot(along, m.points[i].position - s.v[1]);
-    if (m.from == NormalFrom::First && (x < -noise || x > len + noise)) continue;
+    if (contact.from == NormalFrom::First && (x < -noise || x > len + noise)) continue;
     const bool on_edge = (other_code & 1u) != 0;  // a corner of the segment against an edge
     if (on_edge && own_code == corner_code(1) && flat_start) continue;
     if (on_edge && own_code == corner_code(0) && flat_end) continue;
@@ -164,7 +166,7 @@ LocalManifold meet_segment(const Segment& s, const Hull& other, const Transform&
   }
   m.count = kept;
   for (int i = 0; i < m.count; ++i) m.points[i].feature = users_feature(m.points[i].feature);
-  return m;
+  return contact;
 }
 
 }  // namespace narrow
@@ -211,16 +213,11 @@ Manifold collide_chain_segment(const Shape& chain, int segment, const Transform&
   Transform relative = narrow::relative_pose(pose_chain, pose_other);
   if (!(narrow::magnitude(relative.p) < 1e100)) return m;
   relative.p -= origin;
-  const narrow::LocalManifold local =
-      narrow::meet_segment(own, narrow::hull_of(other), relative, margin, stats);
-  m.count = local.count;
+  m = narrow::meet_segment(own, narrow::hull_of(other), relative, margin, stats).m;
   if (m.count == 0) return m;
   if (stats != nullptr) stats->manifolds += 1;
-  m.normal = rotate(pose_chain.q, local.normal);
-  for (int i = 0; i < m.count; ++i) {
-    m.points[i] = {to_world(pose_chain, origin + local.points[i].position), local.points[i].separation,
-                   local.points[i].feature};
-  }
+  m.normal = rotate(pose_chain.q, m.normal);
+  for (ManifoldPoint& point : m.points) point.position = to_world(pose_chain, origin + point.position);
   return m;
 }
 

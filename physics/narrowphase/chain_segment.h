@@ -28,8 +28,14 @@ struct Segment {
   bool may_push_at_start(Vec2 u) const;
 };
 
+/// A manifold and whose edge gave its normal.
+struct SegmentContact {
+  Manifold m;
+  NormalFrom from = NormalFrom::First;
+};
+
 /// Contact of a segment with a core in the segment's frame; empty for what its neighbours report.
-LocalManifold meet_segment(const Segment& segment, const Hull& other, const Transform& relative,
-                           double margin, NarrowPhaseStats* stats);
+SegmentContact meet_segment(const Segment& segment, const Hull& other, const Transform& relative,
+                            double margin, NarrowPhaseStats* stats);
 
 }  // namespace skerry::narrow

@@ -11,37 +11,37 @@
 namespace skerry::narrow {
 namespace {
 
-/// Ascending by the pair of codes without regard to who is first, then by position: exchanging the shapes or
-/// the reference face does not exchange the points.
-void sort_by_feature(LocalManifold& m) {
-  if (m.count < 2) return;
-  const auto key = [](std::uint32_t f) {
-    const std::uint32_t high = f >> 16, low = f & 0xffffu;
+/// Order of points: ascending by the pair of codes without regard to who is first, then by the first's code.
+/// Exchanging the shapes or the reference face does not exchange the points.
+bool in_order(std::uint32_t f, std::uint32_t g) {
+  const auto key = [](std::uint32_t feature) {
+    const std::uint32_t high = feature >> 16, low = feature & 0xffffu;
     return make_feature(std::min(high, low), std::max(high, low));
   };
-  const std::uint32_t first = key(m.points[0].feature), second = key(m.points[1].feature);
-  const bool wrong = first != second ? first > second : m.points[0].feature > m.points[1].feature;
-  if (wrong) std::swap(m.points[0], m.points[1]);
+  const std::uint32_t first = key(f), second = key(g);
+  return first != second ? first < second : f <= g;
 }
 
-LocalManifold clip_once(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin,
-                        bool may_turn) {
+void clip_once(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin,
+               bool may_turn, Output& out) {
   const bool reference_is_a = axis.index >= 0;
   const int edge = reference_is_a ? axis.index : ~axis.index;
   const Hull& ref = reference_is_a ? a : b;
   const Hull& inc = reference_is_a ? b : a;
-  const auto ref_corner = [&](int i) { return reference_is_a ? a.v[i] : placed.point(i); };
-  const auto inc_corner = [&](int i) { return reference_is_a ? placed.point(i) : a.v[i]; };
-  const Vec2 n = reference_is_a ? a.n[edge] : rotate(placed.turn, b.n[edge]);
+  // Which core is the reference is a coin toss, so it is selected by data and not by branches; a rotation by
+  // nothing is exact.
+  const Vec2* ref_v = reference_is_a ? a.v : placed.v;
+  const Vec2* inc_v = reference_is_a ? placed.v : a.v;
+  const Vec2 n = rotate(reference_is_a ? Rot{} : placed.turn, ref.n[edge]);
 
   // Of the two edges at the deepest corner the one that faces the reference edge is incident.
   const int before = axis.support > 0 ? axis.support - 1 : inc.count - 1;
-  const Vec2 n_inc = reference_is_a ? inverse_rotate(placed.turn, n) : n;  // in the incident core's frame
+  const Vec2 n_inc = inverse_rotate(reference_is_a ? placed.turn : Rot{}, n);  // in the incident core's frame
   const int incident = dot(n_inc, inc.n[before]) < dot(n_inc, inc.n[axis.support]) ? before : axis.support;
 
   const int i0 = edge, i1 = edge + 1 < ref.count ? edge + 1 : 0;
   const int j0 = incident, j1 = incident + 1 < inc.count ? incident + 1 : 0;
-  const Vec2 p0 = ref_corner(i0), p1 = ref_corner(i1), q0 = inc_corner(j0), q1 = inc_corner(j1);
+  const Vec2 p0 = ref_v[i0], p1 = ref_v[i1], q0 = inc_v[j0], q1 = inc_v[j1];
   const double radii = a.radius + b.radius;
   const double limit = margin + radii;
 
@@ -59,19 +59,20 @@ LocalManifold clip_once(const Hull& a, const Hull& b, const Placed& placed, cons
   };
   // Half the way between the surfaces, from a point on either core.
   const double from_ref = 0.5 * (ref.radius - inc.radius);
-  LocalManifold m;
-  m.normal = reference_is_a ? n : -n;
-  m.from = reference_is_a ? NormalFrom::First : NormalFrom::Second;
+  const NormalFrom own = reference_is_a ? NormalFrom::First : NormalFrom::Second;
+  const double towards_b = reference_is_a ? 1 : -1;
 
   const bool apart = axis.separation >= -noise;
   const bool overlap = high - low > noise;
-  const auto add = [&](double y, Vec2 point, double offset, std::uint32_t code) {
-    m.points[m.count++] = {point + offset * n, y - radii, code};
-  };
   // If the deepest corner lies beside the reference edge and is closer to its end than the incident edge is,
   // these two corners are closest. With edges that are almost parallel the other end may still be in reach,
   // so it is added below; the normal lies between those of the edges.
   bool corners = false, corners_at_start = false;
+  Vec2 corner_position;
+  double corner_separation = 0;
+  std::uint32_t corner_feature = 0;
+  Vec2 normal = n;
+  NormalFrom from = own;
   if (apart) {
     const bool deepest_is_q0 = axis.support == j0;
     const Vec2 deepest = deepest_is_q0 ? q0 : q1, other = deepest_is_q0 ? q1 : q0;
@@ -86,71 +87,74 @@ LocalManifold clip_once(const Hull& a, const Hull& b, const Placed& placed, cons
       Axis turned = axis;
       turned.index = reference_is_a ? ~incident : incident;
       turned.support = corners_at_start ? i0 : i1;
-      return clip_once(a, b, placed, turned, margin, false);
+      return clip_once(a, b, placed, turned, margin, false, out);
     }
     corners = low > high || (beside && beyond);
     if (corners) {
       const bool take_q0 = low > high ? length_squared(q0 - end) < length_squared(q1 - end) : deepest_is_q0;
       const Vec2 gap = (take_q0 ? q0 : q1) - end;
       const double distance = length(gap);
-      if (distance > limit) return m;
-      Vec2 along = n;
+      if (distance > limit) return;
       double height = distance;
       if (distance > noise) {
-        along = gap / distance;
-        m.from = NormalFrom::Corners;
+        normal = gap / distance;
+        from = NormalFrom::Corners;
       } else {
         height = take_q0 ? y0 : y1;
       }
-      m.normal = reference_is_a ? along : -along;
-      m.points[0] = {end + (0.5 * height + from_ref) * along, height - radii,
-                     feature(corner_code(corners_at_start ? i0 : i1), corner_code(take_q0 ? j0 : j1))};
-      m.count = 1;
+      corner_position = end + (0.5 * height + from_ref) * normal;
+      corner_separation = height - radii;
+      corner_feature = feature(corner_code(corners_at_start ? i0 : i1), corner_code(take_q0 ? j0 : j1));
     }
   }
+  out.normal(towards_b * normal, from);
   if (!overlap) {
-    if (corners) return m;
     // One corner above the edge, or so little overlap that a second point would be the same.
     const bool first = y0 < y1;
     const double y = first ? y0 : y1;
-    if (y > limit) return m;
-    add(y, first ? q0 : q1, from_ref - 0.5 * y, feature(edge_code(i0), corner_code(first ? j0 : j1)));
-    return m;
+    if (corners) {
+      out.point(0, corner_position, corner_separation, corner_feature);
+    } else if (y <= limit) {
+      out.point(0, (first ? q0 : q1) + (from_ref - 0.5 * y) * n, y - radii,
+                feature(edge_code(i0), corner_code(first ? j0 : j1)));
+    }
+    out.m.count = corners || y <= limit ? 1 : 0;
+    return;
   }
   const double label = kCornerOnCorner * std::min(len, x0 - x1);
   const double slope = (y0 - y1) / (x0 - x1);
-  // The end at the start of the reference edge.
-  const double y_low = x1 >= 0 ? y1 : y1 - slope * x1;
-  if (y_low <= limit && !(corners && corners_at_start)) {
-    const std::uint32_t code = std::abs(x1) <= label ? feature(corner_code(i0), corner_code(j1))
-                               : x1 > 0              ? feature(edge_code(i0), corner_code(j1))
-                                                     : feature(corner_code(i0), edge_code(j0));
-    if (x1 >= 0) {
-      add(y_low, q1, from_ref - 0.5 * y_low, code);
-    } else {
-      add(y_low, p0, from_ref + 0.5 * y_low, code);
-    }
+  // An end is the incident edge's corner where that lies above the reference edge, else the reference edge's.
+  const bool start_is_inc = x1 >= 0, end_is_inc = x0 <= len;
+  const double y_start = y1 - slope * std::min(x1, 0.0), y_end = y0 + slope * std::min(len - x0, 0.0);
+  const auto code_of = [&](bool is_inc, bool both, int i, int j) {
+    return feature(both || !is_inc ? corner_code(i) : edge_code(i0),
+                   both || is_inc ? corner_code(j) : edge_code(j0));
+  };
+  std::uint32_t start_feature = code_of(start_is_inc, std::abs(x1) <= label, i0, j1);
+  std::uint32_t end_feature = code_of(end_is_inc, std::abs(x0 - len) <= label, i1, j0);
+  const double start_offset = from_ref + (start_is_inc ? -0.5 : 0.5) * y_start;
+  const double end_offset = from_ref + (end_is_inc ? -0.5 : 0.5) * y_end;
+  Vec2 start_position = *(start_is_inc ? inc_v + j1 : ref_v + i0) + start_offset * n;
+  Vec2 end_position = *(end_is_inc ? inc_v + j0 : ref_v + i1) + end_offset * n;
+  double start_separation = y_start - radii, end_separation = y_end - radii;
+  bool keep_start = y_start <= limit, keep_end = y_end <= limit;
+  if (corners) {
+    (corners_at_start ? start_feature : end_feature) = corner_feature;
+    (corners_at_start ? start_position : end_position) = corner_position;
+    (corners_at_start ? start_separation : end_separation) = corner_separation;
+    (corners_at_start ? keep_start : keep_end) = true;
   }
-  // The end at its other corner.
-  const double y_high = x0 <= len ? y0 : y1 + slope * (len - x1);
-  if (y_high <= limit && !(corners && !corners_at_start)) {
-    const std::uint32_t code = std::abs(x0 - len) <= label ? feature(corner_code(i1), corner_code(j0))
-                               : x0 < len                  ? feature(edge_code(i0), corner_code(j0))
-                                                           : feature(corner_code(i1), edge_code(j0));
-    if (x0 <= len) {
-      add(y_high, q0, from_ref - 0.5 * y_high, code);
-    } else {
-      add(y_high, p1, from_ref + 0.5 * y_high, code);
-    }
-  }
-  sort_by_feature(m);
-  return m;
+  const int both = keep_start && keep_end ? 1 : 0;
+  const int start_slot = both & (in_order(start_feature, end_feature) ? 0 : 1);
+  if (keep_start) out.point(start_slot, start_position, start_separation, start_feature);
+  if (keep_end) out.point(both - start_slot, end_position, end_separation, end_feature);
+  out.m.count = (keep_start ? 1 : 0) + (keep_end ? 1 : 0);
 }
 
 }  // namespace
 
-LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin) {
-  return clip_once(a, b, placed, axis, margin, true);
+void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out) {
+  clip_once(a, b, placed, axis, margin, true, out);
 }
 
 }  // namespace skerry::narrow

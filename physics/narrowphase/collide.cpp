@@ -9,42 +9,28 @@ namespace skerry {
 namespace {
 
 using narrow::Hull;
-using narrow::LocalManifold;
 
 /// Beyond this distance of the bodies [m] their squares would overflow; they do not touch.
 constexpr double kFarAway = 1.0e100;
 
-Manifold to_world_frame(const LocalManifold& local, const Transform& frame) {
-  Manifold m;
-  m.count = local.count;
-  if (m.count == 0) return m;
-  m.normal = rotate(frame.q, local.normal);
-  for (int i = 0; i < local.count; ++i) {
-    m.points[i] = {to_world(frame, local.points[i].position), local.points[i].separation,
-                   local.points[i].feature};
-  }
-  return m;
-}
-
-Manifold discs(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
-               double margin) {
+void discs(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b, double margin,
+           Manifold& m) {
   // All differences change sign exactly when the discs are exchanged.
   const Vec2 ca = rotate(pose_a.q, a.vertices[0]), cb = rotate(pose_b.q, b.vertices[0]);
   const Vec2 d = (pose_b.p - pose_a.p) + (cb - ca);
   const double radii = a.radius + b.radius;
   const double square = dot(d, d);
-  Manifold m;
-  if (square > (radii + margin) * (radii + margin)) return m;
+  if (square > (radii + margin) * (radii + margin)) return;
   const double distance = std::sqrt(square);
-  m.count = 1;
-  m.normal = distance > 0                                       ? d / distance
-             : narrow::second_comes_first(a, pose_a, b, pose_b) ? Vec2{0, -1}
-                                                                : Vec2{0, 1};
+  const bool down = distance == 0 && narrow::second_comes_first(a, pose_a, b, pose_b);
+  const Vec2 n = distance > 0 ? d / distance : Vec2{0, down ? -1.0 : 1.0};
   // The middle of the two surface points; the sum is symmetric too.
   const Vec2 middle = 0.5 * ((pose_a.p + ca) + (pose_b.p + cb));
-  m.points[0] = {middle + (0.5 * (a.radius - b.radius)) * m.normal, distance - radii,
-                 make_feature(corner_code(0), corner_code(0))};
-  return m;
+  m.count = 1;
+  m.normal = n;
+  m.points[0].position = middle + (0.5 * (a.radius - b.radius)) * n;
+  m.points[0].separation = distance - radii;
+  m.points[0].feature = make_feature(corner_code(0), corner_code(0));
 }
 
 /// True if the cached axis separates the shapes by more than the margin beyond doubt: then the full search
@@ -71,57 +57,59 @@ bool apart_on_cached_axis(const Hull& a, const Transform& pose_a, const Hull& b,
   return dot(n, d) + low - face > margin + a.radius + b.radius + noise;
 }
 
-Manifold dispatch(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
-                  double margin, SatCache* cache, NarrowPhaseStats* stats) {
+void dispatch(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b, double margin,
+              SatCache* cache, NarrowPhaseStats* stats, Manifold& m) {
+  if (a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc) return discs(a, pose_a, b, pose_b, margin, m);
   if (a.kind == ShapeKind::Chain || b.kind == ShapeKind::Chain) {
     throw std::invalid_argument("collide: a chain is met segment by segment (collide_chain_segment)");
   }
-  if (!(narrow::magnitude(pose_b.p - pose_a.p) < kFarAway)) return {};
-  const Hull hull_a = narrow::hull_of(a), hull_b = narrow::hull_of(b);
+  const Vec2 d = pose_b.p - pose_a.p;
+  if (!(narrow::magnitude(d) < kFarAway)) return;
+  const Hull hulls[2] = {narrow::hull_of(a), narrow::hull_of(b)};
   const int rank_a = narrow::rank_of(a.kind), rank_b = narrow::rank_of(b.kind);
-  if (rank_a == 0 && rank_b == 0) return discs(a, pose_a, b, pose_b, margin);
   bool exchange = rank_a < rank_b;
   if (rank_a == rank_b) {
-    if (rank_a == 2) return {};
+    if (rank_a == 2) return;
     if (cache != nullptr && cache->valid && cache->slack <= 0 &&
-        apart_on_cached_axis(hull_a, pose_a, hull_b, pose_b, margin, cache->axis)) {
+        apart_on_cached_axis(hulls[0], pose_a, hulls[1], pose_b, margin, cache->axis)) {
       if (stats != nullptr) {
         stats->axes_tested += 1;
-        stats->axes_skipped += static_cast<std::uint64_t>(hull_a.count + hull_b.count - 1);
+        stats->axes_skipped += static_cast<std::uint64_t>(hulls[0].count + hulls[1].count - 1);
       }
-      return {};
+      return;
     }
     exchange = narrow::second_comes_first(a, pose_a, b, pose_b);
   } else {
     cache = nullptr;
   }
-  if (cache != nullptr && cache->exchanged != exchange) {
+  const Transform& frame = exchange ? pose_b : pose_a;
+  const Transform& other = exchange ? pose_a : pose_b;
+  narrow::Output out{m, frame, exchange, {}};
+  const Transform relative = narrow::relative_pose(frame, other);
+  const Hull& first = hulls[exchange ? 1 : 0];
+  const Hull& second = hulls[exchange ? 0 : 1];
+  if (cache == nullptr) return narrow::meet(first, second, relative, margin, nullptr, stats, out);
+  if (cache->exchanged != exchange) {
     // The search's first shape was the other one: what it knows is in the wrong frame.
     cache->slack = -1;
     cache->valid = false;
     cache->exchanged = exchange;
   }
-  const Transform& frame = exchange ? pose_b : pose_a;
-  const Transform relative = narrow::relative_pose(frame, exchange ? pose_a : pose_b);
   // The cache speaks of a and b, the search of first and second.
-  const auto translate = [&] {
-    if (cache == nullptr || !exchange) return;
-    cache->axis = ~cache->axis;
-    cache->partner = ~cache->partner;
-  };
-  translate();
-  const LocalManifold local = exchange ? narrow::meet(hull_b, hull_a, relative, margin, cache, stats)
-                                       : narrow::meet(hull_a, hull_b, relative, margin, cache, stats);
-  translate();
-  const Manifold m = to_world_frame(local, frame);
-  return exchange ? mirrored(m) : m;
+  const std::int32_t flip = exchange ? -1 : 0;
+  cache->axis ^= flip;
+  cache->partner ^= flip;
+  narrow::meet(first, second, relative, margin, cache, stats, out);
+  cache->axis ^= flip;
+  cache->partner ^= flip;
 }
 
 }  // namespace
 
 Manifold collide(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
                  double margin, SatCache* cache, NarrowPhaseStats* stats) {
-  const Manifold m = dispatch(a, pose_a, b, pose_b, margin, cache, stats);
+  Manifold m;
+  dispatch(a, pose_a, b, pose_b, margin, cache, stats, m);
   if (stats != nullptr) {
     stats->pairs += 1;
     stats->manifolds += m.count > 0 ? 1 : 0;

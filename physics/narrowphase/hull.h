@@ -55,19 +55,30 @@ inline double magnitude(Vec2 v) {
   return std::abs(v.x) + std::abs(v.y);
 }
 
-/// The second core in the frame of the first; no memory is initialised that is not used.
+/// Corners of the second core in the frame of the first. The empty constructor leaves the storage as it is:
+/// clearing room for 64 corners would cost more than colliding two boxes.
 struct Placed {
-  double x[kMaxCorners];
-  double y[kMaxCorners];
+  union {
+    Vec2 v[kMaxCorners];
+  };
   Rot turn;
-  Vec2 point(int i) const { return {x[i], y[i]}; }
+  Placed() {}  // NOLINT: see above
 };
+
+/// Order of two shapes at one place by everything else.
+bool second_comes_first_by_details(const Shape& a, const Transform& pose_a, const Shape& b,
+                                   const Transform& pose_b);
 
 /// True if a pair calls shape `b` its first. Exchanging the arguments exchanges the roles (unless shapes and
 /// poses are all equal), so what is computed from the first and second shape does not depend on their order.
 /// The answer rarely changes while a pair moves: it is the sign of a product with the direction (1,
 /// 0.618...), one that man-made scenes do not have.
-bool second_comes_first(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b);
+inline bool second_comes_first(const Shape& a, const Transform& pose_a, const Shape& b,
+                               const Transform& pose_b) {
+  const Vec2 d = pose_b.p - pose_a.p;
+  const double side = d.x + 0.6180339887498949 * d.y;
+  return side != 0 ? side < 0 : second_comes_first_by_details(a, pose_a, b, pose_b);
+}
 
 /// The axis of least penetration (or largest separation) of two cores with at least two corners each.
 struct Axis {
@@ -82,35 +93,42 @@ struct Axis {
 Axis find_axis(const Hull& a, const Hull& b, const Transform& relative, double limit, Placed& placed,
                SatCache* cache, NarrowPhaseStats* stats);
 
-/// One contact point in the frame of the first core; positions are midway between the surfaces.
-struct LocalPoint {
-  Vec2 position;
-  double separation;
-  std::uint32_t feature;
-};
-
 /// Whose edge gave the normal of a manifold.
 enum class NormalFrom : std::uint8_t { First, Second, Corners };
 
-/// Contact points of two shapes in the frame of the first.
-struct LocalManifold {
-  Vec2 normal;
-  LocalPoint points[2];
-  int count = 0;
+/// Takes the contact of a first and a second core in the frame of the first and writes it where and how it is
+/// wanted, member by member: a manifold that is copied around costs as much as finding it.
+struct Output {
+  Manifold& m;            ///< count is 0 and stays so if the shapes are too far apart
+  Transform frame;        ///< pose of the first core in the frame of the result
+  bool exchange = false;  ///< the caller's a is the second core
   NormalFrom from = NormalFrom::First;
+
+  void normal(Vec2 n, NormalFrom origin) {
+    const Vec2 turned = rotate(frame.q, n);
+    const double sign = exchange ? -1 : 1;
+    m.normal = {sign * turned.x, sign * turned.y};
+    from = origin;
+  }
+  void point(int slot, Vec2 position, double separation, std::uint32_t feature) {
+    ManifoldPoint& out = m.points[static_cast<unsigned>(slot)];
+    out.position = to_world(frame, position);
+    out.separation = separation;
+    out.feature = exchange ? mirrored(feature) : feature;
+  }
 };
 
 /// Clips the incident edge to the reference edge of `axis`, or finds the two closest corners.
-LocalManifold clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin);
+void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out);
 
 /// Order in which kinds of shapes are first in a pair: half-planes, then cores with edges, then discs.
 constexpr int rank_of(ShapeKind kind) {
   return kind == ShapeKind::HalfPlane ? 2 : kind == ShapeKind::Disc ? 0 : 1;
 }
 
-/// Contact of two shapes in the frame of the first. @pre no chain; rank_of(a) >= rank_of(b); not two
-/// half-planes
-LocalManifold meet(const Hull& a, const Hull& b, const Transform& relative, double margin, SatCache* cache,
-                   NarrowPhaseStats* stats);
+/// Contact of two shapes. @pre no chain; rank_of(a) >= rank_of(b); not two half-planes
+/// @param relative  pose of b in the frame of a
+void meet(const Hull& a, const Hull& b, const Transform& relative, double margin, SatCache* cache,
+          NarrowPhaseStats* stats, Output& out);
 
 }  // namespace skerry::narrow

@@ -12,24 +12,26 @@ namespace skerry {
 namespace {
 
 using narrow::Hull;
-using narrow::LocalManifold;
 using narrow::Segment;
 
 constexpr double kNoMargin = 1.0e100;
 
 /// Closest points of two cores that `meet` takes in this order; coordinates of `frame`, which is a's pose.
 ClosestPoints closest(const Hull& a, const Hull& b, const Transform& frame, const Transform& relative) {
-  const LocalManifold m = narrow::meet(a, b, relative, kNoMargin, nullptr, nullptr);
+  Manifold m;
+  narrow::Output world{m, frame, false, {}};
+  narrow::meet(a, b, relative, kNoMargin, nullptr, nullptr, world);
   ClosestPoints out;
   out.distance = kInfinity;
+  out.normal = m.normal;
   for (int i = 0; i < m.count; ++i) {
-    if (!(m.points[i].separation < out.distance)) continue;
-    out.distance = m.points[i].separation;
+    const ManifoldPoint& point = m.points[static_cast<std::size_t>(i)];
+    if (!(point.separation < out.distance)) continue;
+    out.distance = point.separation;
     const Vec2 half = (0.5 * out.distance) * m.normal;
-    out.point_a = to_world(frame, m.points[i].position - half);
-    out.point_b = to_world(frame, m.points[i].position + half);
+    out.point_a = point.position - half;
+    out.point_b = point.position + half;
   }
-  out.normal = rotate(frame.q, m.normal);
   return out;
 }
 

@@ -7,13 +7,14 @@
 #include <tuple>
 
 #include "physics/narrowphase/hull.h"
+#include "physics/narrowphase/lanes.h"
 
 namespace skerry::narrow {
 namespace {
 
 constexpr int kSmall = 8;  // up to this many corners a plain loop is faster than following the corner
 
-/// Projection of the corners of a placed or plain core on a direction: smallest value and where.
+/// Smallest projection of the corners on a direction.
 template <int N>
 double lowest(const Vec2* v, int count, Vec2 n) {
   const int last = N > 0 ? N : count;
@@ -26,40 +27,27 @@ double lowest(const Vec2* v, int count, Vec2 n) {
 }
 
 template <int N>
-double lowest(const Placed& placed, int count, Vec2 n) {
+int lowest_corner(const Vec2* v, int count, Vec2 n) {
   const int last = N > 0 ? N : count;
-  double low = n.x * placed.x[0] + n.y * placed.y[0];
-  for (int i = 1; i < last; ++i) {
-    const double value = n.x * placed.x[i] + n.y * placed.y[i];
-    low = value < low ? value : low;
-  }
-  return low;
-}
-
-template <class PointAt>
-int lowest_corner(int count, Vec2 n, PointAt point_at) {
   int corner = 0;
-  double low = dot(n, point_at(0));
-  for (int i = 1; i < count; ++i) {
-    const double value = dot(n, point_at(i));
-    if (value < low) {
-      low = value;
-      corner = i;
-    }
+  double low = n.x * v[0].x + n.y * v[0].y;
+  for (int i = 1; i < last; ++i) {
+    const double value = n.x * v[i].x + n.y * v[i].y;
+    corner = value < low ? i : corner;
+    low = value < low ? value : low;
   }
   return corner;
 }
 
 /// Moves `corner` to the lowest one along `n`, starting nearby.
-template <class PointAt>
-double descend(int count, Vec2 n, PointAt point_at, int& corner) {
-  double low = dot(n, point_at(corner));
+double descend(const Vec2* v, int count, Vec2 n, int& corner) {
+  double low = dot(n, v[corner]);
   for (const int step : {1, count - 1}) {
     // At most one turn: rounding cannot make it circle.
     for (int left = count; left > 0; --left) {
       int next = corner + step;
       if (next >= count) next -= count;
-      const double value = dot(n, point_at(next));
+      const double value = dot(n, v[next]);
       if (!(value < low)) break;
       low = value;
       corner = next;
@@ -79,18 +67,46 @@ void place(const Hull& b, const Transform& relative, Placed& placed) {
   const double c = relative.q.c, s = relative.q.s;
   placed.turn = relative.q;
   for (int i = 0; i < last; ++i) {
-    placed.x[i] = (c * b.v[i].x - s * b.v[i].y) + relative.p.x;
-    placed.y[i] = (s * b.v[i].x + c * b.v[i].y) + relative.p.y;
+    placed.v[i].x = (c * b.v[i].x - s * b.v[i].y) + relative.p.x;
+    placed.v[i].y = (s * b.v[i].x + c * b.v[i].y) + relative.p.y;
   }
 }
 
 /// Separation along one axis of the combined numbering (edges of a, then of b), always with all corners.
 template <int NA, int NB>
 double separation_along(const Hull& a, const Hull& b, const Placed& placed, int axis) {
-  if (axis < a.count) return lowest<NB>(placed, b.count, a.n[axis]) - dot(a.n[axis], a.v[axis]);
+  if (axis < a.count) return lowest<NB>(placed.v, b.count, a.n[axis]) - dot(a.n[axis], a.v[axis]);
   const int edge = axis - a.count;
   const Vec2 n = rotate(placed.turn, b.n[edge]);
-  return lowest<NA>(a.v, a.count, n) - (n.x * placed.x[edge] + n.y * placed.y[edge]);
+  return lowest<NA>(a.v, a.count, n) - dot(n, placed.v[edge]);
+}
+
+/// Separations along the edges of one core from the corners of the other, two edges at a time. One value more
+/// than there are edges may be written.
+template <int NE, int NC>
+void separations_along(const Vec2* n, const Vec2* v, int edges, const Vec2* corners, int count, double* out) {
+  const int last_edge = NE > 0 ? NE : edges, last = NC > 0 ? NC : count;
+  for (int i = 0; i < last_edge; i += 2) {
+    const int k = i + 1 < last_edge ? i + 1 : i;
+    const Two nx = Two::of(n[i].x, n[k].x), ny = Two::of(n[i].y, n[k].y);
+    Two low = nx * Two::both(corners[0].x) + ny * Two::both(corners[0].y);
+    for (int j = 1; j < last; ++j) {
+      low = lesser(nx * Two::both(corners[j].x) + ny * Two::both(corners[j].y), low);
+    }
+    (low - (nx * Two::of(v[i].x, v[k].x) + ny * Two::of(v[i].y, v[k].y))).store(out + i);
+  }
+}
+
+int highest(const double* value, int from, int to) {
+  int best = from;
+  for (int i = from + 1; i < to; ++i) best = value[i] > value[best] ? i : best;
+  return best;
+}
+
+double maximum(const double* value, int from, int to) {
+  double high = value[from];
+  for (int i = from + 1; i < to; ++i) high = value[i] > high ? value[i] : high;
+  return high;
 }
 
 /// Fills separations of all axes; returns the axis that separates by more than `limit`, or -1.
@@ -98,23 +114,33 @@ template <int NA, int NB>
 int all_separations(const Hull& a, const Hull& b, const Placed& placed, double limit, double* separation) {
   const int na = NA > 0 ? NA : a.count, nb = NB > 0 ? NB : b.count;
   if (NA > 0 || std::max(na, nb) <= kSmall) {
-    for (int axis = 0; axis < na + nb; ++axis) {
-      separation[axis] = separation_along<NA, NB>(a, b, placed, axis);
-      if (separation[axis] > limit) return axis;
+    // All edges of one core before the question whether one separates: the answer is hard to foresee for the
+    // processor, so it is asked twice and not at every edge.
+    separations_along<NA, NB>(a.n, a.v, na, placed.v, nb, separation);
+    if (maximum(separation, 0, na) > limit) return highest(separation, 0, na);
+    struct Normals {  // left as it is, like Placed
+      union {
+        Vec2 n[kSmall];
+      };
+      Normals() {}
+    } turned;
+    for (int i = 0; i < nb; ++i) {
+      const Vec2 n = b.n[i];
+      turned.n[i].x = placed.turn.c * n.x - placed.turn.s * n.y;
+      turned.n[i].y = placed.turn.s * n.x + placed.turn.c * n.y;
     }
-    return -1;
+    separations_along<NB, NA>(turned.n, placed.v, nb, a.v, na, separation + na);
+    return maximum(separation, na, na + nb) > limit ? highest(separation, na, na + nb) : -1;
   }
-  const auto corner_of_a = [&](int i) { return a.v[i]; };
-  const auto corner_of_b = [&](int i) { return placed.point(i); };
-  int corner = lowest_corner(nb, a.n[0], corner_of_b);
+  int corner = lowest_corner<0>(placed.v, nb, a.n[0]);
   for (int i = 0; i < na; ++i) {
-    separation[i] = descend(nb, a.n[i], corner_of_b, corner) - dot(a.n[i], a.v[i]);
+    separation[i] = descend(placed.v, nb, a.n[i], corner) - dot(a.n[i], a.v[i]);
     if (separation[i] > limit) return i;
   }
-  corner = lowest_corner(na, rotate(placed.turn, b.n[0]), corner_of_a);
+  corner = lowest_corner<0>(a.v, na, rotate(placed.turn, b.n[0]));
   for (int i = 0; i < nb; ++i) {
     const Vec2 n = rotate(placed.turn, b.n[i]);
-    separation[na + i] = descend(na, n, corner_of_a, corner) - dot(n, placed.point(i));
+    separation[na + i] = descend(a.v, na, n, corner) - dot(n, placed.v[i]);
     if (separation[na + i] > limit) return na + i;
   }
   return -1;
@@ -124,6 +150,18 @@ double reach_of(const Hull& hull) {
   double reach = 0;
   for (int i = 0; i < hull.count; ++i) reach = std::max(reach, magnitude(hull.v[i]));
   return reach;
+}
+
+/// The corner of the other core that lies deepest below the chosen edge.
+template <int NA, int NB>
+void find_support(const Hull& a, const Hull& b, const Placed& placed, int axis, Axis& result) {
+  const int na = NA > 0 ? NA : a.count, nb = NB > 0 ? NB : b.count;
+  const bool on_a = axis < na;
+  // Which core it is depends on the scene alone, so it is selected, not branched on.
+  const Vec2 n = rotate(on_a ? Rot{} : placed.turn, on_a ? a.n[axis] : b.n[axis - na]);
+  const Vec2* v = on_a ? placed.v : a.v;
+  constexpr int same = NA == NB ? NA : 0;
+  result.support = lowest_corner<same>(v, on_a ? nb : na, n);
 }
 
 template <int NA, int NB>
@@ -163,7 +201,7 @@ Axis search(const Hull& a, const Hull& b, const Transform& relative, double limi
       return result;
     }
   } else {
-    double separation[2 * kMaxCorners];
+    double separation[2 * kMaxCorners + 1];
     separation[0] = separation[1] = 0;  // two edges at least, which the compiler cannot know
     const int separating = all_separations<NA, NB>(a, b, placed, limit, separation);
     if (stats != nullptr)
@@ -178,32 +216,38 @@ Axis search(const Hull& a, const Hull& b, const Transform& relative, double limi
       return result;
     }
     // The first axis that is as good as the best, the best of the others, and the third.
-    double best = -kInfinity;
-    for (int i = 0; i < total; ++i) best = separation[i] > best ? separation[i] : best;
+    const double best = maximum(separation, 0, total), good = best - bias;
     int chosen = 0;
-    for (int i = total - 1; i >= 0; --i) chosen = separation[i] >= best - bias ? i : chosen;
+    for (int i = total - 1; i >= 0; --i) chosen = separation[i] >= good ? i : chosen;
+    if (cache == nullptr) {
+      result.index = coded(chosen);
+      result.separation = separation[chosen];
+      if (NA == 0 && std::max(na, b.count) > kSmall) {
+        result.separation = separation_along<NA, NB>(a, b, placed, chosen);
+      }
+      find_support<NA, NB>(a, b, placed, chosen, result);
+      return result;
+    }
     int other = -1;
     double value_other = -kInfinity;
     for (int i = 0; i < total; ++i) {
-      if (i == chosen || separation[i] <= value_other) continue;
-      value_other = separation[i];
-      other = i;
+      const bool take = i != chosen && separation[i] > value_other;
+      value_other = take ? separation[i] : value_other;
+      other = take ? i : other;
     }
     first = std::min(chosen, other);
     second = std::max(chosen, other);
-    if (cache != nullptr) {
-      double third = -kInfinity;
-      for (int i = 0; i < total; ++i) {
-        if (i != first && i != second && separation[i] > third) third = separation[i];
-      }
-      cache->valid = true;
-      cache->axis = coded(chosen);
-      cache->partner = coded(other);
-      cache->slack = 0.5 * (best - third) - bias;
-      cache->reach = reach_of(a) + reach_of(b);
-      cache->offset = relative.p;
-      cache->turn = relative.q;
+    double third = -kInfinity;
+    for (int i = 0; i < total; ++i) {
+      third = i != first && i != second && separation[i] > third ? separation[i] : third;
     }
+    cache->valid = true;
+    cache->axis = coded(chosen);
+    cache->partner = coded(other);
+    cache->slack = 0.5 * (best - third) - bias;
+    cache->reach = reach_of(a) + reach_of(b);
+    cache->offset = relative.p;
+    cache->turn = relative.q;
     value_first = separation[first];
     value_second = separation[second];
     if (NA == 0 && std::max(a.count, b.count) > kSmall) {
@@ -216,17 +260,14 @@ Axis search(const Hull& a, const Hull& b, const Transform& relative, double limi
   const int axis = take_second ? second : first;
   result.index = coded(axis);
   result.separation = take_second ? value_second : value_first;
-  if (axis < na) {
-    result.support = lowest_corner(b.count, a.n[axis], [&](int i) { return placed.point(i); });
-  } else {
-    result.support =
-        lowest_corner(a.count, rotate(placed.turn, b.n[axis - na]), [&](int i) { return a.v[i]; });
-  }
+  find_support<NA, NB>(a, b, placed, axis, result);
   return result;
 }
 
-/// Order of everything but the positions' difference; used when that is zero.
-bool ordered_by_details(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b) {
+}  // namespace
+
+bool second_comes_first_by_details(const Shape& a, const Transform& pose_a, const Shape& b,
+                                   const Transform& pose_b) {
   const auto key = [](const Shape& s, const Transform& t) {
     return std::tuple(static_cast<int>(s.kind), s.vertices.size(), s.radius, t.q.c, t.q.s, t.p.x, t.p.y);
   };
@@ -237,14 +278,6 @@ bool ordered_by_details(const Shape& a, const Transform& pose_a, const Shape& b,
     if (va != vb) return std::tuple(vb.x, vb.y) < std::tuple(va.x, va.y);
   }
   return false;
-}
-
-}  // namespace
-
-bool second_comes_first(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b) {
-  const Vec2 d = pose_b.p - pose_a.p;
-  const double side = d.x + 0.6180339887498949 * d.y;
-  return side == 0 ? ordered_by_details(a, pose_a, b, pose_b) : side < 0;
 }
 
 Axis find_axis(const Hull& a, const Hull& b, const Transform& relative, double limit, Placed& placed,

@@ -13,7 +13,6 @@ namespace skerry {
 namespace {
 
 using narrow::Hull;
-using narrow::LocalManifold;
 using narrow::NormalFrom;
 using narrow::Segment;
 
@@ -130,8 +129,9 @@ class Flight {
   double t_ = 0;
   Rot qa_, qb_;
   Vec2 d_, v_;  // of b's origin relative to a's
-  LocalManifold m_;
-  Vec2 n_;  // world frame
+  Manifold m_;  // world orientation, relative to a's origin
+  NormalFrom from_ = NormalFrom::First;
+  Vec2 n_;
   double gap_ = 0, scale_ = 0;
 };
 
@@ -140,10 +140,14 @@ void Flight::look(double t) {
   qa_ = a_.rotation_at(t);
   qb_ = b_.rotation_at(t);
   const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
-  m_ = narrow::meet(a_.hull, b_.hull, relative, 1e100, nullptr, nullptr);
-  n_ = rotate(qa_, m_.normal);
+  m_.count = 0;
+  narrow::Output out{m_, {{}, qa_}, false, {}};
+  narrow::meet(a_.hull, b_.hull, relative, 1e100, nullptr, nullptr, out);
+  from_ = out.from;
+  n_ = m_.normal;
   gap_ = kInfinity;
-  for (int i = 0; i < m_.count; ++i) gap_ = std::min(gap_, m_.points[i].separation - target_);
+  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i)
+    gap_ = std::min(gap_, m_.points[i].separation - target_);
   scale_ = narrow::magnitude(d_) + a_.reach + b_.reach + a_.hull.radius + b_.hull.radius + std::abs(target_);
   if (!bounded_) scale_ += narrow::magnitude(a_.hull.v[0]);
 }
@@ -152,9 +156,9 @@ void Flight::look(double t) {
 bool Flight::approaches() const {
   const double wa = a_.omega_at(t_), wb = b_.omega_at(t_);
   const double alpha_a = a_.turns ? a_.motion.alpha : 0, alpha_b = b_.turns ? b_.motion.alpha : 0;
-  for (int i = 0; i < m_.count; ++i) {
+  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i) {
     if (m_.points[i].separation - target_ > gap_ + kTouchingNoise * scale_) continue;
-    const Vec2 ra = rotate(qa_, m_.points[i].position), rb = ra - d_;
+    const Vec2 ra = m_.points[i].position, rb = ra - d_;
     const Vec2 relative = v_ + wb * perp(rb) - wa * perp(ra);
     const double rate = dot(n_, relative);
     const double speed_noise =
@@ -162,7 +166,7 @@ bool Flight::approaches() const {
     if (rate < -speed_noise) return true;
     if (rate > speed_noise) continue;
     // The normal turns with the body whose edge it is.
-    const double turn = m_.from == NormalFrom::First ? wa : m_.from == NormalFrom::Second ? wb : 0;
+    const double turn = from_ == NormalFrom::First ? wa : from_ == NormalFrom::Second ? wb : 0;
     const Vec2 push =
         acceleration_ + alpha_b * perp(rb) - (wb * wb) * rb - alpha_a * perp(ra) + (wa * wa) * ra;
     const double curvature = dot(n_, push) + 2 * turn * dot(perp(n_), relative);
@@ -234,8 +238,8 @@ double Flight::step_on_fixed_axis(double gap) const {
 /// count. In the edge's frame a corner x moves with
 ///   x'' = acceleration - 2 omega x (velocity of x) - omega x (omega x x) - alpha x x.
 double Flight::step_on_turning_edge(double gap, double longest) const {
-  if (m_.from == NormalFrom::Corners) return 0;
-  const bool first = m_.from == NormalFrom::First;
+  if (from_ == NormalFrom::Corners) return 0;
+  const bool first = from_ == NormalFrom::First;
   const Mover& owner = first ? a_ : b_;
   const Mover& other = first ? b_ : a_;
   if (!owner.turns) return 0;
@@ -292,7 +296,7 @@ double Flight::jump_to_discs_contact() const {
 bool Flight::is_neighbours_contact() const {
   const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
   const double margin = target_ + gap_ + 10 * kTouchingNoise * scale_;
-  return narrow::meet_segment(*segment_, b_.hull, relative, margin, nullptr).count == 0;
+  return narrow::meet_segment(*segment_, b_.hull, relative, margin, nullptr).m.count == 0;
 }
 
 /// Step until the other shape may come down on the segment's line; infinite if it is below it already, or

@@ -12,6 +12,7 @@ extern const SolverEntry kTridiagonalEntry;
 extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kConvexStepEntry;
 extern const SolverEntry kDenseLuEntry;
+extern const SolverEntry kIncrementalLdltEntry;
 extern const SolverEntry kSparseContactEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
@@ -29,6 +30,7 @@ std::span<const SolverEntry> table() {
       kBodySpaceEntry,  //
       kConvexStepEntry,  //
       kDenseLuEntry,  //
+      kIncrementalLdltEntry,  //
       kSparseContactEntry,  //
       kLemkeEntry,  //
       kPgsEntry,  //

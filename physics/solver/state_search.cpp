@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace skerry {
 
@@ -11,7 +12,9 @@ extern const SolverEntry kNncgEntry;
 namespace {
 
 constexpr int kPatience = 8;
-constexpr int kPreviewSweeps = 60;
+/// Sweeps before each attempt from an iterate of nncg; each sweep costs about a hundredth of a factorisation.
+constexpr int kPreviewSweeps[] = {60, 200, 600, 2000};
+constexpr int kSingles = 40;
 constexpr double kFirstShift = 0.1, kLastShift = 1e-11;
 
 /// A row and the state it should have.
@@ -39,7 +42,7 @@ class Search {
            best_residual_ <= 16 * residual_floor(problem_, best_);
   }
   bool good_enough() const { return best_residual_ <= options_.tolerance || good(); }
-  bool met_regular() const { return met_regular_; }
+  bool met_singular() const { return met_singular_; }
   const std::vector<double>& best() const { return best_; }
   const std::vector<RowState>& best_states() const { return best_states_; }
 
@@ -47,12 +50,15 @@ class Search {
   bool run(std::vector<RowState>& states, double shift, const std::vector<double>& reference, int rounds) {
     std::vector<double> lambda = reference, b = problem_.b;
     for (std::size_t i = 0; i < b.size(); ++i) b[i] += shift * diagonal_[i] * reference[i];
-    int fewest = problem_.size() + 1, patience = kPatience;
+    int fewest = problem_.size() + 1, patience = kPatience, singles = 0;
+    std::uint64_t dice = 0x9e3779b97f4a7c15u;
     for (int round = 0; round < rounds; ++round) {
       const Reduction reduction = reduce(problem_.rows, states);
       ++solution_.iterations;
-      if (!engine_.solve(reduction, b, shift, lambda, solution_.work)) return false;
-      met_regular_ = true;
+      if (!engine_.solve(reduction, b, shift, lambda, solution_.work)) {
+        met_singular_ = true;
+        return false;
+      }
       std::vector<Change> changes = find_changes(states, lambda, b, shift);
       if (shift == 0) consider(lambda, states);
       record(states, changes);
@@ -64,10 +70,16 @@ class Search {
       if (count < fewest) {
         fewest = count;
         patience = kPatience;
+        singles = 0;
       } else if (patience > 0) {
         --patience;
       }
-      if (patience == 0) changes = {changes.back()};
+      if (patience == 0) {
+        if (++singles > kSingles) return false;
+        // Which one: the same bits every time, but no pattern that a cycle could lock on to.
+        dice = dice * 6364136223846793005u + 1442695040888963407u;
+        changes = {changes[(dice >> 33) % changes.size()]};
+      }
       for (const Change& change : changes) states[change.row] = change.state;
       solution_.work.pivots += static_cast<int>(changes.size());
       if (shift == 0 && good()) return true;
@@ -175,7 +187,7 @@ class Search {
   std::vector<double> best_, impulses_;
   std::vector<RowState> best_states_;
   double best_residual_ = kInfinity;
-  bool met_regular_ = false;
+  bool met_singular_ = false;
 };
 
 }  // namespace
@@ -235,24 +247,24 @@ void solve_by_states(const ContactProblem& problem, StateEngine& engine, bool pr
   if (kept) attempt("states of the last call", states);
   if (has_warm) attempt("states of the warm start", states_from_impulses(problem.rows, warm));
   attempt("all sticking", all_sticking(problem.rows));
-  if (!search.good_enough()) {
-    const std::vector<double> preview =
-        kNncgEntry.solve_contact(problem, warm, {.max_iterations = kPreviewSweeps}, nullptr).lambda;
-    attempt("states of a preview by conjugate gradients", states_from_impulses(problem.rows, preview, 1e-6));
-    if (proximal && !search.good_enough()) {
-      note("proximal continuation");
-      search.continue_proximally(states_from_impulses(problem.rows, preview, 1e-6), preview);
-    }
-    if (proximal && !search.good_enough()) {
-      note("proximal continuation from the best so far");
-      search.continue_proximally(states_from_impulses(problem.rows, search.best(), 1e-6), search.best());
-    }
+  std::vector<double> preview = warm;
+  for (const int sweeps : kPreviewSweeps) {
+    if (search.good_enough()) break;
+    preview = kNncgEntry.solve_contact(problem, preview, {.max_iterations = sweeps}, nullptr).lambda;
+    const std::vector<RowState> start = states_from_impulses(problem.rows, preview);
+    attempt("states of a preview by conjugate gradients", start);
+    // A method that stands for its factor must not answer with sweeps.
+    if (proximal) search.consider(preview, start);
+  }
+  if (proximal && !search.good_enough()) {
+    note("proximal continuation");
+    search.continue_proximally(states_from_impulses(problem.rows, preview), preview);
   }
   solution.lambda = search.best();
   states = search.best_states().empty() ? states_from_impulses(problem.rows, solution.lambda)
                                         : search.best_states();
   conclude(problem, options, solution);
-  if (solution.status != SolveStatus::Solved && !search.met_regular())
+  if (solution.status != SolveStatus::Solved && search.met_singular())
     solution.status = SolveStatus::Singular;
 }
 

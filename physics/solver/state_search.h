@@ -45,16 +45,17 @@ class StateEngine {
 };
 
 /// Searches the solution from several starts: `states` (those of the last step), the states of the warm start
-/// in `solution.lambda`, all sticking, and what a few conjugate gradient sweeps suggest; then, with
+/// in `solution.lambda`, all sticking, and what 60 to 2860 conjugate gradient sweeps suggest; then, with
 /// `proximal`, by proximal continuation: solves about a reference impulse with the diagonal raised by
 /// 10 %, moves the reference, lowers the shift, down to 1e-11 [Rockafellar 1976].
 ///
 /// Within a start all violated rows change state at once; when their number has not fallen for eight rounds,
-/// one at a time until it does [Judice & Pires 1994, after Kostreva 1978 and Murty 1974].
+/// one at a time, picked by a fixed sequence of dice, until it does [Judice & Pires 1994, after Kostreva 1978
+/// and Murty 1974].
 ///
 /// @param states  in: n states to begin with, or empty; out: those of the answer
-/// Fills lambda, residual, status, iterations, work and trace of `solution`. Singular: no start met a regular
-/// sequence of matrices and no answer was found.
+/// Fills lambda, residual, status, iterations, work and trace of `solution`. Singular: no answer was found
+/// and a matrix on the way was singular.
 void solve_by_states(const ContactProblem& problem, StateEngine& engine, bool proximal,
                      const SolveOptions& options, std::vector<RowState>& states, Solution& solution);
 

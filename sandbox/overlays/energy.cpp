@@ -2,8 +2,8 @@
 //
 // Kinetic and potential energy of the dynamic bodies over the length of the demo, and their sum.
 #include <algorithm>
+#include <cstdio>
 
-#include "sandbox/lua_args.h"
 #include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 
@@ -60,7 +60,8 @@ void show_energy(const PanelContext& context) {
     }
     panel.draw()->AddPolyline(points.data(), static_cast<int>(points.size()), pack(curve.color), 0,
                               1.8f * scale);
-    const std::string text = std::string(curve.name) + " " + format_number(curve.value(samples.back()));
+    char text[48];
+    std::snprintf(text, sizeof text, "%s %.4g", curve.name, curve.value(samples.back()));
     panel.text(legend, panel.y() + plot + 6 * scale, curve.color, text);
     legend += panel.width() / 3;
   }

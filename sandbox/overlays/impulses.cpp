@@ -12,8 +12,7 @@
 namespace skerry::sandbox {
 namespace {
 
-constexpr double kLongest = 0.16;     // length of the longest arrow, as a share of the picture's height
-constexpr double kForceNoise = 1e-9;  // smaller than this share of the largest force: not drawn
+constexpr double kLongest = 0.16;  // length of the longest arrow, as a share of the picture's height
 
 /// Metres of arrow per unit of `quantity`, and the round amount that the legend shows.
 struct ArrowScale {
@@ -21,13 +20,12 @@ struct ArrowScale {
   double legend_amount = 0;
 };
 
-// Fixed scales come from the script; otherwise the longest arrow so far gives a round one.
+// Fixed scales come from the script; otherwise the longest arrow so far gives one that changes seldom.
 ArrowScale arrow_scale(const OverlayContext& context, std::optional<double> units_per_metre, double largest) {
-  if (!units_per_metre && largest <= 0) return {};
+  if (largest <= 0) return {};
   const double room = kLongest * context.camera.height;  // [m]
-  const double per_metre =
-      units_per_metre ? *units_per_metre : 1 / round_down_125(room / (largest * (1 - 1e-9)));
-  return {1 / per_metre, round_down_125(0.6 * room * per_metre)};
+  const double metres_per_unit = units_per_metre ? 1 / *units_per_metre : round_down(room / largest);
+  return {metres_per_unit, round_down_125(largest)};
 }
 
 bool is_fixed(const World& world, BodyId body) {
@@ -81,7 +79,7 @@ void draw_impulses(const OverlayContext& context, render::DrawList& list) {
     for (int i = 0; i < contact.count; ++i) {
       const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
       const double normal_force = point.normal_impulse / report.h;
-      if (normal_force <= kForceNoise * history.largest_force()) continue;
+      if (normal_force <= history.force_floor(context.world)) continue;
       add_pair(context, contact, point.position, force.metres_per_unit * normal_force * contact.normal,
                style.force, layer);
       const double friction_force = point.friction_impulse / report.h;

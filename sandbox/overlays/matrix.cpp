@@ -14,19 +14,21 @@
 namespace skerry::sandbox {
 namespace {
 
-constexpr double kDecades = 4;  // magnitudes below 1e-4 of the largest get the palest colour
-constexpr int kNamedRows = 20;  // with more, names and vectors would be smaller than text
+constexpr double kDecades = 4;         // magnitudes below 1e-4 of the largest get the palest colour
+constexpr int kVectorRows = 10;        // with more, there is no room for vectors beside the names
+constexpr double kTextCellPx = 15;     // smallest cell beside which a line of text fits
+constexpr double kLargestMapPx = 270;  // side of a matrix without vectors
 constexpr double kLargestCellPx = 46;
 constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
-constexpr double kNamePx = 74;
-constexpr double kVectorPx = 52;
+constexpr double kNamePx = 84;
+constexpr double kVectorPx = 48;
 constexpr double kHeadPx = 40;  // summary line and column heads
 constexpr double kFootPx = 34;  // colour scale
 
-std::string number(double value) {
+std::string number(double value, int digits = 3) {
   char text[32];
   // Rounding noise of a cancelled sum is zero to people.
-  std::snprintf(text, sizeof text, "%.3g", std::abs(value) < 1e-12 ? 0.0 : value);
+  std::snprintf(text, sizeof text, "%.*g", digits, std::abs(value) < 1e-12 ? 0.0 : value);
   std::string result = text;
   if (result.rfind("0.", 0) == 0) result.erase(0, 1);
   if (result.rfind("-0.", 0) == 0) result.erase(1, 1);
@@ -70,15 +72,18 @@ void draw_numbers(const Panel& panel, const render::Style& style, const CellGrid
       const bool dark = strength(value, grid.largest) > 0.6 && style.theme == render::Theme::Light;
       panel.text_centred(x + (static_cast<float>(column) + 0.5f) * cell,
                          y + (static_cast<float>(row) + 0.5f) * cell, dark ? style.background : style.text,
-                         number(value));
+                         number(value, 2));
     }
   }
 }
 
-// The vectors that stand beside the matrix: lambda and what is left over.
-void draw_vectors(const Panel& panel, const render::Style& style, const SystemRecord& record, float right,
-                  float y, float row_height, float column) {
-  const std::vector<double> w = row_velocities(record.system, record.lambda);
+// The vectors that stand beside the matrix.
+void draw_vectors(const Panel& panel, const render::Style& style, const SystemRecord& record, float y,
+                  float row_height, float column) {
+  // W lambda = (W lambda - b) + b
+  std::vector<double> product = row_velocities(record.system, record.lambda);
+  for (std::size_t i = 0; i < product.size(); ++i) product[i] += record.system.b[i];
+  const float right = panel.x() + panel.width();
   const float head = y - 1.35f * ImGui::GetFontSize();
   const auto draw = [&](const char* name, const std::vector<double>& values, float end) {
     panel.text_right(end, head, style.text_dim, name);
@@ -87,8 +92,9 @@ void draw_vectors(const Panel& panel, const render::Style& style, const SystemRe
       panel.text_right(end, middle - 0.5f * ImGui::GetFontSize(), style.text, number(values[i]));
     }
   };
-  draw("\xCE\xBB", record.lambda, right - column);
-  draw("W\xCE\xBB-b", w, right);
+  draw("\xCE\xBB N s", record.lambda, right - 2 * column);
+  draw("W\xCE\xBB", product, right - column);
+  draw("b m/s", record.system.b, right);
 }
 
 void draw_scale(const Panel& panel, const render::Style& style, double largest, float scale) {
@@ -123,35 +129,31 @@ void show_matrix(const PanelContext& context) {
   const SystemRecord* record = context.scene.history.system();
   const render::Style& style = context.scene.style;
   const auto scale = static_cast<float>(context.scale);
-  const char* title =
-      "Contact equations  0 \xE2\x89\xA4 \xCE\xBB  \xE2\x8A\xA5  W\xCE\xBB - b \xE2\x89\xA5 0";
+  const char* title = "Island matrix W and impulses \xCE\xBB";
   if (!record || record->system.size() == 0) {
     const Panel panel(context, title, 24);
     panel.text(panel.x(), panel.y(), style.text_dim, "nothing touches yet");
     return;
   }
   const int n = record->system.size();
-  const bool named = n <= kNamedRows;
+  const bool vectors = n <= kVectorRows;
   const double inner = kColumnPx - 24;
-  const double room = named ? inner - kNamePx - 2 * kVectorPx - 8 : inner;
-  const CellGrid grid = delassus_cells(record->system, static_cast<int>(inner / 2));
+  const double room = vectors ? inner - kNamePx - 3 * kVectorPx - 12 : kLargestMapPx;
+  const CellGrid grid = delassus_cells(record->system, static_cast<int>(kLargestMapPx / 2));
   const double cell_px = std::min(kLargestCellPx, room / grid.size);
-  // Rows keep the height of a line of text even where the cells would be smaller.
+  const bool names = !record->row_names.empty() && cell_px >= kTextCellPx - 2;
   const Panel panel(context, title, kHeadPx + cell_px * grid.size + kFootPx);
-  const auto cell = static_cast<float>(cell_px) * scale;
-  const float x = panel.x() + (named ? static_cast<float>(kNamePx) * scale
+  const float cell = static_cast<float>(cell_px) * scale;
+  const float x = panel.x() + (names ? static_cast<float>(kNamePx) * scale
                                      : 0.5f * (panel.width() - cell * static_cast<float>(grid.size)));
   const float y = panel.y() + static_cast<float>(kHeadPx) * scale;
   panel.text(panel.x(), panel.y(), style.text_dim, summary(*record, grid.nonzeros));
   draw_cells(panel, style, grid, x, y, cell);
-  if (named) {
-    if (cell_px >= kNumberCellPx) draw_numbers(panel, style, grid, x, y, cell);
-    for (int i = 0; i < n; ++i)
-      panel.text(panel.x(), y + (static_cast<float>(i) + 0.5f) * cell - 0.5f * ImGui::GetFontSize(),
-                 style.text, record->row_names[static_cast<std::size_t>(i)]);
-    draw_vectors(panel, style, *record, panel.x() + panel.width(), y, cell,
-                 static_cast<float>(kVectorPx) * scale);
-  }
+  if (cell_px >= kNumberCellPx) draw_numbers(panel, style, grid, x, y, cell);
+  for (std::size_t i = 0; names && i < record->row_names.size(); ++i)
+    panel.text(panel.x(), y + (static_cast<float>(i) + 0.5f) * cell - 0.5f * ImGui::GetFontSize(), style.text,
+               record->row_names[i]);
+  if (vectors) draw_vectors(panel, style, *record, y, cell, static_cast<float>(kVectorPx) * scale);
   draw_scale(panel, style, grid.largest, scale);
 }
 

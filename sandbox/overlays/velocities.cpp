@@ -17,7 +17,7 @@ void draw_velocities(const OverlayContext& context, render::DrawList& list) {
   if (fastest <= 0) return;
   // The fastest so far gets an arrow of at most a sixth of the picture's height.
   const double room = context.camera.height / 6;
-  const double metres_per_unit = round_down_125(room / fastest);
+  const double metres_per_unit = round_down(room / fastest);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const bool moves = bodies.alive[i] && bodies.type[i] == BodyType::Dynamic;
     if (!moves || length(bodies.velocity[i]) < 1e-6 * fastest) continue;
@@ -28,7 +28,7 @@ void draw_velocities(const OverlayContext& context, render::DrawList& list) {
          .width_px = style.arrow_px,
          .head_px = style.arrow_head_px});
   }
-  const double amount = round_down_125(0.6 * room / metres_per_unit);
+  const double amount = round_down_125(fastest);
   context.legend.arrow(style.velocity, amount * metres_per_unit * context.camera.pixels_per_metre(),
                        "velocity " + format_number(amount) + " m/s");
 }

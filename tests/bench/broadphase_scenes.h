@@ -15,7 +15,7 @@ namespace skerry::bench {
 /// Boxes and their motion. Distributions, all with about three overlaps a box:
 /// U  equal boxes, all move by a tenth of their size a step;
 /// M  sizes from 1 to 300 by a power law (density size^-3), all move;
-/// C  a pile of dense rows on a floor, all but the floor tremble;
+/// C  a pile of dense rows on a floor, all but the floor tremble by a tenth of their size;
 /// S  as U, but 99 % are asleep;
 /// F  as U, all asleep but one that flies five of its sizes a step.
 class BoxScene {
@@ -39,7 +39,6 @@ class BoxScene {
   Aabb world_{};
   bool floor_ = false;
   bool trembles_ = false;
-  int step_ = 0;
 };
 
 /// Something that finds pairs: one of ours, or a peer.

@@ -245,6 +245,7 @@ BENCHMARK(BM_Box2DCollideStacked);
 
 b2Sweep b2_sweep(const Motion& m) {
   b2Sweep s{};
+  s.localCenter.SetZero();
   s.c0 = {static_cast<float>(m.p0.x), static_cast<float>(m.p0.y)};
   s.c = {static_cast<float>(m.p0.x + m.v.x), static_cast<float>(m.p0.y + m.v.y)};
   s.a0 = static_cast<float>(m.angle0);

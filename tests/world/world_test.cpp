@@ -332,6 +332,25 @@ TEST(Determinism, SameInputGivesTheSameBits) {
   EXPECT_EQ(run(), run());
 }
 
+TEST(Determinism, AnyNumberOfThreadsGivesTheSameBits) {
+  const auto run = [](int threads) {
+    WorldConfig config;
+    config.threads = threads;
+    config.broad_phase = "uniform_grid";
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.4, 0.3));
+    for (int i = 0; i < 60; ++i) {
+      add(world, {1.7 * (i % 12), 1 + 1.3 * (i / 12) + 0.01 * i},
+          rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * (i % 5), 0}, 0.5);
+    }
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
+    return hashes;
+  };
+  const auto expected = run(1);
+  for (const int threads : {2, 4, 8}) EXPECT_EQ(run(threads), expected) << threads;
+}
+
 TEST(Resting, IslandsAreNotSteppedAgainAndStillReportTheirForces) {
   const auto run = [](bool reuse, int& reused) {
     WorldConfig config;
