@@ -37,7 +37,6 @@ class GlRenderer {
   GlRenderer& operator=(const GlRenderer&) = delete;
 
   /// Clears `target` to the background and draws every layer on the fine picture, then resolves it.
-  /// The picture's size is the target's; the camera's is used for nothing but must have the same shape.
   /// @throws std::invalid_argument for a bad camera, or one whose size differs from the target's
   DrawStats draw(const DrawList& list, const Camera& camera, Target& target);
 
