@@ -77,6 +77,7 @@ class HierarchicalGrid final : public PairFinder {
   // Build (hierarchical_grid_build.cpp).
   void rebuild(const BoxSet& boxes);
   void choose_levels(const BoxSet& boxes);
+  double best_phase(const BoxSet& boxes) const;
   void choose_table(GridLevel& level, Vec2 extent);
   int octave_of(double extent) const;
   const GridLevel* level_of(double extent) const;
