@@ -100,7 +100,7 @@ struct HierarchicalGrid::Search {
       // Four bits a box; all four have to be set.
       const std::uint32_t maybe = all_of_four(_mm512_cmp_ps_mask(boxes_at, wanted, _CMP_LE_OQ));
       const std::uint32_t certain = all_of_four(_mm512_cmp_ps_mask(boxes_at, wanted, _CMP_LT_OQ));
-      const std::uint32_t hit = _bzhi_u32(maybe, to - k) &
+      const std::uint32_t hit = _bzhi_u32(maybe, std::min(to - k, 4u)) &
                                 _mm256_test_epi64_mask(_mm256_or_si256(ids, mine_moved), moved) &
                                 _mm256_testn_epi64_mask(ids, mine_fixed);
       const __m256i other = _mm256_and_si256(ids, number);
