@@ -23,13 +23,24 @@ constexpr std::size_t kBoxesPerThread = 10000;
 /// The pairs that one thread finds: tests ranges of slots without branches on what it finds.
 struct HierarchicalGrid::Search {
   Search(const HierarchicalGrid& owner, const BoxSet& set, bool wants_all, PairBuffer& buffer)
-      : boxes(set), box(owner.box_.data()), id(owner.id_.data()), all(wants_all), out(buffer) {
+      : boxes(set),
+        box(owner.box_.data()),
+        id(owner.id_.data()),
+        all(wants_all),
+        out(buffer)
+#if defined(SKERRY_WIDE_TESTS)
+        ,
+        wide(owner.wide_tests_ && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2"))
+#endif
+  {
     next = out.reserve(kRoom);
     limit = next + kRoom;
   }
 
   /// Starts the search for the partners of the box in `slot`.
-  void begin(std::uint32_t slot) { begin(id[slot], FloatLimits(box[slot])); }
+  void begin(std::uint32_t slot) {
+    begin(id[slot], FloatLimits(box[slot]));
+  }
   void begin(std::uint32_t listed, const FloatLimits& wanted) {
     own = listed;
     // Either box has to be marked as moved; if all pairs are wanted, this one counts as marked.
@@ -121,7 +132,6 @@ struct HierarchicalGrid::Search {
     b &= b >> 2;
     return _pext_u32(b, 0x1111);
   }
-  const bool wide = __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2");
 #endif
 
   /// Ends the search of one box: where single precision could not tell, doubles do.
@@ -165,6 +175,9 @@ struct HierarchicalGrid::Search {
   std::uint64_t own_number = 0;
   FloatLimits limits{FloatBox{}};
   std::uint64_t tests = 0;
+#if defined(SKERRY_WIDE_TESTS)
+  bool wide;
+#endif
 };
 
 /// Calls `visit(first cell, last cell)` for the runs of cells that can list a box of this level that overlaps

@@ -36,8 +36,8 @@ std::int64_t without_small_factors(std::int64_t n) {
 
 using namespace grid;
 
-HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options)
-    : wish_(options.cell_size), threads_(options.threads) {}
+HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests)
+    : wish_(options.cell_size), threads_(options.threads), wide_tests_(wide_tests) {}
 
 /// Number of octaves that `extent` is below the largest box.
 int HierarchicalGrid::octave_of(double extent) const {
