@@ -56,6 +56,8 @@ class FloatLimits {
             _mm_movemask_ps(_mm_cmplt_ps(numbers, limits_)) == 15};
   }
 
+  __m128 values() const { return limits_; }
+
  private:
   explicit FloatLimits(__m128 numbers)
       : limits_(_mm_xor_ps(_mm_shuffle_ps(numbers, numbers, _MM_SHUFFLE(1, 0, 3, 2)), _mm_set1_ps(-0.0f))) {}

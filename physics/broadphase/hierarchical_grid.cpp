@@ -4,6 +4,10 @@
 #include "physics/broadphase/hierarchical_grid.h"
 
 #include <future>
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <immintrin.h>
+#define SKERRY_WIDE_TESTS
+#endif
 
 namespace skerry {
 
@@ -23,52 +27,58 @@ struct HierarchicalGrid::Search {
         box(owner.box_.data()),
         id(owner.id_.data()),
         all(wants_all),
-        all_moved(wants_all || set.moved().size() == set.size()),
-        out(buffer) {
+        out(buffer)
+#if defined(SKERRY_WIDE_TESTS)
+        ,
+        wide(owner.wide_tests_ && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2"))
+#endif
+  {
     next = out.reserve(kRoom);
     limit = next + kRoom;
   }
 
   /// Starts the search for the partners of the box in `slot`.
-  void begin(std::uint32_t slot) { begin(id[slot], FloatLimits(box[slot])); }
+  void begin(std::uint32_t slot) {
+    begin(id[slot], FloatLimits(box[slot]));
+  }
   void begin(std::uint32_t listed, const FloatLimits& wanted) {
     own = listed;
     // Either box has to be marked as moved; if all pairs are wanted, this one counts as marked.
     own_moved = all ? listed | kMovedMark : listed;
     own_number = listed & kNumber;
-    tests_marks = !all_moved || (listed & kFixedMark) != 0;
     limits = wanted;
     first = next;
     ties = 0;
   }
 
-  /// Tests the slots [from, to), `block` at a time: most ranges are one block, whatever their length.
-  template <std::uint32_t block>
+  /// Tests the slots [from, to).
   void test(std::uint32_t from, std::uint32_t to) {
-    if (next + (to - from) + block > limit) make_room(to - from + block);
+    if (next + (to - from) + kPadding > limit) make_room(to - from + kPadding);
     tests += to - from;
-    if (tests_marks) {
-      test_blocks<block, true>(from, to);
-    } else {
-      test_blocks<block, false>(from, to);
-    }
+#if defined(SKERRY_WIDE_TESTS)
+    if (wide) return test_wide(from, to);
+#endif
+    test_narrow(from, to);
   }
 
-  template <std::uint32_t block, bool marks>
-  void test_blocks(std::uint32_t from, std::uint32_t to) {
+  void test_narrow(std::uint32_t from, std::uint32_t to) {
     // Local copies: a stored key could otherwise change any member, as far as the compiler knows.
     const FloatLimits wanted = limits;
     const FloatBox* const boxes_at = box;
     const std::uint32_t* const ids = id;
     const std::uint64_t mine = own_number;
+    const std::uint32_t mine_moved = own_moved, mine_fixed = own;
     std::uint64_t* at = next;
     std::uint32_t tied = 0;
-    for (std::uint32_t k = from; k < to; k += block) {
-      for (std::uint32_t j = k; j < k + block; ++j) {
+    // At least one block, even if the range is empty: a loop that runs once nearly always is well predicted.
+    std::uint32_t k = from;
+    do {
+      for (std::uint32_t j = k; j < k + 2; ++j) {
         const FloatOverlap overlaps = wanted.compare(boxes_at[j]);
         const std::uint32_t other = ids[j];
-        std::uint32_t hit = static_cast<std::uint32_t>(overlaps.maybe) & static_cast<std::uint32_t>(j < to);
-        if constexpr (marks) hit &= ((other | own_moved) & kMovedMark) >> 30 & ~((other & own) >> 31);
+        const std::uint32_t keeps = ((other | mine_moved) & kMovedMark) >> 30 & ~((other & mine_fixed) >> 31);
+        const std::uint32_t hit =
+            static_cast<std::uint32_t>(overlaps.maybe) & static_cast<std::uint32_t>(j < to) & keeps;
         const std::uint64_t number = other & kNumber;
         // The smaller number first, by a mask: which one it is cannot be predicted.
         const std::uint64_t exchange = std::uint64_t{0} - ((number - mine) >> 63);
@@ -77,10 +87,52 @@ struct HierarchicalGrid::Search {
         at += hit;
         tied |= hit & ~static_cast<std::uint32_t>(overlaps.certain);
       }
-    }
+      k += 2;
+    } while (k < to);
     next = at;
     ties |= tied;
   }
+
+#if defined(SKERRY_WIDE_TESTS)
+  /// The same with four boxes in one instruction, where the processor has it; the pairs are the same.
+  __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) void test_wide(std::uint32_t from,
+                                                                         std::uint32_t to) {
+    const __m512 wanted = _mm512_maskz_broadcast_f32x4(0xFFFF, limits.values());
+    const __m256i mine = _mm256_set1_epi64x(static_cast<long long>(own_number));
+    const __m256i mine_moved = _mm256_set1_epi64x(own_moved),
+                  mine_fixed = _mm256_set1_epi64x(own & kFixedMark);
+    const __m256i moved = _mm256_set1_epi64x(kMovedMark), number = _mm256_set1_epi64x(kNumber);
+    std::uint64_t* at = next;
+    std::uint32_t tied = 0;
+    std::uint32_t k = from;
+    do {
+      const __m512 boxes_at = _mm512_loadu_ps(box[k].v);
+      const __m256i ids = _mm256_cvtepu32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(id + k)));
+      // Four bits a box; all four have to be set.
+      const std::uint32_t maybe = all_of_four(_mm512_cmp_ps_mask(boxes_at, wanted, _CMP_LE_OQ));
+      const std::uint32_t certain = all_of_four(_mm512_cmp_ps_mask(boxes_at, wanted, _CMP_LT_OQ));
+      const std::uint32_t hit = _bzhi_u32(maybe, std::min(to - k, 4u)) &
+                                _mm256_test_epi64_mask(_mm256_or_si256(ids, mine_moved), moved) &
+                                _mm256_testn_epi64_mask(ids, mine_fixed);
+      const __m256i other = _mm256_and_si256(ids, number);
+      const __m256i keys = _mm256_or_si256(_mm256_slli_epi64(_mm256_min_epu64(other, mine), 32),
+                                           _mm256_max_epu64(other, mine));
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(at),
+                          _mm256_maskz_compress_epi64(static_cast<__mmask8>(hit), keys));
+      at += _mm_popcnt_u32(hit);
+      tied |= hit & ~certain;
+      k += 4;
+    } while (k < to);
+    next = at;
+    ties |= tied;
+  }
+  __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) static std::uint32_t all_of_four(__mmask16 bits) {
+    std::uint32_t b = bits;
+    b &= b >> 1;
+    b &= b >> 2;
+    return _pext_u32(b, 0x1111);
+  }
+#endif
 
   /// Ends the search of one box: where single precision could not tell, doubles do.
   void finish() {
@@ -115,8 +167,6 @@ struct HierarchicalGrid::Search {
   const FloatBox* box;
   const std::uint32_t* id;
   bool all;
-  bool all_moved;           ///< the marks of moved boxes need no test
-  bool tests_marks = true;  ///< of the present box
   PairBuffer& out;
   std::uint64_t* next;
   std::uint64_t* limit;
@@ -125,6 +175,9 @@ struct HierarchicalGrid::Search {
   std::uint64_t own_number = 0;
   FloatLimits limits{FloatBox{}};
   std::uint64_t tests = 0;
+#if defined(SKERRY_WIDE_TESTS)
+  bool wide;
+#endif
 };
 
 /// Calls `visit(first cell, last cell)` for the runs of cells that can list a box of this level that overlaps
@@ -195,8 +248,8 @@ void HierarchicalGrid::search_level(const GridLevel& level, std::uint32_t begin,
   for (std::uint32_t slot = begin; slot < end; ++slot) {
     const std::uint32_t cell = cell_[slot];
     search.begin(slot);
-    search.test<2>(slot + 1, start[cell + 2]);
-    search.test<4>(start[cell + columns - 1], start[cell + columns + 2]);
+    search.test(slot + 1, start[cell + 2]);
+    search.test(start[cell + columns - 1], start[cell + columns + 2]);
     search.finish();
   }
 }
@@ -214,9 +267,9 @@ void HierarchicalGrid::search_wrapped_level(const GridLevel& level, std::uint32_
     const std::uint32_t here = level.base + row * columns;
     const std::uint32_t above = level.base + (row + 1 == rows ? 0 : row + 1) * columns;
     search.begin(slot);
-    search.test<4>(slot + 1, start_[here + column + 1]);
+    search.test(slot + 1, start_[here + column + 1]);
     for (const std::uint32_t next : {here + right, above + left, above + column, above + right}) {
-      search.test<4>(start_[next], start_[next + 1]);
+      search.test(start_[next], start_[next + 1]);
     }
     search.finish();
   }
@@ -228,7 +281,7 @@ void HierarchicalGrid::search_across(const GridLevel& to, std::uint32_t begin, s
   for (std::uint32_t slot = begin; slot < end; ++slot) {
     search.begin(slot);
     for_each_range(to, search.boxes.box(id_[slot] & kNumber), [&](std::uint32_t first, std::uint32_t last) {
-      search.test<4>(start_[first], start_[last + 1]);
+      search.test(start_[first], start_[last + 1]);
     });
     search.finish();
   }

@@ -63,7 +63,8 @@ struct GridLevel {
 /// See the top of this file. [Ericson 2005, Real-Time Collision Detection, sec. 7.2]
 class HierarchicalGrid final : public PairFinder {
  public:
-  explicit HierarchicalGrid(const BroadPhaseOptions& options);
+  /// @param wide_tests  use wide vector instructions where the processor has them; the results are the same
+  explicit HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests = true);
 
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats& stats) override;
   void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) override;
@@ -77,6 +78,7 @@ class HierarchicalGrid final : public PairFinder {
   // Build (hierarchical_grid_build.cpp).
   void rebuild(const BoxSet& boxes);
   void choose_levels(const BoxSet& boxes);
+  double best_phase(const BoxSet& boxes) const;
   void choose_table(GridLevel& level, Vec2 extent);
   int octave_of(double extent) const;
   const GridLevel* level_of(double extent) const;
@@ -106,6 +108,7 @@ class HierarchicalGrid final : public PairFinder {
 
   double wish_;  ///< the finest cell that the user asked for, or 0
   int threads_;
+  bool wide_tests_;
   Vec2 origin_;     ///< lower corner of the world at the last build
   double top_ = 1;  ///< size of the coarsest octave's boxes; octave k holds those down to top_ / 2^(k+1)
   int last_octave_ = 0;

@@ -20,7 +20,7 @@ constexpr double kLargestCell = 1e300;
 constexpr int kOctaves = 24;
 constexpr int kOctavesOfWish = 60;
 /// A table covers its world up to so many cells a box.
-constexpr double kCellsPerBox = 4;
+constexpr double kCellsPerBox = 8;
 
 double extent_of(const Aabb& box) {
   return std::max(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
@@ -36,8 +36,8 @@ std::int64_t without_small_factors(std::int64_t n) {
 
 using namespace grid;
 
-HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options)
-    : wish_(options.cell_size), threads_(options.threads) {}
+HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests)
+    : wish_(options.cell_size), threads_(options.threads), wide_tests_(wide_tests) {}
 
 /// Number of octaves that `extent` is below the largest box.
 int HierarchicalGrid::octave_of(double extent) const {
@@ -90,6 +90,42 @@ void HierarchicalGrid::choose_table(GridLevel& level, Vec2 extent) {
       std::max<std::int64_t>(3, static_cast<std::int64_t>(target / static_cast<double>(level.rows))));
 }
 
+/// Factor from 1 to 2 by which the coarsest cells should be larger than the largest box, so that the octaves
+/// fall well on the sizes: the fewest rows of cells to look at between levels. A quarter octave is told
+/// apart.
+double HierarchicalGrid::best_phase(const BoxSet& boxes) const {
+  constexpr double kQuarters[] = {1, 1.189207115002721, 1.4142135623730951, 1.681792830507429};
+  std::uint32_t counts[4 * kOctaves] = {};
+  // A sample is enough, and costs little.
+  const ProxyIndex stride = boxes.limit() / 4096 + 1;
+  for (ProxyIndex p = 0; p < boxes.limit(); p += stride) {
+    if (!boxes.is_present(p)) continue;
+    const int octave = octave_of(extent_of(boxes.box(p)));
+    const double rest = std::ldexp(top_, -octave) / extent_of(boxes.box(p));
+    const int quarter = (rest >= kQuarters[1]) + (rest >= kQuarters[2]) + (rest >= kQuarters[3]);
+    ++counts[4 * octave + quarter];
+  }
+  double best = 1, least = kInfinity;
+  for (int phase = 0; phase < 4; ++phase) {
+    // The count of each octave if the top goes up by `phase` quarters.
+    double levels[kOctaves + 1] = {};
+    for (int k = 0; k < 4 * kOctaves; ++k) levels[(k + phase) / 4] += counts[k];
+    double rows = 0;
+    for (int fine = 0; fine <= kOctaves; ++fine) {
+      if (levels[fine] == 0) continue;
+      rows += 2 * levels[fine];
+      for (int coarse = 0; coarse < fine; ++coarse) {
+        rows += std::min(3 * levels[fine], levels[coarse] * (2 + std::ldexp(1.0, fine - coarse)));
+      }
+    }
+    if (rows < least) {
+      least = rows;
+      best = kQuarters[phase];
+    }
+  }
+  return best;
+}
+
 /// Measures the boxes and lays out the levels and their tables.
 void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
   Vec2 lower{kInfinity, kInfinity}, upper{-kInfinity, -kInfinity};
@@ -123,11 +159,11 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
 
   std::uint32_t counts[kOctavesOfWish + 1] = {};
   double sums[kOctavesOfWish + 1] = {};
-  const int finest = octave_of(smallest);
-  if (finest == 0) {
+  if (octave_of(smallest) == 0) {
     counts[0] = static_cast<std::uint32_t>(boxes.size());
     sums[0] = heights;
   } else {
+    if (!(wish_ > 0)) top_ *= best_phase(boxes);
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
       if (!boxes.is_present(p)) continue;
       const int octave = octave_of(extent_of(boxes.box(p)));

@@ -37,13 +37,25 @@ inline void sort_four(Pair* p) {
   for (int i = 0; i < 4; ++i) p[i] = to_pair(k[i]);
 }
 
+/// Sorts a longer bucket; short ones by insertion, a floor with thousands of boxes on it as the library does.
+inline void sort_bucket(Pair* first, Pair* last) {
+  constexpr std::ptrdiff_t kShort = 16;
+  if (last - first > kShort) return std::sort(first, last);
+  for (Pair* i = first + 1; i < last; ++i) {
+    const Pair moving = *i;
+    Pair* j = i;
+    for (; j > first && moving < j[-1]; --j) *j = j[-1];
+    *j = moving;
+  }
+}
+
 /// Sorts within buckets; `ends` has each bucket's end. What follows a bucket is larger, so four pairs can be
 /// sorted from its start on without a look at its length, which no branch predictor could guess.
 void sort_within_buckets(Pair* out, std::size_t count, const std::uint32_t* ends, std::uint32_t buckets) {
   std::uint32_t begin = 0;
   for (std::uint32_t b = 0; b < buckets; begin = ends[b++]) {
     if (ends[b] - begin > 4) {
-      std::sort(out + begin, out + ends[b]);
+      sort_bucket(out + begin, out + ends[b]);
     } else if (begin + 4 <= count) {
       sort_four(out + begin);
     }
