@@ -201,6 +201,31 @@ void clip_apart(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
 
 }  // namespace
 
+Closest closest(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis) {
+  const bool reference_is_a = axis.index >= 0;
+  const int edge = reference_is_a ? axis.index : ~axis.index;
+  const Hull& ref = reference_is_a ? a : b;
+  const Hull& inc = reference_is_a ? b : a;
+  const Vec2* ref_v = reference_is_a ? a.v : placed.v;
+  const Vec2* inc_v = reference_is_a ? placed.v : a.v;
+  const Vec2 n = rotate(reference_is_a ? Rot{} : placed.turn, ref.n[edge]);
+  const double towards_b = reference_is_a ? 1 : -1;
+  const Closest face{towards_b * n, axis.separation, reference_is_a ? NormalFrom::First : NormalFrom::Second};
+  const double noise = kNoise * axis.scale;
+  if (axis.separation < -noise) return face;
+  const Vec2 p0 = ref_v[edge], p1 = ref_v[edge + 1 < ref.count ? edge + 1 : 0], q = inc_v[axis.support];
+  const Vec2 tangent = perp(n);
+  const bool before = dot(tangent, q - p0) < 0;
+  if (!before && dot(tangent, q - p1) <= 0) return face;
+  const Vec2 gap = q - (before ? p0 : p1);
+  const double distance = length(gap);
+  // A neighbour of the deepest corner that is closer means that two axes were equal within the bias.
+  const int next = axis.support + 1 < inc.count ? axis.support + 1 : 0;
+  const int previous = axis.support > 0 ? axis.support - 1 : inc.count - 1;
+  if (!(distance > noise) || dot(inc_v[next] - q, gap) < 0 || dot(inc_v[previous] - q, gap) < 0) return face;
+  return {(towards_b / distance) * gap, distance, NormalFrom::Corners};
+}
+
 void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out) {
   const double noise = kNoise * axis.scale;
   if (axis.separation >= -noise) return clip_apart(a, b, placed, axis, margin, true, out);
