@@ -18,15 +18,15 @@ enum class BodyType : std::uint8_t { Static, Kinematic, Dynamic };
 
 struct BodyDef {
   BodyType type = BodyType::Dynamic;
-  Vec2 position;               ///< origin of the frame in which the shapes are given, world frame [m]
-  double angle = 0;            ///< [rad], counter-clockwise
-  Vec2 velocity;               ///< of the centre of mass [m/s]
-  double omega = 0;            ///< [rad/s]
-  double gravity_scale = 1;    ///< 0: floats
-  std::optional<double> mass;  ///< [kg]; without it: sum over the shapes of density * area
+  Vec2 position{};               ///< origin of the frame in which the shapes are given, world frame [m]
+  double angle = 0;              ///< [rad], counter-clockwise
+  Vec2 velocity{};               ///< of the centre of mass [m/s]
+  double omega = 0;              ///< [rad/s]
+  double gravity_scale = 1;      ///< 0: floats
+  std::optional<double> mass{};  ///< [kg]; default: sum over the shapes of density * area
   std::optional<double>
-      inertia;       ///< about the centre of mass [kg m^2]; without it: from the shapes, scaled to `mass`
-  std::string name;  ///< for messages and the inspector
+      inertia{};       ///< about the centre of mass [kg m^2]; default: from the shapes, for `mass`
+  std::string name{};  ///< for messages and the inspector
 };
 
 /// State and mass of all bodies, field by field; index = slot. Read-only for users (`World::bodies()`). Free

@@ -35,13 +35,14 @@ struct Contact {
   std::uint32_t body_a = 0, body_b = 0;
   double friction = 0, restitution = 0, rolling_resistance = 0, surface_velocity = 0;
   bool sensor = false;
-  bool linked = false;         ///< may touch within this step: part of an island
-  bool touched = false;        ///< touched at the end of the last step
-  bool hit = false;            ///< took part in an impact in this step
-  double hit_speed = 0;        ///< largest approach speed of those impacts [m/s]
-  Vec2 hit_point, hit_normal;  ///< of the fastest of them, world frame
-  double margin = 0;           ///< largest separation that the manifold reports [m]
-  Transform pose_a, pose_b;    ///< at which the manifold was made
+  bool linked = false;           ///< may touch within this step: part of an island
+  bool touched = false;          ///< touched at the end of the last step
+  bool hit = false;              ///< took part in an impact in this step
+  double hit_speed = 0;          ///< largest approach speed of those impacts [m/s]
+  Vec2 hit_point, hit_normal;    ///< of the fastest of them, world frame
+  double margin = 0;             ///< largest separation that the manifold reports [m]
+  Transform pose_a, pose_b;      ///< at which the manifold was made
+  bool manifold_reused = false;  ///< at the beginning of this step: both bodies are where they were
   SatCache cache;
   Manifold manifold;
   std::array<PointMemory, 2> points;

@@ -101,6 +101,7 @@ struct StepReport {
 
   // Skips: work that this step did not have to do.
   int islands_in_flight = 0;   ///< closed-form flight: no narrow phase, no rows, no solve
+  int islands_at_rest = 0;     ///< nothing changed by a bit: last step's forces serve
   int manifolds_reused = 0;    ///< manifolds whose bodies had not moved by a bit
   int pairs_out_of_reach = 0;  ///< pairs that cannot meet within the step, left out of the islands
 

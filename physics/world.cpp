@@ -197,6 +197,8 @@ World::World(WorldConfig config) : state_(std::make_unique<WorldState>()) {
   require(config.touch_tolerance <= config.contact_margin,
           "touch_tolerance must not exceed contact_margin, got " + to_text(config.touch_tolerance) + " and " +
               to_text(config.contact_margin));
+  state_->pool = std::make_unique<ThreadPool>(config.threads);
+  config.broad_phase_options.threads = config.threads;
   state_->broad_phase = make_broad_phase(config.broad_phase, config.broad_phase_options);
   state_->solver = &find_solver(config.solver);
   state_->impact_law = &find_impact_law(config.impact_law);

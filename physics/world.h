@@ -30,27 +30,30 @@
 namespace skerry {
 
 struct ShapeDef {
-  Shape shape;            ///< in the frame of the body's definition
+  Shape shape{};          ///< in the frame of the body's definition
   double density = 1000;  ///< [kg/m^2]; ignored for static bodies and when the body has a mass of its own
-  Material material;
+  Material material{};
   MixingRule friction_rule = MixingRule::GeometricMean;
   MixingRule restitution_rule = MixingRule::Maximum;
-  Filter filter;
+  Filter filter{};
   bool sensor = false;  ///< reports overlaps, never pushes
 };
 
 struct WorldConfig {
   Vec2 gravity{0, -9.81};  ///< [m/s^2]
   std::string broad_phase = "brute_force";
-  BroadPhaseOptions broad_phase_options;
+  BroadPhaseOptions broad_phase_options{};
   std::string solver = "auto";
   std::string impact_law = "reflections";
   std::string stepper = "time_stepping";
-  SolveOptions solve;
+  SolveOptions solve{};
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
   int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
+  /// Islands that a step did not change by a bit are not stepped again until something does.
+  bool reuse_resting = true;
+  int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
 };
 
 /// A shape of the world, for drawing and queries.

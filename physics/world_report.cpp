@@ -153,6 +153,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
       if (s.contacts[index].linked) result.report.contacts += s.contacts[index].manifold.count;
     }
     r.islands_in_flight += result.in_flight;
+    r.islands_at_rest += result.at_rest;
     r.rows += result.report.rows;
     r.friction_rows += result.friction_rows;
     r.manifolds_reused += result.manifolds_reused;

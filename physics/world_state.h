@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "physics/contact.h"
+#include "physics/resting.h"
 #include "physics/stepping/stepper.h"
+#include "physics/thread_pool.h"
 #include "physics/world.h"
 
 namespace skerry {
@@ -42,8 +44,10 @@ struct WorldState {
   std::vector<std::uint32_t> free_joints;
 
   std::unique_ptr<BroadPhase> broad_phase;
+  std::unique_ptr<ThreadPool> pool;
   std::vector<Contact> contacts;       ///< sorted by key
   std::vector<IslandMemory> memories;  ///< sorted by key
+  std::vector<RestingIsland> resting;  ///< sorted by key
 
   // Of the current step.
   std::vector<Vec2> acceleration;  ///< by body [m/s^2]

@@ -21,6 +21,9 @@ namespace {
 // Farther than this in one step [m] a body is lost: products of such lengths still fit a double.
 constexpr double kFarthest = 1e100;
 
+// Enough manifolds to be worth a thread's attention: about 50 us of work.
+constexpr std::size_t kContactsPerChunk = 256;
+
 struct SteppedIsland {
   Island island;
   IslandResult result;
@@ -145,19 +148,19 @@ class Step {
     auto old = s_.contacts.begin();
     const auto pass = [&] {
       if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
-        next.push_back(std::move(*old));
+        next.push_back(*old);
       } else if (old->touched) {
         lost_.push_back(*old);
       }
       ++old;
     };
-    for (Contact& contact : wanted) {
+    for (const Contact& contact : wanted) {
       while (old != s_.contacts.end() && old->key() < contact.key()) pass();
       if (old != s_.contacts.end() && old->key() == contact.key()) {
-        next.push_back(std::move(*old));
+        next.push_back(*old);
         ++old;
       } else {
-        next.push_back(std::move(contact));
+        next.push_back(contact);
       }
     }
     while (old != s_.contacts.end()) pass();
@@ -224,22 +227,46 @@ class Step {
   void link_contacts(std::vector<std::uint8_t>& dirty) {
     const auto start = Clock::now();
     const bool first = rounds_++ == 0;
+    // Chunks of neighbouring contacts: each contact is touched by one thread, counters are summed in chunk
+    // order.
+    const std::size_t chunks = (s_.contacts.size() + kContactsPerChunk - 1) / kContactsPerChunk;
+    std::vector<LinkCount> counts(chunks);
+    s_.pool->run(chunks, [&](std::size_t chunk) {
+      const std::size_t end = std::min((chunk + 1) * kContactsPerChunk, s_.contacts.size());
+      for (std::size_t i = chunk * kContactsPerChunk; i < end; ++i)
+        link(s_.contacts[i], first, dirty, counts[chunk]);
+    });
     std::vector<std::uint8_t> newly(s_.bodies.size(), 0);
-    for (Contact& contact : s_.contacts) {
-      if (first) contact.linked = false;
-      if (contact.sensor || contact.linked || (!dirty[contact.body_a] && !dirty[contact.body_b])) continue;
-      const double margin =
-          2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
-      const BodyBackup& a = s_.backup[contact.body_a];
-      const BodyBackup& b = s_.backup[contact.body_b];
-      s_.report.manifolds_reused += !refresh_manifold(
-          contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
-          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, s_.report.narrow);
-      contact.linked = contact.manifold.count > 0;
-      if (contact.linked) newly[contact.body_a] = newly[contact.body_b] = 1;
+    for (const LinkCount& count : counts) {
+      s_.report.manifolds_reused += count.reused;
+      s_.report.narrow.pairs += count.narrow.pairs;
+      s_.report.narrow.axes_tested += count.narrow.axes_tested;
+      s_.report.narrow.axes_skipped += count.narrow.axes_skipped;
+      s_.report.narrow.manifolds += count.narrow.manifolds;
+      for (const std::uint32_t body : count.newly) newly[body] = 1;
     }
     if (!first) dirty = newly;
     book(Stage::Narrow, start);
+  }
+
+  struct LinkCount {
+    NarrowPhaseStats narrow;
+    int reused = 0;
+    std::vector<std::uint32_t> newly;  ///< bodies of contacts that became linked
+  };
+
+  void link(Contact& contact, bool first, const std::vector<std::uint8_t>& dirty, LinkCount& count) const {
+    if (first) contact.linked = false;
+    if (contact.sensor || contact.linked || (!dirty[contact.body_a] && !dirty[contact.body_b])) return;
+    const double margin = 2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
+    const BodyBackup& a = s_.backup[contact.body_a];
+    const BodyBackup& b = s_.backup[contact.body_b];
+    contact.manifold_reused =
+        !refresh_manifold(contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
+                          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, count.narrow);
+    count.reused += contact.manifold_reused;
+    contact.linked = contact.manifold.count > 0;
+    if (contact.linked && !first) count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
   }
 
   void step_islands(std::vector<std::uint8_t>& dirty, std::vector<SteppedIsland>& stepped) {
@@ -272,6 +299,7 @@ class Step {
     book(Stage::Islands, start);
 
     std::vector<SteppedIsland> next(islands.size());
+    to_step_.clear();
     for (std::size_t n = 0; n < islands.size(); ++n) {
       next[n].island = std::move(islands[n]);
       const std::vector<std::uint32_t>& bodies = next[n].island.bodies;
@@ -288,8 +316,14 @@ class Step {
       }
       restore(bodies);
       if (rounds_ > 1) begin_again(next[n].island);
-      s_.stepper->step(s_, next[n].island, h_, next[n].result);
+      if (rounds_ == 1 && reuse_resting(s_, next[n].island, h_, next[n].result)) continue;
+      to_step_.push_back(n);
     }
+    // Islands share nothing that is written, so their order does not matter.
+    s_.pool->run(to_step_.size(), [&](std::size_t k) {
+      SteppedIsland& island = next[to_step_[k]];
+      s_.stepper->step(s_, island.island, h_, island.result);
+    });
     stepped = std::move(next);
   }
 
@@ -299,6 +333,7 @@ class Step {
     for (const std::uint32_t i : island.contacts) {
       Contact& contact = s_.contacts[i];
       contact.points = contact.points_at_start;
+      match_points(contact);
       contact.hit = false;
       contact.hit_speed = 0;
     }
@@ -354,10 +389,8 @@ class Step {
       restore({i});
       contain(i);
     }
-    for (std::size_t i = 0; i < b.size(); ++i) {
-      b.force[i] = {};
-      b.torque[i] = 0;
-    }
+    std::fill(b.force.begin(), b.force.end(), Vec2{});
+    std::fill(b.torque.begin(), b.torque.end(), 0);
     s_.time += h_;
     ++s_.steps;
 
@@ -371,6 +404,13 @@ class Step {
     write_report(s_, h_, members, results, lost_);
     book(Stage::Report, start);
 
+    std::vector<RestingIsland> resting;
+    for (std::size_t n = 0; n < results.size(); ++n) {
+      if (!s_.observe.systems) remember_resting(s_, *members[n], h_, *results[n], resting);
+    }
+    std::sort(resting.begin(), resting.end(),
+              [](const RestingIsland& x, const RestingIsland& y) { return x.key < y.key; });
+    s_.resting = std::move(resting);
     s_.memories.clear();
     for (IslandResult* result : results) {
       for (IslandMemory& memory : result->memories) {
@@ -385,7 +425,8 @@ class Step {
   const double h_;
   int rounds_ = 0;
   std::vector<int> segments_;
-  std::vector<Contact> lost_;  ///< touching contacts whose boxes parted
+  std::vector<std::size_t> to_step_;  ///< islands of this round
+  std::vector<Contact> lost_;         ///< touching contacts whose boxes parted
 };
 
 }  // namespace

@@ -22,14 +22,27 @@ layout(location = 2) in vec4 fill;
 layout(location = 3) in vec4 line;
 layout(location = 4) in uvec2 corners;
 uniform vec2 to_clip;
-uniform bool tight;  // the extents are those of the whole shape: the radius is not added
+uniform vec2 extent;  // 0 or 1: whether the box and the radius count for the size of the quad
 noperspective out vec2 local;
 flat out vec4 box;
 flat out vec4 fill_color, line_color;
 flat out uvec2 range;
+#ifdef EDGES
+uniform samplerBuffer edges;
+flat out vec4 edge_x[EDGES / 4], edge_y[EDGES / 4], edge_d[EDGES / 4];
+#endif
 void main() {
+#ifdef EDGES
+  // Edges that the polygon does not have are far away.
+  for (int i = 0; i < EDGES; ++i) {
+    vec4 edge = uint(i) < corners.y ? texelFetch(edges, int(corners.x) + i) : vec4(0.0, 0.0, 1e30, 0.0);
+    edge_x[i / 4][i % 4] = edge.x;
+    edge_y[i / 4][i % 4] = edge.y;
+    edge_d[i / 4][i % 4] = edge.z;
+  }
+#endif
   vec2 sign = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
-  local = sign * (dims.xy + (tight ? 1.0 : dims.z + 1.0));
+  local = sign * (dims.xy * extent.x + dims.z * extent.y + 1.0);
   vec2 at = frame.xy + local.x * frame.zw + local.y * vec2(-frame.w, frame.z);
   gl_Position = vec4(at * to_clip - 1.0, 0.0, 1.0);
   box = dims;
@@ -59,7 +72,33 @@ constexpr const char* kRoundedFragment = R"(
 void main() { color = paint(rounded_box()); }
 )";
 
-// Distance to the edges, inside by the side of all of them; a box where there are no corners.
+// A disc with a radius line towards (box.x, box.y).
+constexpr const char* kSpokeFragment = R"(
+void main() {
+  float distance = length(local);
+  vec4 disc = paint(distance - box.z);
+  float along = dot(local, box.xy), across = dot(local, vec2(-box.y, box.x));
+  float spoke = length(vec2(along - clamp(along, 0.0, box.z - box.w), across)) - 0.5 * max(box.w, 1.0);
+  float cover = clamp(0.5 - spoke, 0.0, 1.0) * min(box.w, 1.0);
+  color = disc * (1.0 - line_color.a * cover) + line_color * cover;
+}
+)";
+
+// Sharp convex polygons of at most EDGES corners: the largest of the distances to the lines through the
+// edges; a box where there are none. Fetching the edges here instead of once a corner of the quad takes twice
+// the time.
+constexpr const char* kConvexFragment = R"(
+flat in vec4 edge_x[EDGES / 4], edge_y[EDGES / 4], edge_d[EDGES / 4];
+void main() {
+  vec4 four = edge_x[0] * local.x + edge_y[0] * local.y - edge_d[0];
+  for (int i = 1; i < EDGES / 4; ++i) four = max(four, edge_x[i] * local.x + edge_y[i] * local.y - edge_d[i]);
+  float distance = max(max(four.x, four.y), max(four.z, four.w));
+  color = paint(range.y == 0u ? rounded_box() : distance);
+}
+)";
+
+// Rounded polygons: distance to the edges, inside by the side of all of them; a box where there are no
+// corners.
 constexpr const char* kPolygonFragment = R"(
 uniform samplerBuffer edges;
 void main() {
@@ -148,7 +187,7 @@ GLuint make_vertex_array(GLuint attributes) {
 struct GlRenderer::State {
   GlyphAtlas atlas;
   ShapeBatches frame;
-  GLuint programs[4] = {0, 0, 0, 0};  // by Program
+  GLuint programs[kProgramCount] = {};  // by Program
   GLuint shape_array = 0, glyph_array = 0;
   GLuint edge_texture = 0, atlas_texture = 0;
   int atlas_height = 0;
@@ -165,6 +204,11 @@ GlRenderer::State::State() {
   try {
     const std::string paint = kPaint;
     program(Program::Rounded) = make_program("rounded", kShapeVertex, paint + kRoundedFragment);
+    program(Program::Spoke) = make_program("spoke", kShapeVertex, paint + kSpokeFragment);
+    const std::string four = "#define EDGES 4\n", eight = "#define EDGES 8\n";
+    program(Program::Convex4) = make_program("convex 4", four + kShapeVertex, four + paint + kConvexFragment);
+    program(Program::Convex8) =
+        make_program("convex 8", eight + kShapeVertex, eight + paint + kConvexFragment);
     program(Program::Polygon) = make_program("polygon", kShapeVertex, paint + kPolygonFragment);
     program(Program::Arrow) = make_program("arrow", kShapeVertex, paint + kArrowFragment);
     program(Program::Text) = make_program("text", kTextVertex, kTextFragment);
@@ -262,12 +306,14 @@ DrawStats GlRenderer::draw(const DrawList& list, const Camera& camera, Target& t
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   s.upload();
   // Row 0 of the framebuffer is the top of the picture: pixels y down go to clip space y up unflipped.
-  for (const Program which : {Program::Rounded, Program::Polygon, Program::Arrow, Program::Text}) {
+  for (int i = 0; i < kProgramCount; ++i) {
+    const auto which = static_cast<Program>(i);
     const GLuint program = s.program(which);
     glUseProgram(program);
     glUniform2f(glGetUniformLocation(program, "to_clip"), 2.0f / static_cast<float>(target.scene_width()),
                 2.0f / static_cast<float>(target.scene_height()));
-    glUniform1i(glGetUniformLocation(program, "tight"), which == Program::Arrow);
+    glUniform2f(glGetUniformLocation(program, "extent"), which == Program::Spoke ? 0.0f : 1.0f,
+                which == Program::Arrow ? 0.0f : 1.0f);
   }
   for (const Batch& batch : s.frame.batches) s.draw(batch);
   glBindVertexArray(0);

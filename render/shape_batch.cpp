@@ -31,6 +31,14 @@ float to_float(double value) {
   return static_cast<float>(value);
 }
 
+/// Whether the program `general` also draws the instances of `special`.
+bool can_draw(Program general, Program special) {
+  const bool boxes = special == Program::Rounded;
+  return (general == Program::Convex4 && boxes) ||
+         (general == Program::Convex8 && (boxes || special == Program::Convex4)) ||
+         (general == Program::Polygon && boxes);
+}
+
 /// Keeps the side of a convex polygon where dot(normal, p) <= offset (Sutherland and Hodgman 1974).
 void cut(std::vector<Point>& corners, Point normal, double offset) {
   std::vector<Point> kept;
@@ -50,13 +58,12 @@ void ShapeBatches::push(Program program, const ShapeInstance& shape) {
   shapes.push_back(shape);
   if (!batches.empty()) {
     Batch& last = batches.back();
-    // The polygon program can draw boxes too, at a small cost, so runs are not broken up for a single box.
-    if (last.program == program || (last.program == Program::Polygon && program == Program::Rounded)) {
-      ++last.count;
-      return;
-    }
-    if (last.program == Program::Rounded && program == Program::Polygon && last.count < 256) {
-      last.program = program;
+    // A polygon program draws what simpler ones do, at a small cost, so runs are not broken up for a few of
+    // them.
+    const bool joins = last.program == program || can_draw(last.program, program);
+    const bool turns = can_draw(program, last.program) && last.count < 256;
+    if (joins || turns) {
+      if (turns) last.program = program;
       ++last.count;
       return;
     }
@@ -276,23 +283,54 @@ void ShapeBatches::add_polygon(const DrawLayer& layer, const Polygon& polygon) {
     high = {std::max(high.x, x), std::max(high.y, y)};
   }
   const Point middle{0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
+  const bool sharp = radius == 0 && n <= 8;
   const auto first = static_cast<std::uint32_t>(corners.size() / 4);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t from = area > 0 ? i : n - 1 - i, to = area > 0 ? (i + 1) % n : (2 * n - 2 - i) % n;
     const Point a = corner[from], e = minus(corner[to], a);
-    corners.insert(corners.end(), {to_float(dot(a, axis) - middle.x), to_float(dot(a, side) - middle.y),
-                                   to_float(dot(e, axis)), to_float(dot(e, side))});
+    const double x = dot(a, axis) - middle.x, y = dot(a, side) - middle.y;
+    const double ex = dot(e, axis), ey = dot(e, side), length = std::sqrt(ex * ex + ey * ey);
+    if (!sharp) {
+      corners.insert(corners.end(), {to_float(x), to_float(y), to_float(ex), to_float(ey)});
+    } else if (length > 0) {
+      const double nx = ey / length, ny = -ex / length;
+      corners.insert(corners.end(), {to_float(nx), to_float(ny), to_float(nx * x + ny * y), 0});
+    }
+  }
+  const auto edges = static_cast<std::uint32_t>(corners.size() / 4) - first;
+  const Program program = !sharp ? Program::Polygon : edges <= 4 ? Program::Convex4 : Program::Convex8;
+  if (edges == 0) {
+    ++culled;
+    return;
   }
   const Point centre{middle.x * axis.x + middle.y * side.x, middle.x * axis.y + middle.y * side.y};
-  push(Program::Polygon, {{to_float(centre.x), to_float(centre.y)},
-                          {to_float(axis.x), to_float(axis.y)},
-                          {to_float(0.5 * (high.x - low.x)), to_float(0.5 * (high.y - low.y))},
-                          to_float(radius),
-                          to_float(outline),
-                          polygon.fill,
-                          polygon.outline,
-                          first,
-                          static_cast<std::uint32_t>(n)});
+  push(program, {{to_float(centre.x), to_float(centre.y)},
+                 {to_float(axis.x), to_float(axis.y)},
+                 {to_float(0.5 * (high.x - low.x)), to_float(0.5 * (high.y - low.y))},
+                 to_float(radius),
+                 to_float(outline),
+                 polygon.fill,
+                 polygon.outline,
+                 first,
+                 edges});
+}
+
+void ShapeBatches::add_spoke(Point centre, double radius, const Disc& disc, double outline) {
+  const double reach = radius + 1;
+  if (!std::isfinite(disc.angle) || centre.x + reach < 0 || centre.x - reach > width_ ||
+      centre.y + reach < 0 || centre.y - reach > height_) {
+    ++culled;
+    return;
+  }
+  push(Program::Spoke, {{to_float(centre.x), to_float(centre.y)},
+                        {1, 0},
+                        {to_float(std::cos(disc.angle)), to_float(-std::sin(disc.angle))},
+                        to_float(radius),
+                        to_float(outline),
+                        disc.fill,
+                        disc.outline,
+                        0,
+                        0});
 }
 
 void ShapeBatches::add_layer(const DrawLayer& layer) {
@@ -307,8 +345,13 @@ void ShapeBatches::add_layer(const DrawLayer& layer) {
   for (const Disc& disc : layer.discs) {
     const Point centre = to_px(disc.centre);
     const double radius = disc.radius * scale_, outline = disc.outline_px * px_;
+    const bool spoke = disc.spoke && radius > outline;
+    if (spoke && radius < kLargeExtent && finite(centre)) {
+      add_spoke(centre, radius, disc, outline);
+      continue;
+    }
     add_box(centre, {1, 0}, 0, 0, radius, outline, disc.fill, disc.outline);
-    if (disc.spoke && radius > outline) {
+    if (spoke) {
       const double reach = radius - outline;
       const Point rim{centre.x + reach * std::cos(disc.angle), centre.y - reach * std::sin(disc.angle)};
       add_line(centre, rim, outline, disc.outline, 0);
@@ -325,7 +368,6 @@ void ShapeBatches::add_layer(const DrawLayer& layer) {
 }
 
 bool ShapeBatches::add_labels(const std::vector<Label>& labels, GlyphAtlas& atlas) {
-  constexpr double kLineSpacing = 1.3;  // em
   for (const Label& label : labels) {
     const Point at = to_px(label.at);
     const double size = label.size_px * px_, gap = label.offset_px * px_,

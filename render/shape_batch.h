@@ -32,7 +32,13 @@ struct GlyphInstance {
   std::uint32_t channel;  ///< 0: coverage, 1: halo
 };
 
-enum class Program : std::uint8_t { Rounded, Polygon, Arrow, Text };
+/// Rounded: boxes. Spoke: discs with a radius line, its direction in `half`. Convex4, Convex8: sharp polygons
+/// with so many corners. Polygon: all others. Arrow: the length of the head in `outline`.
+enum class Program : std::uint8_t { Rounded, Spoke, Convex4, Convex8, Polygon, Arrow, Text };
+inline constexpr int kProgramCount = 7;
+
+/// Distance of the lines of a label [em].
+inline constexpr double kLineSpacing = 1.3;
 
 /// Instances first..first+count of one program, in drawing order.
 struct Batch {
@@ -43,7 +49,9 @@ struct Batch {
 /// A frame's instances, in order. Reused from frame to frame.
 struct ShapeBatches {
   std::vector<ShapeInstance> shapes;
-  std::vector<float> corners;  ///< of polygons: x, y, edge x, edge y to the next corner [px]
+  /// Four numbers for each edge of a polygon [px]. Convex4 and Convex8: the outer normal, its product with a
+  /// corner, 0. Polygon: a corner, the edge to the next.
+  std::vector<float> corners;
   std::vector<GlyphInstance> glyphs;
   std::vector<Batch> batches;
   int culled = 0;
@@ -56,6 +64,7 @@ struct ShapeBatches {
   void add_layer(const DrawLayer& layer);
   void add_polygon(const DrawLayer& layer, const Polygon& polygon);
   void add_line(Point from, Point to, double width, Color color, double dash);
+  void add_spoke(Point centre, double radius, const Disc& disc, double outline);
   void add_arrow(const Arrow& arrow);
   bool add_labels(const std::vector<Label>& labels, GlyphAtlas& atlas);
   void add_box(Point centre, Point axis, double hx, double hy, double radius, double outline, Color fill,

@@ -25,7 +25,7 @@ Style light_style() {
                {rgb(0x84cfb4), rgb(0x00765a)},
                {rgb(0xf0a582), rgb(0xb04a08)},
                {rgb(0xe2b1cd), rgb(0x9a5580)},
-               {rgb(0xf8f2a0), rgb(0x958a00)},
+               {rgb(0xf6ee90), rgb(0x958a00)},
                {rgb(0x8fb4dc), rgb(0x00538a)},
                {rgb(0xa9afb9), rgb(0x444c57)}}};
   s.ground = {rgb(0xd9d6ce), rgb(0x77736a)};

@@ -124,6 +124,8 @@ class VideoSink final : public SinkBase {
   ~VideoSink() override {
     filled_.abandon();
     if (encoder_.joinable()) encoder_.join();
+    // The GIF writer of FFmpeg 5.1 frees the frame it holds back only here.
+    if (header_written_ && kind_ == VideoKind::Gif) av_write_trailer(format_.get());
     format_.reset();
     if (part_exists_) std::remove(part_.c_str());
   }
@@ -151,6 +153,7 @@ class VideoSink final : public SinkBase {
   const Recipe recipe_;
   const std::string part_;
   bool part_exists_ = false;
+  bool header_written_ = false;  // and no trailer yet
 
   std::unique_ptr<AVFormatContext, FreeFormat> format_;
   std::unique_ptr<AVCodecContext, FreeCodec> codec_;
@@ -274,6 +277,7 @@ void VideoSink::open_file() {
   error = avformat_write_header(format, &dictionary);
   av_dict_free(&dictionary);
   if (error < 0) fail("cannot write", error);
+  header_written_ = true;
 }
 
 /// Chapters are known when the video has ended; the containers write them into the trailer.
@@ -408,6 +412,7 @@ void VideoSink::finish(SinkReport& report) {
   if (frames() == 0) throw std::logic_error(name() + ": no frame was drawn");
   encode(nullptr);
   add_chapters();
+  header_written_ = false;
   int error = av_write_trailer(format_.get());
   if (error >= 0) error = format_->pb->error;
   if (error < 0) fail("cannot write", error);

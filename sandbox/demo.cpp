@@ -40,8 +40,7 @@ double measure(LuaHost& host, int function, const std::string& place, const std:
   const double value = yes_no ? lua_toboolean(state, -1) : lua_tonumber(state, -1);
   const std::string got = describe(state, -1);
   lua_pop(state, 1);
-  if (!number && !yes_no)
-    throw ScriptError(place + ": \"" + what + "\" expected a number, got " + got);
+  if (!number && !yes_no) throw ScriptError(place + ": \"" + what + "\" expected a number, got " + got);
   return value;
 }
 
@@ -199,8 +198,7 @@ void Demo::finish() {
 
 bool Demo::failed() const {
   const auto fails = [](const Check& check) { return check.state == CheckState::Fails; };
-  return std::any_of(script_->checks.begin(), script_->checks.end(), fails) ||
-         world().report().quarantined > 0;
+  return std::any_of(script_->checks.begin(), script_->checks.end(), fails) || world().report().contained > 0;
 }
 
 std::vector<double> Demo::watch_values() {

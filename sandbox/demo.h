@@ -19,7 +19,8 @@ namespace skerry::sandbox {
 /// The part of the world that the picture shows.
 struct View {
   Vec2 centre;        ///< [m]
-  double height = 0;  ///< [m]; the width follows from the picture's shape
+  double height = 0;  ///< [m]
+  double width = 0;   ///< [m]; 0: follows from the picture's shape
 };
 
 /// A number, or one of several words, that the command line and the window may change.
@@ -74,7 +75,6 @@ struct DemoOptions {
   std::optional<double> seconds;  ///< length of the run
   std::optional<std::uint64_t> steps;
   std::optional<std::string> solver, broad_phase, impact_law, stepper;
-  std::optional<int> threads;
   std::vector<std::pair<std::string, std::string>> parameters;  ///< name, value as typed
   std::function<void(std::string_view)> print;                  ///< lines that the script prints
 };
@@ -122,7 +122,7 @@ class Demo {
   double time() const;  ///< steps times dt [s]
   /// Evaluates what waits for the end. Checks at a later time stay `Waiting`.
   void finish();
-  /// Whether a check fails or the world took a body out.
+  /// Whether a check fails or the world had to stop a body whose state was not finite.
   bool failed() const;
   /// Current values of the watches.
   std::vector<double> watch_values();

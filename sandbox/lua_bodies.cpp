@@ -14,9 +14,9 @@ namespace {
 constexpr const char* kBodyType = "body";
 
 std::vector<std::string> with_common(std::vector<std::string> keys) {
-  for (const char* key : {"at", "angle", "velocity", "omega", "mass", "density", "friction", "restitution",
-                          "rolling_resistance", "surface_speed", "type", "gravity_scale", "group", "name",
-                          "color"})
+  for (const char* key :
+       {"at", "angle", "velocity", "omega", "mass", "density", "friction", "restitution",
+        "rolling_resistance", "surface_speed", "type", "gravity_scale", "group", "name", "color"})
     keys.emplace_back(key);
   return keys;
 }
@@ -103,8 +103,7 @@ int disc(lua_State* L) {
   static const std::vector<std::string> keys = with_common({"radius"});
   const Args args(L, "disc", keys);
   const double radius = args.required_number("radius");
-  if (radius <= 0)
-    throw std::invalid_argument("disc: radius must be positive, got " + format_number(radius));
+  if (radius <= 0) throw std::invalid_argument("disc: radius must be positive, got " + format_number(radius));
   return make_body(L, args, make_disc(radius));
 }
 
@@ -126,10 +125,8 @@ int capsule(lua_State* L) {
 
 // ground{ y = 0, tilt = 0 }: everything below a line
 int ground(lua_State* L) {
-  static const std::vector<std::string> keys{"y",           "x",
-                                             "tilt",        "friction",
-                                             "restitution", "rolling_resistance",
-                                             "surface_speed", "name"};
+  static const std::vector<std::string> keys{
+      "y", "x", "tilt", "friction", "restitution", "rolling_resistance", "surface_speed", "name"};
   const Args args(L, "ground", keys);
   Script& script = script_with_world(L, "ground");
   const SinCos sc = sin_cos(args.number("tilt", 0));
@@ -165,15 +162,23 @@ struct Field {
 
 constexpr Field kFields[] = {
     {"x", [](const World& w, BodyId b) { return w.position(b).x; },
-     [](World& w, BodyId b, double v) { w.set_pose(b, {v, w.position(b).y}, w.angle(b)); }},
+     [](World& w, BodyId b, double v) {
+       w.set_pose(b, {v, w.position(b).y}, w.angle(b));
+     }},
     {"y", [](const World& w, BodyId b) { return w.position(b).y; },
-     [](World& w, BodyId b, double v) { w.set_pose(b, {w.position(b).x, v}, w.angle(b)); }},
+     [](World& w, BodyId b, double v) {
+       w.set_pose(b, {w.position(b).x, v}, w.angle(b));
+     }},
     {"angle", [](const World& w, BodyId b) { return w.angle(b); },
      [](World& w, BodyId b, double v) { w.set_pose(b, w.position(b), v); }},
     {"vx", [](const World& w, BodyId b) { return w.velocity(b).x; },
-     [](World& w, BodyId b, double v) { w.set_velocity(b, {v, w.velocity(b).y}, w.omega(b)); }},
+     [](World& w, BodyId b, double v) {
+       w.set_velocity(b, {v, w.velocity(b).y}, w.omega(b));
+     }},
     {"vy", [](const World& w, BodyId b) { return w.velocity(b).y; },
-     [](World& w, BodyId b, double v) { w.set_velocity(b, {w.velocity(b).x, v}, w.omega(b)); }},
+     [](World& w, BodyId b, double v) {
+       w.set_velocity(b, {w.velocity(b).x, v}, w.omega(b));
+     }},
     {"omega", [](const World& w, BodyId b) { return w.omega(b); },
      [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }},
     {"speed", [](const World& w, BodyId b) { return length(w.velocity(b)); }, nullptr},
@@ -312,9 +317,9 @@ void push_body(lua_State* state, BodyId body) {
 void add_body_functions(lua_State* state) {
   luaL_newmetatable(state, kBodyType);
   lua_newtable(state);
-  const luaL_Reg methods[] = {{"force", guarded<body_force>},   {"torque", guarded<body_torque>},
+  const luaL_Reg methods[] = {{"force", guarded<body_force>},     {"torque", guarded<body_torque>},
                               {"impulse", guarded<body_impulse>}, {"point", guarded<body_point>},
-                              {"remove", guarded<body_remove>}, {nullptr, nullptr}};
+                              {"remove", guarded<body_remove>},   {nullptr, nullptr}};
   luaL_setfuncs(state, methods, 0);
   lua_pushcclosure(state, guarded<body_index>, 1);
   lua_setfield(state, -2, "__index");

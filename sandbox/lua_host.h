@@ -19,7 +19,7 @@
 namespace skerry::sandbox {
 
 struct LuaLimits {
-  std::size_t memory = 64u << 20;                ///< [bytes] of all Lua objects together
+  std::size_t memory = 64u << 20;                 ///< [bytes] of all Lua objects together
   std::uint64_t load_instructions = 200'000'000;  ///< virtual machine instructions to run the script
   std::uint64_t call_instructions = 20'000'000;   ///< of one callback
 };

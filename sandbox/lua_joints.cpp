@@ -145,8 +145,7 @@ void add_joint_functions(lua_State* state) {
   lua_pushcfunction(state, guarded<joint_index>);
   lua_setfield(state, -2, "__index");
   lua_pop(state, 1);
-  const luaL_Reg functions[] = {
-      {"rod", guarded<rod>}, {"rope", guarded<rope>}, {"hinge", guarded<hinge>}};
+  const luaL_Reg functions[] = {{"rod", guarded<rod>}, {"rope", guarded<rope>}, {"hinge", guarded<hinge>}};
   for (const luaL_Reg& entry : functions) lua_register(state, entry.name, entry.func);
 }
 

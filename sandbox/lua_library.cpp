@@ -200,8 +200,9 @@ int open_safe_library(lua_State* L) {
   luaL_setfuncs(L, base, 0);
 
   luaL_requiref(L, LUA_MATHLIBNAME, luaopen_math, 0);
-  keep_only(L, {"abs", "acos", "asin", "atan", "ceil", "deg", "exp", "floor", "fmod", "huge", "log", "max",
-                "maxinteger", "min", "mininteger", "modf", "pi", "rad", "sqrt", "tointeger", "type", "ult"});
+  keep_only(L, {"abs",  "acos", "asin", "atan",      "ceil",       "deg", "exp",        "floor",
+                "fmod", "huge", "log",  "max",       "maxinteger", "min", "mininteger", "modf",
+                "pi",   "rad",  "sqrt", "tointeger", "type",       "ult"});
   const luaL_Reg math[] = {
       {"sin", math_sin}, {"cos", math_cos}, {"tan", math_tan}, {"random", math_random}, {nullptr, nullptr}};
   luaL_setfuncs(L, math, 0);

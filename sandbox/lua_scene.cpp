@@ -17,8 +17,10 @@ namespace {
 /// view = { x = 0, y = 2, height = 6 }
 View read_view(lua_State* L, const Args& demo) {
   lua_getfield(L, demo.index(), "view");
-  const Args args(L, "demo: view", {"x", "y", "height"}, lua_gettop(L));
-  const View view{{args.number("x", 0), args.number("y", 0)}, args.required_number("height")};
+  const Args args(L, "demo: view", {"x", "y", "height", "width"}, lua_gettop(L));
+  const View view{{args.number("x", 0), args.number("y", 0)},
+                  args.required_number("height"),
+                  args.number_from("width", 0).value_or(0)};
   lua_pop(L, 1);
   if (view.height <= 0)
     throw std::invalid_argument("demo: view.height must be positive, got " + format_number(view.height));
@@ -59,8 +61,6 @@ int demo(lua_State* L) {
   config.broad_phase = chosen(args, "broad_phase", given.broad_phase, config.broad_phase);
   config.impact_law = chosen(args, "impact_law", given.impact_law, config.impact_law);
   config.stepper = chosen(args, "stepper", given.stepper, config.stepper);
-  config.threads = given.threads.value_or(config.threads);
-  config.broad_phase_options.threads = config.threads;
   script.world.emplace(config);
   return 0;
 }
@@ -102,8 +102,7 @@ int param(lua_State* L) {
                                 format_number(parameter.high));
   parameter.value = parameter.standard;
   if (const std::string* text = given_value(script, parameter.name)) {
-    const auto [end, error] =
-        std::from_chars(text->data(), text->data() + text->size(), parameter.value);
+    const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), parameter.value);
     const bool number = error == std::errc() && end == text->data() + text->size();
     if (!number || !(parameter.low <= parameter.value && parameter.value <= parameter.high))
       refuse_value(script, "--set \"" + parameter.name + "=" + *text + "\": expected a number from " +
@@ -244,17 +243,15 @@ Script& script_of(lua_State* state) {
 
 Script& script_with_world(lua_State* state, const char* function) {
   Script& script = script_of(state);
-  if (!script.world)
-    throw std::invalid_argument(std::string(function) + ": call demo{ title = ... } first");
+  if (!script.world) throw std::invalid_argument(std::string(function) + ": call demo{ title = ... } first");
   return script;
 }
 
 void add_scene_functions(lua_State* state) {
-  const luaL_Reg functions[] = {{"demo", guarded<demo>},     {"param", guarded<param>},
-                                {"choice", guarded<choice>}, {"show", guarded<show>},
-                                {"expect", guarded<expect>}, {"watch", guarded<watch>},
-                                {"note", guarded<note>},     {"at", guarded<at>},
-                                {"on_step", guarded<on_step>}};
+  const luaL_Reg functions[] = {
+      {"demo", guarded<demo>}, {"param", guarded<param>},   {"choice", guarded<choice>},
+      {"show", guarded<show>}, {"expect", guarded<expect>}, {"watch", guarded<watch>},
+      {"note", guarded<note>}, {"at", guarded<at>},         {"on_step", guarded<on_step>}};
   for (const luaL_Reg& entry : functions) lua_register(state, entry.name, entry.func);
 }
 

@@ -65,7 +65,7 @@ int contact_index(lua_State* L) {
   const World& world = *script_with_world(L, "contact").world;
   const Sensor& sensor = *static_cast<const Sensor*>(luaL_checkudata(L, 1, kContactType));
   const std::string key = text_argument(L, 2, "contact", "field");
-  static const std::vector<std::string> names{"impulse", "force", "least", "friction",
+  static const std::vector<std::string> names{"impulse", "force",  "least",   "friction",
                                               "gap",     "points", "touching"};
   const Reading reading = read(sensor, world);
   const double h = world.report().h;
@@ -121,6 +121,11 @@ int penetration(lua_State* L) {
   return 1;
 }
 
+int impact_law(lua_State* L) {
+  lua_pushstring(L, script_with_world(L, "impact_law").world->config().impact_law.c_str());
+  return 1;
+}
+
 // gravity(x, y) from now on
 int gravity(lua_State* L) {
   World& world = *script_with_world(L, "gravity").world;
@@ -142,6 +147,7 @@ void add_sensor_functions(lua_State* state) {
                                 {"angular_momentum", guarded<angular_momentum>},
                                 {"time", guarded<time>},
                                 {"penetration", guarded<penetration>},
+                                {"impact_law", guarded<impact_law>},
                                 {"gravity", guarded<gravity>}};
   for (const luaL_Reg& entry : functions) lua_register(state, entry.name, entry.func);
 }

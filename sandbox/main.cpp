@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <unistd.h>
-
 #include <iostream>
+#include <unistd.h>
 
 #include "sandbox/cli.h"
 

@@ -21,8 +21,8 @@ struct Appointment {
 };
 
 struct Script {
-  Script(const std::string& path, const DemoOptions& given)
-      : options(given), path(path), host(path, given.seed) {
+  Script(const std::string& file, const DemoOptions& given)
+      : options(given), path(file), host(file, given.seed) {
     host.attach(this);
     host.on_print(given.print);
   }

@@ -93,11 +93,22 @@ void BoxSet::update(std::span<const BoxUpdate> moved) {
     if (u.proxy >= count || (state_[u.proxy] & kPresent) == 0) refuse(u.proxy, "update", "is not present");
     if (!is_valid(u.box)) refuse(u.proxy, u.box, "update");
   }
-  constexpr std::uint8_t done = kMoved | kMovedListed | kDirty;
+  // List the proxies without branches: room for all first, then what was not needed is given back.
+  constexpr std::uint8_t marks = kMoved | kMovedListed | kDirty;
+  std::size_t moved_end = moved_.size(), dirty_end = dirty_.size();
+  moved_.resize(moved_end + moved.size());
+  dirty_.resize(dirty_end + moved.size());
   for (const BoxUpdate& u : moved) {
     boxes_[u.proxy] = u.box;
-    if ((state_[u.proxy] & done) != done) mark(u.proxy);
+    const std::uint8_t old = state_[u.proxy];
+    moved_[moved_end] = u.proxy;
+    moved_end += (old & kMovedListed) == 0;
+    dirty_[dirty_end] = u.proxy;
+    dirty_end += (old & kDirty) == 0;
+    state_[u.proxy] = old | marks;
   }
+  moved_.resize(moved_end);
+  dirty_.resize(dirty_end);
   ++version_;
 }
 
@@ -133,17 +144,17 @@ std::size_t BoxSet::bytes() const {
          (moved_.capacity() + dirty_.capacity()) * sizeof(ProxyIndex);
 }
 
-bool meets(const Ray& ray, const Aabb& box) {
-  double enter = 0, leave = ray.t_max;
-  return clip_slab(ray.origin.x, ray.direction.x, box.lower.x, box.upper.x, enter, leave) &&
-         clip_slab(ray.origin.y, ray.direction.y, box.lower.y, box.upper.y, enter, leave);
+RayTest::RayTest(const Ray& ray) : ray_(ray) {
+  reach(ray.origin.x, ray.direction.x, ray.t_max, bounds_.lower.x, bounds_.upper.x);
+  reach(ray.origin.y, ray.direction.y, ray.t_max, bounds_.lower.y, bounds_.upper.y);
 }
 
-Aabb bounds_of(const Ray& ray) {
-  Aabb box;
-  reach(ray.origin.x, ray.direction.x, ray.t_max, box.lower.x, box.upper.x);
-  reach(ray.origin.y, ray.direction.y, ray.t_max, box.lower.y, box.upper.y);
-  return box;
+bool RayTest::meets(const Aabb& box) const {
+  // The bounds matter where a division underflows.
+  if (!overlap(bounds_, box)) return false;
+  double enter = 0, leave = ray_.t_max;
+  return clip_slab(ray_.origin.x, ray_.direction.x, box.lower.x, box.upper.x, enter, leave) &&
+         clip_slab(ray_.origin.y, ray_.direction.y, box.lower.y, box.upper.y, enter, leave);
 }
 
 }  // namespace skerry

@@ -65,11 +65,18 @@ class BoxSet {
   std::uint64_t membership_ = 0;
 };
 
-/// True if the ray meets the closed box: the slab test, with one formula for all implementations. It is
-/// monotone in the box even after rounding, so a box that contains a met box is met as well.
-bool meets(const Ray& ray, const Aabb& box);
+/// Tests boxes against one ray: the slab test within the ray's bounds, with one formula for all
+/// implementations. It is monotone in the box even after rounding, so a box around a met box is met as well.
+class RayTest {
+ public:
+  explicit RayTest(const Ray& ray);
+  bool meets(const Aabb& box) const;
+  /// A box that contains the ray and overlaps all that it meets; may be unbounded.
+  const Aabb& bounds() const { return bounds_; }
 
-/// A box that contains every box that `meets` the ray, whatever the rounding; may be unbounded.
-Aabb bounds_of(const Ray& ray);
+ private:
+  Ray ray_;
+  Aabb bounds_;
+};
 
 }  // namespace skerry

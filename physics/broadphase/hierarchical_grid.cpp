@@ -19,7 +19,12 @@ constexpr std::size_t kBoxesPerThread = 10000;
 /// The pairs that one thread finds: tests ranges of slots without branches on what it finds.
 struct HierarchicalGrid::Search {
   Search(const HierarchicalGrid& owner, const BoxSet& set, bool wants_all, PairBuffer& buffer)
-      : boxes(set), box(owner.box_.data()), id(owner.id_.data()), all(wants_all), out(buffer) {
+      : boxes(set),
+        box(owner.box_.data()),
+        id(owner.id_.data()),
+        all(wants_all),
+        all_moved(wants_all || set.moved().size() == set.size()),
+        out(buffer) {
     next = out.reserve(kRoom);
     limit = next + kRoom;
   }
@@ -31,27 +36,50 @@ struct HierarchicalGrid::Search {
     // Either box has to be marked as moved; if all pairs are wanted, this one counts as marked.
     own_moved = all ? listed | kMovedMark : listed;
     own_number = listed & kNumber;
+    tests_marks = !all_moved || (listed & kFixedMark) != 0;
     limits = wanted;
     first = next;
     ties = 0;
   }
 
+  /// Tests the slots [from, to), `block` at a time: most ranges are one block, whatever their length.
+  template <std::uint32_t block>
   void test(std::uint32_t from, std::uint32_t to) {
-    if (next + (to - from) > limit) make_room(to - from);
+    if (next + (to - from) + block > limit) make_room(to - from + block);
     tests += to - from;
+    if (tests_marks) {
+      test_blocks<block, true>(from, to);
+    } else {
+      test_blocks<block, false>(from, to);
+    }
+  }
+
+  template <std::uint32_t block, bool marks>
+  void test_blocks(std::uint32_t from, std::uint32_t to) {
+    // Local copies: a stored key could otherwise change any member, as far as the compiler knows.
+    const FloatLimits wanted = limits;
+    const FloatBox* const boxes_at = box;
+    const std::uint32_t* const ids = id;
+    const std::uint64_t mine = own_number;
     std::uint64_t* at = next;
-    for (std::uint32_t k = from; k < to; ++k) {
-      const FloatOverlap overlaps = limits.compare(box[k]);
-      const std::uint32_t other = id[k];
-      const std::uint32_t wanted = ((other | own_moved) & kMovedMark) >> 30 & ~((other & own) >> 31);
-      const std::uint32_t hit = static_cast<std::uint32_t>(overlaps.maybe) & wanted;
-      const std::uint64_t number = other & kNumber;
-      const std::uint64_t low = std::min(number, own_number), high = std::max(number, own_number);
-      *at = low << 32 | high;
-      at += hit;
-      ties |= hit & ~static_cast<std::uint32_t>(overlaps.certain);
+    std::uint32_t tied = 0;
+    for (std::uint32_t k = from; k < to; k += block) {
+      for (std::uint32_t j = k; j < k + block; ++j) {
+        const FloatOverlap overlaps = wanted.compare(boxes_at[j]);
+        const std::uint32_t other = ids[j];
+        std::uint32_t hit = static_cast<std::uint32_t>(overlaps.maybe) & static_cast<std::uint32_t>(j < to);
+        if constexpr (marks) hit &= ((other | own_moved) & kMovedMark) >> 30 & ~((other & own) >> 31);
+        const std::uint64_t number = other & kNumber;
+        // The smaller number first, by a mask: which one it is cannot be predicted.
+        const std::uint64_t exchange = std::uint64_t{0} - ((number - mine) >> 63);
+        const std::uint64_t both = (number ^ mine) & exchange;
+        *at = (mine ^ both) << 32 | (number ^ both);
+        at += hit;
+        tied |= hit & ~static_cast<std::uint32_t>(overlaps.certain);
+      }
     }
     next = at;
+    ties |= tied;
   }
 
   /// Ends the search of one box: where single precision could not tell, doubles do.
@@ -87,6 +115,8 @@ struct HierarchicalGrid::Search {
   const FloatBox* box;
   const std::uint32_t* id;
   bool all;
+  bool all_moved;           ///< the marks of moved boxes need no test
+  bool tests_marks = true;  ///< of the present box
   PairBuffer& out;
   std::uint64_t* next;
   std::uint64_t* limit;
@@ -165,8 +195,8 @@ void HierarchicalGrid::search_level(const GridLevel& level, std::uint32_t begin,
   for (std::uint32_t slot = begin; slot < end; ++slot) {
     const std::uint32_t cell = cell_[slot];
     search.begin(slot);
-    search.test(slot + 1, start[cell + 2]);
-    search.test(start[cell + columns - 1], start[cell + columns + 2]);
+    search.test<2>(slot + 1, start[cell + 2]);
+    search.test<4>(start[cell + columns - 1], start[cell + columns + 2]);
     search.finish();
   }
 }
@@ -184,9 +214,9 @@ void HierarchicalGrid::search_wrapped_level(const GridLevel& level, std::uint32_
     const std::uint32_t here = level.base + row * columns;
     const std::uint32_t above = level.base + (row + 1 == rows ? 0 : row + 1) * columns;
     search.begin(slot);
-    search.test(slot + 1, start_[here + column + 1]);
+    search.test<4>(slot + 1, start_[here + column + 1]);
     for (const std::uint32_t next : {here + right, above + left, above + column, above + right}) {
-      search.test(start_[next], start_[next + 1]);
+      search.test<4>(start_[next], start_[next + 1]);
     }
     search.finish();
   }
@@ -198,7 +228,7 @@ void HierarchicalGrid::search_across(const GridLevel& to, std::uint32_t begin, s
   for (std::uint32_t slot = begin; slot < end; ++slot) {
     search.begin(slot);
     for_each_range(to, search.boxes.box(id_[slot] & kNumber), [&](std::uint32_t first, std::uint32_t last) {
-      search.test(start_[first], start_[last + 1]);
+      search.test<4>(start_[first], start_[last + 1]);
     });
     search.finish();
   }

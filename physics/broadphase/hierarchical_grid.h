@@ -81,6 +81,7 @@ class HierarchicalGrid final : public PairFinder {
   int octave_of(double extent) const;
   const GridLevel* level_of(double extent) const;
   std::uint32_t cell_of(const GridLevel& level, Vec2 corner) const;
+  std::uint32_t cell_inside(const GridLevel& level, Vec2 corner) const;
   void prepare_places(const BoxSet& boxes);
   bool place(const BoxSet& boxes, ProxyIndex proxy);
   void take_out(std::uint32_t slot);
@@ -100,6 +101,8 @@ class HierarchicalGrid final : public PairFinder {
 
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   static constexpr std::uint8_t kNoLevel = 255;
+  /// Boxes are tested in blocks; the last block may read so many unused places.
+  static constexpr std::uint32_t kPadding = 4;
 
   double wish_;  ///< the finest cell that the user asked for, or 0
   int threads_;
@@ -109,7 +112,7 @@ class HierarchicalGrid final : public PairFinder {
   std::vector<GridLevel> levels_;              ///< those with boxes, from fine to coarse
   std::vector<std::uint8_t> level_of_octave_;  ///< index into `levels_`
   std::vector<std::uint32_t> start_;           ///< first slot by cell, then the end
-  // By slot: packed first, then the overflow.
+  // By slot: packed first, with unused places at the end, then the overflow.
   std::vector<FloatBox> box_;
   std::vector<std::uint32_t> id_;  ///< proxy with marks, or kNone
   std::vector<std::uint32_t> cell_;

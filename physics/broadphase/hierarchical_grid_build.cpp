@@ -62,6 +62,13 @@ std::uint32_t HierarchicalGrid::cell_of(const GridLevel& level, Vec2 corner) con
   return level.base + static_cast<std::uint32_t>(row * level.columns + column);
 }
 
+/// The same for a corner that is known to lie in a table without wrap.
+std::uint32_t HierarchicalGrid::cell_inside(const GridLevel& level, Vec2 corner) const {
+  const auto column = static_cast<std::int32_t>((corner.x - origin_.x) * level.inverse) + 1;
+  const auto row = static_cast<std::int32_t>((corner.y - origin_.y) * level.inverse) + 1;
+  return level.base + static_cast<std::uint32_t>(row * static_cast<std::int32_t>(level.columns) + column);
+}
+
 void HierarchicalGrid::choose_table(GridLevel& level, Vec2 extent) {
   level.inverse = level.size < kLargestCell ? 1 / level.size : 0;
   // Two more than the cells in use: the margin that makes the neighbours of border cells empty.
@@ -181,7 +188,7 @@ void HierarchicalGrid::rebuild(const BoxSet& boxes) {
   const auto take = [&](ProxyIndex p) {
     const Aabb& box = boxes.box(p);
     const GridLevel& level = levels_.size() == 1 ? levels_.front() : *level_of(extent_of(box));
-    const std::uint32_t cell = cell_of(level, box.lower);
+    const std::uint32_t cell = level.wrapped ? cell_of(level, box.lower) : cell_inside(level, box.lower);
     store(new_box_[k], box, origin_);
     new_id_[k] = p | (boxes.is_fixed(p) ? kFixedMark : 0) | (boxes.is_moved(p) ? kMovedMark : 0);
     new_cell_[k] = cell;
@@ -190,7 +197,7 @@ void HierarchicalGrid::rebuild(const BoxSet& boxes) {
   };
   if (built_membership_ == boxes.membership()) {
     for (const std::uint32_t id : id_) {
-      if (id != kNone) take(id & ~(kFixedMark | kMovedMark));
+      if (id != kNone) take(id & kNumber);
     }
   } else {
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
@@ -202,23 +209,24 @@ void HierarchicalGrid::rebuild(const BoxSet& boxes) {
   // start_[cell + 1] counts up from the cell's first slot to the next cell's.
   std::uint32_t sum = 0;
   for (std::size_t c = 2; c < start_.size(); ++c) sum = start_[c] += sum;
-  box_.resize(count);
-  id_.resize(count);
-  cell_.resize(count);
+  packed_ = static_cast<std::uint32_t>(count) + kPadding;
+  box_.assign(packed_, kNoFloatBox);
+  id_.assign(packed_, kNone);
+  cell_.resize(packed_);
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t slot = start_[new_cell_[i] + 1]++;
     box_[slot] = new_box_[i];
     id_[slot] = new_id_[i];
     cell_[slot] = new_cell_[i];
   }
-  packed_ = static_cast<std::uint32_t>(count);
 }
 
 /// Makes ready for moves of single boxes: the slot of each box, and empty overflow lists.
 void HierarchicalGrid::prepare_places(const BoxSet& boxes) {
   slot_of_.assign(boxes.limit(), kNone);
   for (std::uint32_t slot = 0; slot < packed_; ++slot) {
-    id_[slot] &= ~(kFixedMark | kMovedMark);
+    if (id_[slot] == kNone) continue;
+    id_[slot] &= kNumber;
     slot_of_[id_[slot]] = slot;
   }
   head_.assign(start_.size(), kNone);

@@ -13,21 +13,43 @@ namespace {
 constexpr int kDirectBits = 17;
 /// Buckets of the second pass: their counters and pairs stay in the first-level cache.
 constexpr int kChunkBits = 10;
-/// With a longer bucket (a floor under many boxes) the buckets are sorted one by one.
-constexpr std::uint32_t kLongRun = 24;
-
 constexpr Pair to_pair(std::uint64_t key) {
   return {static_cast<ProxyIndex>(key >> 32), static_cast<ProxyIndex>(key)};
 }
 
-/// Finishes a sequence whose elements are at most one short bucket away from their place.
-void finish_by_insertion(Pair* first, Pair* last) {
-  for (Pair* i = first + 1; i < last; ++i) {
-    const Pair moving = *i;
-    Pair* j = i;
-    for (; j > first && moving < j[-1]; --j) *j = j[-1];
-    *j = moving;
+/// Moves the smaller of two keys to the front, without a branch.
+inline void order(std::uint64_t& a, std::uint64_t& b) {
+  const std::uint64_t low = std::min(a, b);
+  b = std::max(a, b);
+  a = low;
+}
+
+/// Sorts four pairs by a network.
+inline void sort_four(Pair* p) {
+  // On a little-endian machine the halves of a pair are in the wrong order for one comparison.
+  std::uint64_t k[4];
+  for (int i = 0; i < 4; ++i) k[i] = std::uint64_t{p[i].low} << 32 | p[i].high;
+  order(k[0], k[1]);
+  order(k[2], k[3]);
+  order(k[0], k[2]);
+  order(k[1], k[3]);
+  order(k[1], k[2]);
+  for (int i = 0; i < 4; ++i) p[i] = to_pair(k[i]);
+}
+
+/// Sorts within buckets; `ends` has each bucket's end. What follows a bucket is larger, so four pairs can be
+/// sorted from its start on without a look at its length, which no branch predictor could guess.
+void sort_within_buckets(Pair* out, std::size_t count, const std::uint32_t* ends, std::uint32_t buckets) {
+  std::uint32_t begin = 0;
+  for (std::uint32_t b = 0; b < buckets; begin = ends[b++]) {
+    if (ends[b] - begin > 4) {
+      std::sort(out + begin, out + ends[b]);
+    } else if (begin + 4 <= count) {
+      sort_four(out + begin);
+    }
   }
+  // The last buckets, which have no four pairs after their start.
+  if (count > 0) std::sort(out + (count > 8 ? count - 8 : 0), out + count);
 }
 
 /// Sorts `count` keys into `out` by buckets `(low >> shift) - base`.
@@ -36,23 +58,16 @@ void bucket_sort(const std::uint64_t* keys, std::size_t count, int shift, std::u
   std::memset(counts, 0, (buckets + 1) * sizeof(std::uint32_t));
   const int key_shift = 32 + shift;
   for (std::size_t i = 0; i < count; ++i) ++counts[static_cast<std::uint32_t>(keys[i] >> key_shift) - base];
-  std::uint32_t sum = 0, longest = 0;
+  std::uint32_t sum = 0;
   for (std::uint32_t b = 0; b < buckets; ++b) {
     const std::uint32_t here = counts[b];
     counts[b] = sum;
     sum += here;
-    longest = std::max(longest, here);
   }
   for (std::size_t i = 0; i < count; ++i) {
     out[counts[static_cast<std::uint32_t>(keys[i] >> key_shift) - base]++] = to_pair(keys[i]);
   }
-  if (longest <= kLongRun) {
-    finish_by_insertion(out, out + count);
-    return;
-  }
-  for (std::uint32_t b = 0, begin = 0; b < buckets; begin = counts[b++]) {
-    if (counts[b] - begin > 1) std::sort(out + begin, out + counts[b]);
-  }
+  sort_within_buckets(out, count, counts, buckets);
 }
 
 }  // namespace

@@ -32,7 +32,9 @@ class FinderBroadPhase final : public BroadPhase {
   void all_pairs(std::vector<Pair>& pairs) override { report(pairs, true); }
 
   void query(const Aabb& box, std::vector<ProxyIndex>& found) const override {
-    if (!(box.lower.x <= box.upper.x && box.lower.y <= box.upper.y)) refuse_region(box);
+    const bool sound = box.lower.x <= box.upper.x && box.lower.y <= box.upper.y && box.lower.x < kInfinity &&
+                       box.lower.y < kInfinity && box.upper.x > -kInfinity && box.upper.y > -kInfinity;
+    if (!sound) refuse_region(box);
     found.clear();
     synchronise();
     finder_->query(boxes_, box, found);
@@ -83,8 +85,8 @@ class FinderBroadPhase final : public BroadPhase {
 
   [[noreturn]] static void refuse_region(const Aabb& box) {
     std::ostringstream text;
-    text << "BroadPhase::query: the region is inverted or not a number: x from " << box.lower.x << " to "
-         << box.upper.x << ", y from " << box.lower.y << " to " << box.upper.y;
+    text << "BroadPhase::query: the region is inverted, not a number, or at infinity: x from " << box.lower.x
+         << " to " << box.upper.x << ", y from " << box.lower.y << " to " << box.upper.y;
     throw std::invalid_argument(text.str());
   }
   [[noreturn]] static void refuse_ray(const Ray& ray) {
@@ -110,8 +112,9 @@ class FinderBroadPhase final : public BroadPhase {
 
 void PairFinder::ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const {
   const std::size_t before = found.size();
-  query(boxes, bounds_of(ray), found);
-  const auto missed = [&](ProxyIndex proxy) { return !meets(ray, boxes.box(proxy)); };
+  const RayTest test(ray);
+  query(boxes, test.bounds(), found);
+  const auto missed = [&](ProxyIndex proxy) { return !test.meets(boxes.box(proxy)); };
   found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(), missed),
               found.end());
 }

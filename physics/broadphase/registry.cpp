@@ -9,7 +9,9 @@ namespace skerry {
 
 namespace {
 
-constexpr std::string_view kNames[] = {"brute_force", "uniform_grid", "hierarchical_grid"};
+constexpr std::string_view kNames[] = {"brute_force",     "uniform_grid", "hierarchical_grid",
+                                       "sweep_and_prune", "hash_sort",    "hierarchical_hash_sort",
+                                       "aabb_tree",       "auto"};
 
 /// Refuses options that no implementation could follow.
 void check(const BroadPhaseOptions& options) {
@@ -42,6 +44,18 @@ const std::array kEntries = {
     BroadPhaseEntry{kNames[2], "cells that double from level to level; a box on the smallest that holds it",
                     "Ericson 2005, Real-Time Collision Detection, sec. 7.2",
                     &make_entry<2, make_hierarchical_grid>},
+    BroadPhaseEntry{kNames[3], "interval ends on oblique axes, kept sorted from step to step",
+                    "Baraff 1992; Cohen, Lin, Manocha, Ponamgi 1995", &make_entry<3, make_sweep_and_prune>},
+    BroadPhaseEntry{kNames[4], "a hash table of intervals on each axis; nothing is sorted",
+                    "sweep and prune with the sorted lists replaced by hashing",
+                    &make_entry<4, make_hash_sort>},
+    BroadPhaseEntry{kNames[5], "the same with cells of every power of two",
+                    "hash sort with the levels of a hierarchical grid",
+                    &make_entry<5, make_hierarchical_hash_sort>},
+    BroadPhaseEntry{kNames[6], "dynamic tree of boxes with margins, improved by rotations",
+                    "Kopta, Ize, Spjut, Brunvand, Davis, Kensler 2012", &make_entry<6, make_aabb_tree>},
+    BroadPhaseEntry{kNames[7], "picks one of the others from the scene, and changes it while running",
+                    "the measurements of tests/bench/broadphase_bench.cpp", &make_entry<7, make_auto>},
 };
 
 }  // namespace

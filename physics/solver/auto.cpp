@@ -26,6 +26,13 @@ bool is_one_contact(const IslandSystem& system) {
   return true;
 }
 
+// The first of the named solvers that this build has.
+const SolverEntry& first_of(std::string_view name, std::string_view other) {
+  for (const SolverEntry& entry : solvers())
+    if (entry.name == name) return entry;
+  return find_solver(other);
+}
+
 void note(Solution& solution, std::string text) {
   if (solution.trace) solution.trace->notes.push_back(std::move(text));
 }
@@ -98,11 +105,11 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     take_better(solution, solve_convex_step(system, bounds, rest, &kept.convex));
   }
   if (solution.status == SolveStatus::Inexact) {
-    static const SolverEntry& nncg = find_solver("nncg");
+    static const SolverEntry& sweeps = first_of("nncg", "pgs");
     note(solution, "sweeps from the best answer so far");
     remaining();
     rest.max_iterations = kLastSweeps;
-    take_better(solution, nncg.solve(system, solution.lambda, rest, nullptr));
+    take_better(solution, sweeps.solve(system, solution.lambda, rest, nullptr));
   }
   return solution;
 }

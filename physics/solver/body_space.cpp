@@ -75,6 +75,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   }
   ActiveSet::Options limits;
   limits.target = std::min(1e-12, options.tolerance);
+  limits.tolerance = options.tolerance;
   bool solved = false;
 
   if (warm) {

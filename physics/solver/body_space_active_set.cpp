@@ -193,27 +193,76 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
   return solved;
 }
 
+double ActiveSet::linear_error() const {
+  double error = 0;
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    const bool held = r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
+    if (states_[at(i)] == RowState::Free && !held && !r.dead) error = std::max(error, std::fabs(w_[at(i)]));
+  }
+  return error;
+}
+
 bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
+  // Below this the steps are long: so nearly redundant are the rows that the leap only finds where they end.
+  constexpr double kLongestLeap = 1e12;
+  const double enough = 0.1 * options.target * model_.scale();
   double last = kInfinity;
   for (int k = 0; k < steps; ++k) {
     if (!step(options.eta, work)) return false;
-    // What is left of the linear system: velocities on free rows.
-    double error = 0;
-    for (int i = 0; i < model_.rows(); ++i) {
-      const auto& r = model_.row(i);
-      const bool held = r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
-      if (states_[at(i)] == RowState::Free && !held && !r.dead) error = std::max(error, std::fabs(w_[at(i)]));
-    }
+    const double error = linear_error();
     if (!(error < 1e100 * model_.scale())) return false;
-    if (error <= 0.1 * options.target * model_.scale()) break;
+    if (error <= enough) break;
     if (error > 0.7 * last) {
-      if (!stale_) break;
-      // The kept factor is of other Jacobians; make it afresh.
-      factored_ = false;
-      error = kInfinity;
+      if (stale_) {
+        // The kept factor is of other Jacobians; make it afresh.
+        factored_ = false;
+        last = kInfinity;
+        continue;
+      }
+      // What converges slowly, does so along one direction: go to the limit of the geometric series at once,
+      // or to where the first row meets its bound.
+      const double ratio = error / last;
+      if (error <= 0.25 * model_.rounding_floor(lambda_.data()) * model_.scale()) break;
+      if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap)) break;
+      last = kInfinity;
+      continue;
     }
     last = error;
   }
+  return true;
+}
+
+bool ActiveSet::leap(double length) {
+  // Ratio test on the rows that are free.
+  double limit = length;
+  int blocking = -1;
+  RowState side = RowState::Lower;
+  const auto test = [&](int i, RowState s, double distance, double speed) {
+    if (speed > 0 && distance < limit * speed) {
+      limit = std::max(0.0, distance / speed);
+      blocking = i;
+      side = s;
+    }
+  };
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    if (r.dead || states_[at(i)] != RowState::Free) continue;
+    const double x = lambda_[at(i)], d = d_lambda_[at(i)];
+    if (r.normal < 0) {
+      test(i, RowState::Lower, x - r.lower, -d);
+      test(i, RowState::Upper, r.upper - x, d);
+    } else if (r.mu > 0 && states_[at(r.normal)] == RowState::Free) {
+      const double bound = r.mu * lambda_[at(r.normal)], wider = r.mu * d_lambda_[at(r.normal)];
+      test(i, RowState::Lower, bound + x, -(wider + d));
+      test(i, RowState::Upper, bound - x, d - wider);
+    }
+  }
+  // Beyond its bound already, by less than what counted as a contradiction: nothing to gain.
+  if (!(limit > 1)) return false;
+  for (int i = 0; i < model_.rows(); ++i) lambda_[at(i)] += limit * d_lambda_[at(i)];
+  if (blocking >= 0) states_[at(blocking)] = side;
+  model_.evaluate(lambda_.data(), w_.data());
   return true;
 }
 
@@ -287,34 +336,36 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
   int fewest = -1, waited = 0;
   bool fine = false;
   double floor = 0;
+  // Whatever ends the run, an iterate that is good enough ends the search.
+  const auto accepted = [&] { return best_residual_ <= options.tolerance; };
   for (int it = 0; it < options.max_iterations; ++it) {
-    if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return false;
-    if (!refine(options, fine ? 6 : 1, work)) return false;
+    if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return accepted();
+    if (!refine(options, fine ? 6 : 1, work)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
     int changes = change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, false);
     if (trace) record(trace, offer(lambda_.data()), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
-      if (!refine(options, 12, work)) return false;
+      if (!refine(options, 12, work)) return accepted();
       const double residual = offer(lambda_.data());
       if (residual <= options.target) return true;
       floor = model_.rounding_floor(best_.data());
       if (residual <= floor) return true;
-      if (fine && change_states(floor, floor, false) == 0) return false;
+      if (fine && change_states(floor, floor, false) == 0) return accepted();
       fine = true;
       changes = change_states(floor, floor, false);
       fewest = -1;
     }
-    if (fewest >= 0 && changes > options.growth * fewest + 4) return false;
+    if (fewest >= 0 && changes > options.growth * fewest + 4) return accepted();
     if (fewest >= 0 && changes >= fewest) {
-      if (++waited > options.patience) return false;
+      if (++waited > options.patience) return accepted();
     } else {
       waited = 0;
     }
     fewest = fewest < 0 ? changes : std::min(fewest, changes);
     work.pivots += change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, true);
   }
-  return false;
+  return accepted();
 }
 
 }  // namespace skerry

@@ -34,9 +34,10 @@ class ActiveSet {
   struct Options {
     double eta = 1e-7;      ///< proximal weight relative to D; below 1e-9 redundant rows lose too many digits
     double target = 1e-12;  ///< relative residual to stop at
-    int max_iterations = 12;  ///< changes of states
-    int patience = 1;         ///< iterations without fewer changes that are put up with
-    double growth = 1.5;      ///< number of changes, relative to the least so far, at which to give up
+    double tolerance = 1e-10;  ///< relative residual that will do where the target is out of reach
+    int max_iterations = 12;   ///< changes of states
+    int patience = 1;          ///< iterations without fewer changes that are put up with
+    double growth = 1.5;       ///< number of changes, relative to the least so far, at which to give up
   };
 
   explicit ActiveSet(BodySpaceModel& model) : model_(model) {}
@@ -54,8 +55,8 @@ class ActiveSet {
   /// Every touching contact sticks. Contacts whose wanted change of velocity is far below zero have a gap.
   void stick_everything();
 
-  /// Runs from the present states. Returns whether the target or the rounding floor is reached; `best` then
-  /// holds the answer. Otherwise `best` may still have improved.
+  /// Runs from the present states. Returns whether the tolerance or the rounding floor is reached; `best`
+  /// then holds the answer. Otherwise `best` may still have improved.
   bool run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
   /// Takes proximal steps for the present states without changing them; false if the factor fails.
   bool refine(const Options& options, int steps, SolveWork& work);
@@ -83,6 +84,8 @@ class ActiveSet {
   void drop_factor() { factored_ = false; }
 
  private:
+  double linear_error() const;
+  bool leap(double length);
   void update_velocities(double eta);
   bool step(double eta, SolveWork& work);
   int change_states(double impulse_tolerance, double velocity_tolerance, bool apply);

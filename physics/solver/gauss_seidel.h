@@ -56,14 +56,6 @@ class BodyOperator {
       for (std::size_t c = 0; c < 3; ++c) change_[k][c] += factor * direction[k][c];
     }
   }
-  /// direction = factor * direction + (state - before).
-  void update_direction(double factor, const State& before, State& direction) const {
-    for (std::size_t k = 0; k < change_.size(); ++k) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        direction[k][c] = factor * direction[k][c] + (change_[k][c] - before[k][c]);
-      }
-    }
-  }
 
  private:
   static double along(const std::array<double, 3>& J, const std::array<double, 3>& v) {
@@ -107,11 +99,6 @@ class MatrixOperator {
   }
   void add_state(double factor, const State& direction) {
     for (std::size_t i = 0; i < product_.size(); ++i) product_[i] += factor * direction[i];
-  }
-  void update_direction(double factor, const State& before, State& direction) const {
-    for (std::size_t i = 0; i < product_.size(); ++i) {
-      direction[i] = factor * direction[i] + (product_[i] - before[i]);
-    }
   }
 
  private:

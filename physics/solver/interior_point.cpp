@@ -252,6 +252,7 @@ bool InteriorPoint::polish(const SolveBudget& budget, SolveWork& work, SolveTrac
   active_.drop_factor();
   ActiveSet::Options limits;
   limits.target = std::min(1e-12, options_.tolerance);
+  limits.tolerance = options_.tolerance;
   limits.patience = 100;  // the number of changes may rise a little on the way
   const bool solved = active_.run(limits, budget, work, trace);
   active_.drop_factor();

@@ -126,6 +126,7 @@ bool Proximal::run(const ProximalOptions& options, const SolveBudget& budget, So
   double polished_at = kInfinity;
   ActiveSet::Options polish;
   polish.target = std::min(1e-12, options.tolerance);
+  polish.tolerance = options.tolerance;
   polish.max_iterations = kPolishIterations;
   polish.patience = kPolishIterations;
   active_.set_impulses(centre_.data());
@@ -163,7 +164,7 @@ bool Proximal::run(const ProximalOptions& options, const SolveBudget& budget, So
     model_.project(centre_.data());
     const double residual = active_.offer(centre_.data());
     if (trace) trace->iterations.push_back({.residual = residual, .pivots = changes});
-    if (residual <= polish.target) return true;
+    if (residual <= options.tolerance) return true;
     if (residual < kPolishResidual && (residual < kPolishProgress * polished_at || changes == 0)) {
       polished_at = residual;
       active_.set_impulses(centre_.data());

@@ -5,18 +5,37 @@
 
 namespace skerry {
 
+// In the order of the menus: the ladder first, then its rungs, references and previews.
+extern const SolverEntry kAutoEntry;
 extern const SolverEntry kClosedFormEntry;
+extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kBodySpaceEntry;
+extern const SolverEntry kConvexStepEntry;
+extern const SolverEntry kDenseLuEntry;
+extern const SolverEntry kIncrementalLdltEntry;
+extern const SolverEntry kSparseContactEntry;
 extern const SolverEntry kLemkeEntry;
 extern const SolverEntry kPgsEntry;
+extern const SolverEntry kNncgEntry;
+extern const SolverEntry kTgsSoftEntry;
 
 namespace {
 
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kClosedFormEntry,
-      kLemkeEntry,
-      kPgsEntry,
+      kAutoEntry,  //
+      kClosedFormEntry,  //
+      kTridiagonalEntry,  //
+      kBodySpaceEntry,  //
+      kConvexStepEntry,  //
+      kDenseLuEntry,  //
+      kIncrementalLdltEntry,  //
+      kSparseContactEntry,  //
+      kLemkeEntry,  //
+      kPgsEntry,  //
+      kNncgEntry,  //
+      kTgsSoftEntry,  //
   };
   return entries;
 }

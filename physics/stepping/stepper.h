@@ -33,6 +33,7 @@ struct IslandResult {
   int friction_rows = 0;
   int manifolds_reused = 0;
   bool in_flight = false;  ///< nothing to meet: closed form
+  bool at_rest = false;    ///< nothing changed since the last step: its result was used again
   SolveWork work;
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};

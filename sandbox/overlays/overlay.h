@@ -23,6 +23,7 @@ class UiHost;
 namespace skerry::sandbox {
 
 class PanelLayout;
+class Legend;
 
 /// What an overlay may look at.
 struct OverlayContext {
@@ -31,6 +32,7 @@ struct OverlayContext {
   const History& history;
   const render::Style& style;
   const render::Camera& camera;
+  Legend& legend;
 };
 
 /// What a panel draws with; null pointers never.
@@ -44,12 +46,12 @@ struct PanelContext {
 struct Overlay {
   std::string_view name;
   std::string_view summary;
-  Observe needs;  ///< observers it turns on
-  bool keeps_traces = false;
+  Observe needs{};  ///< observers it turns on
   /// Adds to the picture, in world coordinates; may be null.
   void (*draw)(const OverlayContext&, render::DrawList&) = nullptr;
   /// Calls ImGui; may be null.
   void (*panel)(const PanelContext&) = nullptr;
+  bool column = false;  ///< the panel stands in the column on the right
 };
 
 /// All overlays in drawing order.

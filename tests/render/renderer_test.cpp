@@ -10,6 +10,26 @@
 namespace skerry::render {
 namespace {
 
+/// A busy picture that uses every program.
+void fill_busy(DrawList& list) {
+  const Style& s = style(Theme::Light);
+  list.background = s.background;
+  for (int i = 0; i < 400; ++i) {
+    const double x = -6 + 0.61 * (i % 20), y = -3 + 0.31 * (i / 20), a = 0.37 * i;
+    const Paint& p = body_paint(s, i);
+    Point corners[8];
+    for (int k = 0; k < 3 + i % 6; ++k) {
+      const double b = a + 2 * std::numbers::pi * k / (3 + i % 6);
+      corners[k] = {x + 0.2 * std::cos(b), y + 0.2 * std::sin(b)};
+    }
+    list[Layer::Bodies].polygon(corners, 3 + i % 6, p.fill, p.outline, i % 2 * 0.03);
+    list[Layer::Bodies].discs.push_back({{x + 0.3, y}, 0.12, p.fill, p.outline, 1.5f, a, true});
+    list[Layer::Contacts].arrows.push_back(
+        {{x, y}, {x + 0.4 * std::cos(a), y + 0.4 * std::sin(a)}, faded(s.impulse, 0.7), s.normal_px, 8});
+    list[Layer::Labels].labels.push_back({{x, y}, std::to_string(i), s.text, s.halo, 11});
+  }
+}
+
 class Renderer : public GlTest {
  protected:
   DrawLayer& bodies() { return list[Layer::Bodies]; }
@@ -315,6 +335,21 @@ TEST_F(Renderer, LeavesOutWhatIsNotFiniteAndDrawsTheRest) {
   }
 }
 
+TEST(DrawLists, AreEqualWhenEveryItemIs) {
+  DrawList a, b;
+  fill_busy(a);
+  fill_busy(b);
+  EXPECT_EQ(a, b);
+  b[Layer::Labels].labels[17].text += ".";
+  EXPECT_NE(a, b);
+  b.clear();
+  fill_busy(b);
+  EXPECT_EQ(a, b);
+  b[Layer::Bodies].points[3].x += 1e-12;
+  EXPECT_NE(a, b);
+  EXPECT_THROW(b[Layer::Bodies].polygon(nullptr, 2, kRed, kRed), std::invalid_argument);
+}
+
 TEST_F(Renderer, SkipsWhatCannotBeSeen) {
   for (int i = 0; i < 1000; ++i) bodies().discs.push_back({{10.0 + i, 0}, 0.5, kRed, kBlack});
   draw();
@@ -346,26 +381,6 @@ TEST_F(Renderer, RefusesBadCamerasAndTargets) {
   EXPECT_THROW(draw(), std::invalid_argument);
   camera.height = std::nan("");
   EXPECT_THROW(draw(), std::invalid_argument);
-}
-
-/// A busy picture that uses every program.
-void fill_busy(DrawList& list) {
-  const Style& s = style(Theme::Light);
-  list.background = s.background;
-  for (int i = 0; i < 400; ++i) {
-    const double x = -6 + 0.61 * (i % 20), y = -3 + 0.31 * (i / 20), a = 0.37 * i;
-    const Paint& p = body_paint(s, i);
-    Point corners[8];
-    for (int k = 0; k < 3 + i % 6; ++k) {
-      const double b = a + 2 * std::numbers::pi * k / (3 + i % 6);
-      corners[k] = {x + 0.2 * std::cos(b), y + 0.2 * std::sin(b)};
-    }
-    list[Layer::Bodies].polygon(corners, 3 + i % 6, p.fill, p.outline, i % 2 * 0.03);
-    list[Layer::Bodies].discs.push_back({{x + 0.3, y}, 0.12, p.fill, p.outline, 1.5f, a, true});
-    list[Layer::Contacts].arrows.push_back(
-        {{x, y}, {x + 0.4 * std::cos(a), y + 0.4 * std::sin(a)}, faded(s.impulse, 0.7), s.normal_px, 8});
-    list[Layer::Labels].labels.push_back({{x, y}, std::to_string(i), s.text, s.halo, 11});
-  }
 }
 
 TEST(RendererDeterminism, FramesAreTheSameBitsForAnyThreadCountAndProcess) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <iterator>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "render/error.h"
@@ -177,6 +178,24 @@ TEST(FrameSink, LeavesNothingBehindWithoutEnd) {
       for (int i = 0; i < 15; ++i) sink->frame(test_frame(320, 180, i));
     }
     EXPECT_EQ(scratch.files(), 0u) << name;
+  }
+}
+
+// A killed process cannot clean up, but must not leave half a video under the final name.
+TEST(FrameSink, AKilledCaptureLeavesNothingUnderTheFinalName) {
+  const Scratch scratch;
+  for (const char* name : {"a.mp4", "a.webm", "a.gif", "a.png"}) {
+    const pid_t child = fork();
+    if (child == 0) {
+      const auto sink = make_sink(scratch / name);
+      sink->begin({320, 180, 60, "", "", {}});
+      for (int i = 0; i < 30; ++i) sink->frame(test_frame(320, 180, i));
+      _exit(0);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+    EXPECT_FALSE(std::filesystem::exists(scratch / name)) << name;
   }
 }
 

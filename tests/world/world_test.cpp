@@ -332,6 +332,64 @@ TEST(Determinism, SameInputGivesTheSameBits) {
   EXPECT_EQ(run(), run());
 }
 
+TEST(Determinism, AnyNumberOfThreadsGivesTheSameBits) {
+  const auto run = [](int threads) {
+    WorldConfig config;
+    config.threads = threads;
+    config.broad_phase = "uniform_grid";
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.4, 0.3));
+    for (int i = 0; i < 60; ++i) {
+      add(world, {1.7 * (i % 12), 1 + 1.3 * (i / 12) + 0.01 * i},
+          rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * (i % 5), 0}, 0.5);
+    }
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
+    return hashes;
+  };
+  const auto expected = run(1);
+  for (const int threads : {2, 4, 8}) EXPECT_EQ(run(threads), expected) << threads;
+}
+
+TEST(Resting, IslandsAreNotSteppedAgainAndStillReportTheirForces) {
+  const auto run = [](bool reuse, int& reused) {
+    WorldConfig config;
+    config.reuse_resting = reuse;
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.5));
+    for (int i = 0; i < 6; ++i) add(world, {0.1 * (i % 2), i + 0.5}, rough(make_box({1, 1}), 0.5));
+    world.observe({.contacts = true});
+    std::vector<double> trail;
+    for (int i = 0; i < 120; ++i) {
+      if (i == 60) world.apply_impulse(world.body_id(6), {0.5, 0}, world.position(world.body_id(6)));
+      if (i == 90) world.set_gravity({0, -5});
+      const StepReport& report = world.step(1.0 / 60);
+      reused += report.islands_at_rest;
+      trail.push_back(static_cast<double>(report.state_hash >> 12));
+      for (const ContactReport& contact : report.contacts_list) {
+        for (int k = 0; k < contact.count; ++k) trail.push_back(contact.points[k].normal_impulse);
+      }
+    }
+    return trail;
+  };
+  int with = 0, without = 0;
+  EXPECT_EQ(run(true, with), run(false, without));
+  EXPECT_GT(with, 40);
+  EXPECT_EQ(without, 0);
+}
+
+TEST(Resting, MovingTheGroundAwayEndsTheRest) {
+  World world;
+  const auto table = world.create_body({.type = BodyType::Static});
+  world.add_shape(table, smooth(make_box({4, 1}, {0, -0.5})));
+  const auto box = add(world, {0, 0.5}, smooth(make_box({1, 1})));
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  EXPECT_EQ(world.report().islands_at_rest, 1);
+  world.set_pose(table, {0, -3}, 0);
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  EXPECT_LT(world.position(box).y, 0.4);
+}
+
 TEST(Determinism, EveryBroadPhaseGivesTheSameBits) {
   const auto run = [](std::string_view broad_phase) {
     WorldConfig config;
