@@ -118,6 +118,15 @@ struct Output {
   }
 };
 
+/// Direction and distance between two cores in the frame of the first: what `clip` would find, without
+/// points.
+struct Closest {
+  Vec2 normal;
+  double distance = 0;  ///< of the cores [m]
+  NormalFrom from = NormalFrom::First;
+};
+Closest closest(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis);
+
 /// Clips the incident edge to the reference edge of `axis`, or finds the two closest corners.
 void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out);
 

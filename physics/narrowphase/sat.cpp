@@ -61,14 +61,14 @@ double coordinate_scale(const Hull& a, const Hull& b, const Transform& relative)
          magnitude(b.v[1]);
 }
 
+/// Turns and moves points; each is written in one piece, because a pair that was written in two cannot be
+/// read in one without waiting.
 template <int N>
-void place(const Hull& b, const Transform& relative, Placed& placed) {
-  const int last = N > 0 ? N : b.count;
-  const double c = relative.q.c, s = relative.q.s;
-  placed.turn = relative.q;
+void transform(const Vec2* from, int count, Rot q, Vec2 p, Vec2* to) {
+  const int last = N > 0 ? N : count;
+  const Two x_axis = Two::of(q.c, q.s), y_axis = Two::of(-q.s, q.c), offset = Two::of(p.x, p.y);
   for (int i = 0; i < last; ++i) {
-    placed.v[i].x = (c * b.v[i].x - s * b.v[i].y) + relative.p.x;
-    placed.v[i].y = (s * b.v[i].x + c * b.v[i].y) + relative.p.y;
+    ((x_axis * Two::both(from[i].x) + y_axis * Two::both(from[i].y)) + offset).store(&to[i].x);
   }
 }
 
@@ -124,11 +124,7 @@ int all_separations(const Hull& a, const Hull& b, const Placed& placed, double l
       };
       Normals() {}
     } turned;
-    for (int i = 0; i < nb; ++i) {
-      const Vec2 n = b.n[i];
-      turned.n[i].x = placed.turn.c * n.x - placed.turn.s * n.y;
-      turned.n[i].y = placed.turn.s * n.x + placed.turn.c * n.y;
-    }
+    transform<NB>(b.n, nb, placed.turn, {}, turned.n);
     separations_along<NB, NA>(turned.n, placed.v, nb, a.v, na, separation + na);
     return maximum(separation, na, na + nb) > limit ? highest(separation, na, na + nb) : -1;
   }
@@ -170,7 +166,8 @@ Axis search(const Hull& a, const Hull& b, const Transform& relative, double limi
   const int na = NA > 0 ? NA : a.count, total = na + (NB > 0 ? NB : b.count);
   const auto numbered = [na](std::int32_t code) { return code >= 0 ? code : na + ~code; };
   const auto coded = [na](int axis) { return axis < na ? axis : ~(axis - na); };
-  place<NB>(b, relative, placed);
+  placed.turn = relative.q;
+  transform<NB>(b.v, b.count, relative.q, relative.p, placed.v);
   Axis result;
   result.scale = coordinate_scale(a, b, relative);
   const double bias = kAxisBias * result.scale;

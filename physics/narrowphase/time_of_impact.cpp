@@ -89,6 +89,24 @@ double first_root(const Line* lines, int count, double curvature, double longest
   return s;
 }
 
+/// Room for the lines of all corners, left as it is.
+struct Lines {
+  Line line[narrow::kMaxCorners];
+};
+
+/// Heights of the corners over the lowest one along `n` (in the core's frame), and their rates when the core
+/// turns with `omega` while the direction stays.
+void fill_lines(const Hull& hull, Vec2 n, double omega, Line* lines) {
+  const Vec2 sideways = omega * perp(n);
+  double low = kInfinity;
+  for (int i = 0; i < hull.count; ++i) {
+    lines[i].value = dot(n, hull.v[i]);
+    lines[i].rate = -dot(sideways, hull.v[i]);
+    low = std::min(low, lines[i].value);
+  }
+  for (int i = 0; i < hull.count; ++i) lines[i].value -= low;
+}
+
 /// One pair in flight, ordered as `meet` wants it.
 class Flight {
  public:
@@ -103,6 +121,8 @@ class Flight {
         velocity_(motion_b.v - motion_a.v),
         acceleration_(motion_b.a - motion_a.a),
         bounded_(a.kind != ShapeKind::HalfPlane),
+        scale_of_shapes_(a_.reach + b_.reach + a.radius + b.radius + std::abs(target) +
+                         (bounded_ ? 0.0 : narrow::magnitude(a.v[0]))),
         sweep_(a_.reach + a.radius + b_.reach + b.radius + target) {}
 
   ImpactTime run();
@@ -113,7 +133,7 @@ class Flight {
   double safe_step(double t) const;
   double step_of_discs() const;
   double step_on_fixed_axis(double gap) const;
-  double step_on_turning_edge(double gap, double longest) const;
+  double step_on_turning_edge(double gap, double span) const;
   double jump_to_discs_contact() const;
   bool is_neighbours_contact() const;
   double step_past_neighbours_contact();
@@ -123,6 +143,7 @@ class Flight {
   double t_max_, target_;
   Vec2 offset_, velocity_, acceleration_;  // of b relative to a at t = 0
   bool bounded_;                           // a has a bounding disc
+  double scale_of_shapes_;                 // magnitude of their coordinates [m]
   double sweep_;                           // distance of the origins below which the shapes can touch [m]
 
   // At the present time:
@@ -140,16 +161,29 @@ void Flight::look(double t) {
   qa_ = a_.rotation_at(t);
   qb_ = b_.rotation_at(t);
   const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
+  scale_ = narrow::magnitude(d_) + scale_of_shapes_;
   m_.count = 0;
   narrow::Output out{m_, {{}, qa_}, false, {}};
-  narrow::meet(a_.hull, b_.hull, relative, 1e100, nullptr, nullptr, out);
+  if (a_.hull.count > 1 && b_.hull.count > 1) {
+    // Contact points are needed only where they touch.
+    narrow::Placed placed;
+    const narrow::Axis axis =
+        narrow::find_axis(a_.hull, b_.hull, relative, kInfinity, placed, nullptr, nullptr);
+    const narrow::Closest c = narrow::closest(a_.hull, b_.hull, placed, axis);
+    gap_ = c.distance - a_.hull.radius - b_.hull.radius - target_;
+    n_ = rotate(qa_, c.normal);
+    from_ = c.from;
+    if (gap_ > kTouchingNoise * scale_) return;
+    narrow::clip(a_.hull, b_.hull, placed, axis, 1e100, out);
+  } else {
+    narrow::meet(a_.hull, b_.hull, relative, 1e100, nullptr, nullptr, out);
+  }
   from_ = out.from;
   n_ = m_.normal;
   gap_ = kInfinity;
-  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i)
+  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i) {
     gap_ = std::min(gap_, m_.points[i].separation - target_);
-  scale_ = narrow::magnitude(d_) + a_.reach + b_.reach + a_.hull.radius + b_.hull.radius + std::abs(target_);
-  if (!bounded_) scale_ += narrow::magnitude(a_.hull.v[0]);
+  }
 }
 
 /// Do the touching points close, at first or else at second order?
@@ -191,22 +225,13 @@ double Flight::step_on_fixed_axis(double gap) const {
   if (!bounded_ && a_.turns) return 0;
   const double curvature = std::min(0.0, dot(n_, acceleration_)) - a_.turning_bound() - b_.turning_bound();
   // Heights of b's corners over its lowest, and of a's highest over its others, with their rates.
-  std::array<Line, narrow::kMaxCorners> up_b, up_a;
-  const auto fill = [&](const Mover& mover, Rot q, double omega, Vec2 n, Line* lines) {
-    const Vec2 local = inverse_rotate(q, n);
-    double low = kInfinity;
-    for (int i = 0; i < mover.hull.count; ++i) {
-      lines[i] = {dot(local, mover.hull.v[i]), omega * cross(mover.hull.v[i], local)};
-      low = std::min(low, lines[i].value);
-    }
-    for (int i = 0; i < mover.hull.count; ++i) lines[i].value -= low;
-  };
-  fill(b_, qb_, b_.omega_at(t_), n_, up_b.data());
+  Lines up_a, up_b;
+  fill_lines(b_.hull, inverse_rotate(qb_, n_), b_.omega_at(t_), up_b.line);
   int count_a = 1;
-  up_a[0] = {0, 0};
+  up_a.line[0] = {0, 0};
   if (a_.turns) {
     count_a = a_.hull.count;
-    fill(a_, qa_, a_.omega_at(t_), -n_, up_a.data());
+    fill_lines(a_.hull, inverse_rotate(qa_, -n_), a_.omega_at(t_), up_a.line);
   }
   const Line base{gap, dot(n_, v_)};
   double s = t_max_ - t_;
@@ -224,7 +249,7 @@ double Flight::step_on_fixed_axis(double gap) const {
     return best;
   };
   for (int round = 0; round < 2 * narrow::kMaxCorners; ++round) {
-    const Line lb = lowest_at(up_b.data(), b_.hull.count, s), la = lowest_at(up_a.data(), count_a, s);
+    const Line lb = lowest_at(up_b.line, b_.hull.count, s), la = lowest_at(up_a.line, count_a, s);
     const double value = base.value + lb.value + la.value, rate = base.rate + lb.rate + la.rate;
     if (value + rate * s + 0.5 * curvature * s * s > 0) return s;
     const double root = first_root(value, rate, curvature);
@@ -237,7 +262,7 @@ double Flight::step_on_fixed_axis(double gap) const {
 /// Step along the normal of the reference edge, which turns with its body; only the other body's corners
 /// count. In the edge's frame a corner x moves with
 ///   x'' = acceleration - 2 omega x (velocity of x) - omega x (omega x x) - alpha x x.
-double Flight::step_on_turning_edge(double gap, double longest) const {
+double Flight::step_on_turning_edge(double gap, double span) const {
   if (from_ == NormalFrom::Corners) return 0;
   const bool first = from_ == NormalFrom::First;
   const Mover& owner = first ? a_ : b_;
@@ -246,36 +271,28 @@ double Flight::step_on_turning_edge(double gap, double longest) const {
   const Vec2 d = first ? d_ : -d_, v = first ? v_ : -v_, n = first ? n_ : -n_;
   const Rot q = first ? qb_ : qa_;
   const double w_owner = owner.omega_at(t_), w_other = other.omega_at(t_);
-  std::array<Line, narrow::kMaxCorners> lines;
-  double low = kInfinity, far = 0;
+  // Rate of a corner at x = d + r: n (v + w_other perp(r)) + w_owner perp(n) x.
+  Lines lines;
+  fill_lines(other.hull, inverse_rotate(q, n), w_other - w_owner, lines.line);
+  const double base_rate = dot(n, v) + w_owner * dot(perp(n), d);
   for (int i = 0; i < other.hull.count; ++i) {
-    const Vec2 r = rotate(q, other.hull.v[i]), x = d + r;
-    lines[i] = {dot(n, x), dot(n, v + w_other * perp(r)) + w_owner * dot(perp(n), x)};
-    low = std::min(low, lines[i].value);
-    far = std::max(far, length_squared(x));
+    lines.line[i].value += gap;
+    lines.line[i].rate += base_rate;
   }
-  for (int i = 0; i < other.hull.count; ++i) lines[i].value += gap - low;
-  far = std::sqrt(far);
   const double push = length(acceleration_), speed = length(v_);
-  // The bound grows with the span that it is for, so a second try with a shorter span may reach farther.
-  double span = longest, reached = 0;
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    const double top_speed = speed + push * span + other.top_omega * other.reach;
-    const double top_far = far + top_speed * span;
-    const double curvature = -(push + other.turning_bound() + 2 * owner.top_omega * top_speed +
-                               (owner.top_omega * owner.top_omega + std::abs(owner.motion.alpha)) * top_far);
-    const double s = first_root(lines.data(), other.hull.count, curvature, span);
-    reached = std::max(reached, s);
-    if (s > 0.25 * span) break;
-    span = 4 * s;
-  }
-  return reached;
+  const double top_speed = speed + push * span + other.top_omega * other.reach;
+  const double top_far = length(d_) + other.reach + top_speed * span;
+  const double curvature = -(push + other.turning_bound() + 2 * owner.top_omega * top_speed +
+                             (owner.top_omega * owner.top_omega + std::abs(owner.motion.alpha)) * top_far);
+  return first_root(lines.line, other.hull.count, curvature, span);
 }
 
 double Flight::safe_step(double t) const {
   const double gap = std::max(gap_, 0.0), longest = t_max_ - t;
   const double s = step_on_fixed_axis(gap);
-  return s >= longest ? s : std::max(s, step_on_turning_edge(gap, longest));
+  if (s >= longest) return s;
+  // The bound on accelerations grows with the span that it is for, so the span is one that is worth having.
+  return std::max(s, step_on_turning_edge(gap, s > 0 ? std::min(8 * s, longest) : longest));
 }
 
 /// Time at which the bounding discs first touch when they fly straight: the smaller root of

@@ -145,14 +145,16 @@ void BM_TimeOfImpact(benchmark::State& state) {
   const Shape a = shape_of(static_cast<int>(state.range(0))), b = a;
   const Flights f = flights(static_cast<double>(state.range(1)));
   std::size_t i = 0;
-  double hits = 0, runs = 0;
+  double hits = 0, runs = 0, evaluations = 0;
   for (auto _ : state) {
     i = (i + 1) & (kPoses - 1);
     const ImpactTime impact = time_of_impact(a, f.a[i], b, f.b[i], 1.0);
     hits += impact.hit ? 1 : 0;
+    evaluations += impact.iterations;
     runs += 1;
     benchmark::DoNotOptimize(impact);
   }
+  state.counters["evaluations"] = evaluations / runs;
   state.counters["hit_share"] = hits / runs;
 }
 BENCHMARK(BM_TimeOfImpact)
