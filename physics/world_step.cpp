@@ -129,6 +129,7 @@ class Step {
       s_.shape_moved[i] = 1;
     }
     std::fill(s_.stale_boxes.begin(), s_.stale_boxes.end(), 0);
+    s_.loose_shapes.clear();
     if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
     s_.broad_phase->moved_pairs(s_.pairs);
     merge_pairs();
