@@ -89,26 +89,33 @@ class BruteForce final : public PairFinder {
   void for_each_overlap(const Aabb& box, std::size_t begin, BroadPhaseStats& stats, Visit visit) const {
     const std::size_t count = proxies_.size();
     std::uint64_t overlaps = 0;
-    for (std::size_t first = begin; first < count; first += kBlock) {
-      // The comparisons have no branches, so a block is a few vector instructions.
-      const std::size_t length = std::min(kBlock, count - first);
+    std::size_t first = begin;
+    // A block has no branches and a fixed length: a few vector instructions.
+    for (; first + kBlock <= count; first += kBlock) {
       const double* lx = lower_x_.data() + first;
       const double* ly = lower_y_.data() + first;
       const double* ux = upper_x_.data() + first;
       const double* uy = upper_y_.data() + first;
-      std::uint64_t hit[kBlock];
-      std::uint64_t any = 0;
-      for (std::size_t k = 0; k < length; ++k) {
-        hit[k] = static_cast<std::uint64_t>((lx[k] <= box.upper.x) & (box.lower.x <= ux[k]) &
-                                            (ly[k] <= box.upper.y) & (box.lower.y <= uy[k]));
+      std::int64_t hit[kBlock];
+      std::int64_t any = 0;
+      for (std::size_t k = 0; k < kBlock; ++k) {
+        const std::int64_t x = (lx[k] <= box.upper.x ? -1 : 0) & (box.lower.x <= ux[k] ? -1 : 0);
+        const std::int64_t y = (ly[k] <= box.upper.y ? -1 : 0) & (box.lower.y <= uy[k] ? -1 : 0);
+        hit[k] = x & y;
         any |= hit[k];
       }
       if (any == 0) continue;
-      for (std::size_t k = 0; k < length; ++k) {
+      for (std::size_t k = 0; k < kBlock; ++k) {
         if (hit[k] == 0) continue;
         ++overlaps;
         visit(proxies_[first + k]);
       }
+    }
+    for (; first < count; ++first) {
+      const Aabb other{{lower_x_[first], lower_y_[first]}, {upper_x_[first], upper_y_[first]}};
+      if (!overlap(box, other)) continue;
+      ++overlaps;
+      visit(proxies_[first]);
     }
     if (begin < count) {
       stats.box_tests += count - begin;

@@ -3,6 +3,7 @@
 // Hierarchical grid: the searches. The build is in hierarchical_grid_build.cpp.
 #include "physics/broadphase/hierarchical_grid.h"
 
+#include <array>
 #include <bit>
 #include <future>
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -18,6 +19,12 @@ namespace {
 
 /// Below so many boxes a second thread costs more than it finds.
 constexpr std::size_t kBoxesPerThread = 10000;
+
+inline void prefetch([[maybe_unused]] const void* address) {
+#if defined(__SSE2__)
+  _mm_prefetch(static_cast<const char*>(address), _MM_HINT_T0);
+#endif
+}
 
 }  // namespace
 
@@ -368,18 +375,37 @@ void HierarchicalGrid::find_all(const PairRequest& request, std::vector<PairBuff
 void HierarchicalGrid::find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const {
   const BoxSet& boxes = request.boxes;
   Search search(*this, boxes, true, out);
-  for (const ProxyIndex proxy : boxes.moved()) {
-    const Aabb& box = boxes.box(proxy);
-    search.begin(proxy, FloatLimits(box, origin_));
-    for (const GridLevel& level : levels_) {
-      for_each_range(level, box, [&](std::uint32_t first, std::uint32_t last) {
-        search.test(start_[first], start_[last + 1]);
-        for_each_overflow(first, last, [&](std::uint32_t slot) { search.test_one(slot); });
-      });
+  // The boxes are scattered in memory. A batch is looked up first and tested then, so that the processor can
+  // wait for many cache lines at a time.
+  constexpr std::size_t kBatch = 16;
+  std::vector<Run>& runs = runs_;
+  std::array<std::size_t, kBatch + 1> ends{};
+  const std::span<const ProxyIndex> moved = boxes.moved();
+  for (std::size_t base = 0; base < moved.size(); base += kBatch) {
+    const std::span<const ProxyIndex> batch = moved.subspan(base, std::min(kBatch, moved.size() - base));
+    runs.clear();
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      for (const GridLevel& level : levels_) {
+        for_each_range(level, boxes.box(batch[i]), [&](std::uint32_t first, std::uint32_t last) {
+          runs.push_back({start_[first], start_[last + 1], first, last});
+          prefetch(&box_[runs.back().begin]);
+          prefetch(&id_[runs.back().begin]);
+        });
+      }
+      ends[i + 1] = runs.size();
     }
-    search.finish();
-    search.filter(
-        [&](ProxyIndex low, ProxyIndex high) { return request.reports(proxy, low == proxy ? high : low); });
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const ProxyIndex proxy = batch[i];
+      search.begin(proxy, FloatLimits(boxes.box(proxy), origin_));
+      for (std::size_t r = ends[i]; r < ends[i + 1]; ++r) {
+        search.test(runs[r].begin, runs[r].end);
+        for_each_overflow(runs[r].first_cell, runs[r].last_cell,
+                          [&](std::uint32_t slot) { search.test_one(slot); });
+      }
+      search.finish();
+      search.filter(
+          [&](ProxyIndex low, ProxyIndex high) { return request.reports(proxy, low == proxy ? high : low); });
+    }
   }
   search.close(stats);
 }

@@ -74,6 +74,10 @@ class HierarchicalGrid final : public PairFinder {
 
  private:
   struct Search;
+  /// Slots to test, and the cells that they belong to.
+  struct Run {
+    std::uint32_t begin, end, first_cell, last_cell;
+  };
 
   // Build (hierarchical_grid_build.cpp).
   void rebuild(const BoxSet& boxes);
@@ -131,7 +135,8 @@ class HierarchicalGrid final : public PairFinder {
   std::vector<std::uint32_t> next_;          ///< by slot - packed_
   std::size_t unused_ = 0;
   std::uint64_t built_version_ = 0, built_membership_ = 0;
-  // Kept between builds.
+  // Kept between calls.
+  mutable std::vector<Run> runs_;
   std::vector<FloatBox> new_box_;
   std::vector<std::uint32_t> new_id_, new_cell_;
 };
