@@ -71,12 +71,12 @@ struct Note {
 /// What the command line changes.
 struct DemoOptions {
   std::uint64_t seed = 1;
-  std::optional<double> dt;       ///< [s]
-  std::optional<double> seconds;  ///< length of the run
-  std::optional<std::uint64_t> steps;
-  std::optional<std::string> solver, broad_phase, impact_law, stepper;
-  std::vector<std::pair<std::string, std::string>> parameters;  ///< name, value as typed
-  std::function<void(std::string_view)> print;                  ///< lines that the script prints
+  std::optional<double> dt{};       ///< [s]
+  std::optional<double> seconds{};  ///< length of the run
+  std::optional<std::uint64_t> steps{};
+  std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
+  std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed
+  std::function<void(std::string_view)> print{};                  ///< lines that the script prints
 };
 
 /// How a script wants to be shown.

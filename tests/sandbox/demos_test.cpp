@@ -56,7 +56,7 @@ const Variant kVariants[] = {
 };
 
 INSTANTIATE_TEST_SUITE_P(Demos, DemoVariant, testing::ValuesIn(kVariants),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& variant) { return variant.param.name; });
 
 }  // namespace
 }  // namespace skerry::sandbox
