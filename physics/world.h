@@ -51,7 +51,9 @@ struct WorldConfig {
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
-  int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
+  /// Of one island, fewer for large ones (512 over its contact points, at least 4); then the rest of the step
+  /// treats landings as plastic.
+  int max_impacts_per_step = 64;
   /// Islands that a step did not change by a bit are not stepped again until something does.
   bool reuse_resting = true;
   int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
