@@ -10,7 +10,7 @@
 // sort in the order of the last build, which is almost sorted already; when few did, they are moved one by
 // one, into a free place of their cell or into its overflow list.
 //
-// A table of cells is as large as the world while that is at most four cells a box; beyond, rows and columns
+// A table of cells is as large as the world while that is at most eight cells a box; beyond, rows and columns
 // are wrapped around (a hash that keeps neighbours together), so that memory is linear whatever the extent.
 #pragma once
 
