@@ -120,7 +120,8 @@ class Demo {
   void step();
   std::uint64_t steps_done() const;
   double time() const;  ///< steps times dt [s]
-  /// Evaluates what waits for the end. Checks at a later time stay `Waiting`.
+  /// Evaluates what waits for the end. Checks at a later time stay `Waiting`, and all of them when the run is
+  /// shorter than the script says.
   void finish();
   /// Whether a check fails or the world had to stop a body whose state was not finite.
   bool failed() const;

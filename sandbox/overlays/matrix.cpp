@@ -20,7 +20,8 @@ constexpr double kTextCellPx = 15;     // smallest cell beside which a line of t
 constexpr double kLargestMapPx = 270;  // side of a matrix without vectors
 constexpr double kLargestCellPx = 46;
 constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
-constexpr double kNamePx = 84;
+constexpr double kLeastNamePx = 60;   // column of row names
+constexpr double kMostNamePx = 112;
 constexpr double kVectorPx = 48;
 constexpr double kHeadPx = 40;  // summary line and column heads
 constexpr double kFootPx = 34;  // colour scale
@@ -115,6 +116,24 @@ void draw_scale(const Panel& panel, const render::Style& style, double largest, 
   panel.text(x + width + 6 * scale, text_y, style.text_dim, number(largest) + " /kg");
 }
 
+float text_width(const std::string& text) {
+  return ImGui::CalcTextSize(text.c_str()).x;
+}
+
+// Cuts a name that is too wide. Names are ASCII or end in the bodies' own names; a cut letter does no harm.
+std::string fitted(std::string text, float width) {
+  if (text_width(text) <= width) return text;
+  while (text.size() > 1 && text_width(text + "..") > width) text.pop_back();
+  return text + "..";
+}
+
+double name_column(const SystemRecord& record, double scale) {
+  double widest = kLeastNamePx;
+  for (const std::string& name : record.row_names)
+    widest = std::max(widest, static_cast<double>(text_width(name)) / scale + 8);
+  return std::min(widest, kMostNamePx);
+}
+
 std::string summary(const SystemRecord& record, int nonzeros) {
   const int n = record.system.size();
   char text[200];
@@ -138,13 +157,15 @@ void show_matrix(const PanelContext& context) {
   const int n = record->system.size();
   const bool vectors = n <= kVectorRows;
   const double inner = kColumnPx - 24;
-  const double room = vectors ? inner - kNamePx - 3 * kVectorPx - 12 : kLargestMapPx;
+  const double name_px = name_column(*record, context.scale);
+  const double room =
+      vectors ? inner - name_px - 3 * kVectorPx - 12 : std::min(kLargestMapPx, inner - name_px);
   const CellGrid grid = delassus_cells(record->system, static_cast<int>(kLargestMapPx / 2));
   const double cell_px = std::min(kLargestCellPx, room / grid.size);
   const bool names = !record->row_names.empty() && cell_px >= kTextCellPx - 2;
   const Panel panel(context, title, kHeadPx + cell_px * grid.size + kFootPx);
   const float cell = static_cast<float>(cell_px) * scale;
-  const float x = panel.x() + (names ? static_cast<float>(kNamePx) * scale
+  const float x = panel.x() + (names ? static_cast<float>(name_px) * scale
                                      : 0.5f * (panel.width() - cell * static_cast<float>(grid.size)));
   const float y = panel.y() + static_cast<float>(kHeadPx) * scale;
   panel.text(panel.x(), panel.y(), style.text_dim, summary(*record, grid.nonzeros));
@@ -152,7 +173,7 @@ void show_matrix(const PanelContext& context) {
   if (cell_px >= kNumberCellPx) draw_numbers(panel, style, grid, x, y, cell);
   for (std::size_t i = 0; names && i < record->row_names.size(); ++i)
     panel.text(panel.x(), y + (static_cast<float>(i) + 0.5f) * cell - 0.5f * ImGui::GetFontSize(), style.text,
-               record->row_names[i]);
+               fitted(record->row_names[i], static_cast<float>(name_px - 4) * scale));
   if (vectors) draw_vectors(panel, style, *record, y, cell, static_cast<float>(kVectorPx) * scale);
   draw_scale(panel, style, grid.largest, scale);
 }

@@ -51,6 +51,8 @@ const Variant kVariants[] = {
     {"LawFromTheFlag", {"impact_laws", "--impact", "simultaneous"}},
     {"ChainElastic", {"four_body_chain", "--set", "restitution=1"}},
     {"ChainPlastic", {"four_body_chain", "--set", "restitution=0"}},
+    {"SeeSawHeavy", {"see_saw", "--set", "weight=40"}},
+    {"SeeSawLight", {"see_saw", "--set", "weight=10"}},
     {"StackOf10", {"stack", "--set", "boxes=10"}},
     {"FallWithoutBounce", {"free_fall", "--set", "restitution=0"}},
 };
