@@ -92,7 +92,7 @@ TEST(Solvers, AgreeWithEnumerationAtMassRatioOneMillion) {
                            test_scale(300), {{"lemke", 0.99}, {"sparse_contact", 0.99}});
 }
 
-TEST(Solvers, AgreeWithEnumerationOnEightContactsOfOneBody) {
+TEST(Solvers, AgreeWithEnumerationOnSixContactsWithTheGround) {
   compare_with_enumeration({.bodies = 2, .contacts = 6, .ground_only = true}, {.friction = 0.5, .noise = 1},
                            test_scale(20), {{"lemke", 1}, {"sparse_contact", 1}});
 }
