@@ -5,12 +5,13 @@
 
 namespace skerry {
 
+// In the order of the menus: the ladder first, then its rungs, references and previews.
 extern const SolverEntry kAutoEntry;
-extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kClosedFormEntry;
-extern const SolverEntry kConvexStepEntry;
-extern const SolverEntry kSmallExactEntry;
 extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kSmallExactEntry;
+extern const SolverEntry kBodySpaceEntry;
+extern const SolverEntry kConvexStepEntry;
 extern const SolverEntry kDenseLuEntry;
 extern const SolverEntry kIncrementalLdltEntry;
 extern const SolverEntry kSparseContactEntry;
@@ -24,19 +25,19 @@ namespace {
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kAutoEntry,             // the ladder
-      kClosedFormEntry,       // one contact
-      kTridiagonalEntry,      // chains
-      kSmallExactEntry,       // body space, exact
-      kBodySpaceEntry,        //
-      kDenseLuEntry,          // contact space, exact
+      kAutoEntry,  //
+      kClosedFormEntry,  //
+      kTridiagonalEntry,  //
+      kSmallExactEntry,  //
+      kBodySpaceEntry,  //
+      kConvexStepEntry,  //
+      kDenseLuEntry,  //
       kIncrementalLdltEntry,  //
-      kSparseContactEntry,    //
-      kLemkeEntry,            // reference
-      kConvexStepEntry,       // convex
-      kPgsEntry,              // iterative
-      kNncgEntry,             //
-      kTgsSoftEntry,          //
+      kSparseContactEntry,  //
+      kLemkeEntry,  //
+      kPgsEntry,  //
+      kNncgEntry,  //
+      kTgsSoftEntry,  //
   };
   return entries;
 }
