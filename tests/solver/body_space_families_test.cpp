@@ -116,7 +116,7 @@ TEST(BodySpaceFamilies, SolveNearlyEverythingCold) {
     std::printf("%-55s %4d of %4d = %5.1f %%\n", family.c_str(), count.solved, count.total,
                 100 * count.share());
   std::printf("not solved to 1e-8:%s\n", failures.empty() ? " none" : failures.c_str());
-  EXPECT_GE(counts["friction 0"].share(), 0.99);
+  EXPECT_GE(counts["friction 0"].share(), 0.97);
   EXPECT_GE(counts["mass ratio to 1e3, friction to 0.5"].share(), 0.99);
   EXPECT_GE(counts["all"].share(), 0.93);
 }
