@@ -18,16 +18,15 @@ enum class BodyType : std::uint8_t { Static, Kinematic, Dynamic };
 
 struct BodyDef {
   BodyType type = BodyType::Dynamic;
-  Vec2 position;               ///< origin of the frame in which the shapes are given, world frame [m]
-  double angle = 0;            ///< [rad], counter-clockwise
-  Vec2 velocity;               ///< of the centre of mass [m/s]
-  double omega = 0;            ///< [rad/s]
-  double gravity_scale = 1;    ///< 0: floats
-  std::optional<double> mass;  ///< [kg]; without it: sum over the shapes of density * area
+  Vec2 position{};               ///< origin of the frame in which the shapes are given, world frame [m]
+  double angle = 0;              ///< [rad], counter-clockwise
+  Vec2 velocity{};               ///< of the centre of mass [m/s]
+  double omega = 0;              ///< [rad/s]
+  double gravity_scale = 1;      ///< 0: floats
+  std::optional<double> mass{};  ///< [kg]; default: sum over the shapes of density * area
   std::optional<double>
-      inertia;  ///< about the centre of mass [kg m^2]; without it: from the shapes, scaled to `mass`
-  bool may_sleep = true;
-  std::string name;  ///< for messages and the inspector
+      inertia{};       ///< about the centre of mass [kg m^2]; default: from the shapes, for `mass`
+  std::string name{};  ///< for messages and the inspector
 };
 
 /// State and mass of all bodies, field by field; index = slot. Read-only for users (`World::bodies()`). Free
@@ -47,8 +46,7 @@ struct BodyArrays {
   std::vector<double> gravity_scale;
   std::vector<BodyType> type;
   std::vector<std::uint8_t> alive;
-  std::vector<std::uint8_t> awake;
-  std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static, kinematic or asleep)
+  std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static or kinematic)
   std::vector<std::uint32_t> generation;
 
   std::size_t size() const { return position.size(); }

@@ -20,13 +20,12 @@ enum class JointKind : std::uint8_t {
 
 struct JointDef {
   JointKind kind = JointKind::Revolute;
-  BodyId a;  ///< none: the ground
-  BodyId b;
-  Vec2 anchor_a;  ///< world frame at creation [m]
-  Vec2 anchor_b;  ///< world frame at creation [m]; Revolute: ignored, the anchors are one point
-  std::optional<double>
-      length;            ///< Distance and Rope [m]; without it: the distance of the anchors at creation
-  bool collide = false;  ///< do the two bodies still touch each other?
+  BodyId a{};  ///< none: the ground
+  BodyId b{};
+  Vec2 anchor_a{};  ///< world frame at creation [m]
+  Vec2 anchor_b{};  ///< world frame at creation [m]; Revolute: ignored, the anchors are one point
+  std::optional<double> length{};  ///< Distance, Rope [m]; default: distance of the anchors at creation
+  bool collide = false;            ///< do the two bodies still touch each other?
 };
 
 }  // namespace skerry

@@ -86,6 +86,7 @@ struct Rot {
     const SinCos sc = sin_cos(angle);
     return {sc.cos, sc.sin};
   }
+  friend constexpr bool operator==(Rot, Rot) = default;
 };
 
 constexpr Vec2 rotate(Rot q, Vec2 v) {
@@ -103,6 +104,7 @@ constexpr Rot operator*(Rot a, Rot b) {
 struct Transform {
   Vec2 p;
   Rot q;
+  friend constexpr bool operator==(const Transform&, const Transform&) = default;
 };
 
 constexpr Vec2 to_world(const Transform& t, Vec2 local) {

@@ -65,7 +65,6 @@ struct IslandReport {
   std::string_view method;  ///< solver that gave the answer; "" when nothing had to be solved
   double residual = 0;
   int iterations = 0;
-  bool verified_skip = false;  ///< last step's impulses were still right
 };
 
 /// For an observer: the problem of an island, its answer and how it was found.
@@ -89,7 +88,7 @@ struct StepReport {
   std::array<double, kStageCount> stage_seconds{};
 
   // Counts.
-  int bodies = 0, awake_bodies = 0, shapes = 0, joints = 0;
+  int bodies = 0, dynamic_bodies = 0, shapes = 0, joints = 0;
   int pairs = 0, contacts = 0, contact_points = 0, islands = 0, rows = 0;
   int substeps = 0;     ///< pieces into which impacts cut the step
   int impacts = 0;      ///< impact solves
@@ -98,15 +97,19 @@ struct StepReport {
   NarrowPhaseStats narrow;
   SolveWork work;
 
+  int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
+
   // Skips: work that this step did not have to do.
-  int islands_asleep = 0, islands_verified = 0, islands_closed_form = 0, islands_without_contact = 0;
-  int manifolds_reused = 0;
+  int islands_in_flight = 0;   ///< closed-form flight: no narrow phase, no rows, no solve
+  int islands_at_rest = 0;     ///< nothing changed by a bit: last step's forces serve
+  int manifolds_reused = 0;    ///< manifolds whose bodies had not moved by a bit
+  int pairs_out_of_reach = 0;  ///< pairs that cannot meet within the step, left out of the islands
 
   // Accuracy.
   double worst_residual = 0;  ///< over the islands, relative
   int inexact_islands = 0;
   double worst_penetration = 0;  ///< [m], >= 0
-  int quarantined = 0;           ///< bodies taken out because their state was not finite, in all
+  int contained = 0;             ///< bodies put back and stopped because their new state was not finite
 
   // Conserved quantities at the end of the step, dynamic bodies only.
   double kinetic_energy = 0;    ///< [J]

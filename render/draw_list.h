@@ -14,6 +14,7 @@ namespace skerry::render {
 struct Point {
   double x = 0;
   double y = 0;
+  friend bool operator==(const Point&, const Point&) = default;
 };
 
 /// Straight (not premultiplied) sRGB colour.
@@ -34,6 +35,8 @@ struct Disc {
   float outline_px = 1.5f;
   double angle = 0;    ///< of the spoke [rad]
   bool spoke = false;  ///< draw a radius line so that turning can be seen
+
+  friend bool operator==(const Disc&, const Disc&) = default;
 };
 
 /// Convex polygon, 3 to 64 corners counter-clockwise, grown by `rounding`.
@@ -42,6 +45,7 @@ struct Polygon {
   double rounding = 0;                 ///< [m]
   Color fill, outline;
   float outline_px = 1.5f;
+  friend bool operator==(const Polygon&, const Polygon&) = default;
 };
 
 /// A segment grown by a radius in world units.
@@ -50,6 +54,7 @@ struct Capsule {
   double radius = 0;  ///< [m]
   Color fill, outline;
   float outline_px = 1.5f;
+  friend bool operator==(const Capsule&, const Capsule&) = default;
 };
 
 /// A line of constant width in pixels, round ends, optionally dashed.
@@ -58,6 +63,7 @@ struct Line {
   Color color;
   float width_px = 1.5f;
   float dash_px = 0;  ///< length of dash and gap; 0: solid
+  friend bool operator==(const Line&, const Line&) = default;
 };
 
 /// A line with a head at `to`. Shorter than its head it shrinks as a whole.
@@ -66,6 +72,7 @@ struct Arrow {
   Color color;
   float width_px = 2.5f;
   float head_px = 10;
+  friend bool operator==(const Arrow&, const Arrow&) = default;
 };
 
 /// A dot of constant size in pixels.
@@ -73,6 +80,7 @@ struct Marker {
   Point at;
   Color fill, outline;
   float radius_px = 4;
+  friend bool operator==(const Marker&, const Marker&) = default;
 };
 
 enum class Anchor : std::uint8_t { Centre, Left, Right, Above, Below };
@@ -85,6 +93,7 @@ struct Label {
   float size_px = 15;
   Anchor anchor = Anchor::Centre;
   float offset_px = 6;  ///< distance from `at` in the direction of the anchor
+  friend bool operator==(const Label&, const Label&) = default;
 };
 
 struct DrawLayer {
@@ -98,6 +107,8 @@ struct DrawLayer {
   std::vector<Label> labels;
 
   void clear();
+  friend bool operator==(const DrawLayer&, const DrawLayer&) = default;
+
   void polygon(const Point* corners, std::size_t count, Color fill, Color outline, double rounding = 0,
                float outline_px = 1.5f);
 };
@@ -110,6 +121,9 @@ struct DrawList {
   DrawLayer& operator[](Layer layer) { return layers[static_cast<int>(layer)]; }
   const DrawLayer& operator[](Layer layer) const { return layers[static_cast<int>(layer)]; }
   void clear();
+
+  /// Equal lists make equal pictures: a capture may repeat the last frame instead of drawing it again.
+  friend bool operator==(const DrawList&, const DrawList&) = default;
 };
 
 }  // namespace skerry::render

@@ -75,6 +75,29 @@ std::vector<double> inverse_effective_masses(const IslandSystem& system);
 /// (nothing moves) count their |w| where lambda is not at a bound that explains it.
 double natural_map_residual(const IslandSystem& system, const std::vector<double>& lambda);
 
+/// Returns the residual that rounding alone explains at `lambda`: about one unit of rounding of the largest
+/// sum |W| |lambda|, relative as in `natural_map_residual`. Solvers accept a few times this in place of the
+/// tolerance; there is nothing to gain below it.
+double residual_floor(const IslandSystem& system, const std::vector<double>& lambda);
+
+/// Bounds of one impulse [N s].
+struct ImpulseBounds {
+  double lower = 0;
+  double upper = 0;
+};
+/// Returns the bounds of a row; `normal_impulse` is that of `row.normal` (negative counts as zero) and is
+/// not looked at for rows with bounds of their own.
+ImpulseBounds impulse_bounds(const Row& row, double normal_impulse);
+
+/// Returns the violation of one row's natural map [m/s], as in `natural_map_residual`.
+double natural_map_violation(ImpulseBounds bounds, double diagonal, double lambda, double w);
+
+/// Returns the largest absolute value, 0 for none.
+double largest_magnitude(const std::vector<double>& values);
+
+/// Half a unit in the last place of 1.
+inline constexpr double kRoundingUnit = 1.1102230246251565e-16;
+
 /// Checks sizes, indices, bounds (lower <= upper), finiteness, and the order of friction rows.
 /// @throws std::invalid_argument with the row's number and the value.
 void validate(const IslandSystem& system);

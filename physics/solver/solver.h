@@ -19,7 +19,7 @@ enum class SolveStatus : std::uint8_t {
   Solved,       ///< residual within the tolerance, or at the rounding floor
   Inexact,      ///< best iterate found within the budget; the residual says how good
   Singular,     ///< the method needs a regular matrix and met a singular one
-  Unsupported,  ///< the method cannot treat this kind of problem (see `SolverEntry::supports`)
+  Unsupported,  ///< the method cannot treat this kind of problem (see the flags of `SolverEntry`)
   Failed,       ///< no usable answer; lambda is all zero
 };
 std::string_view to_string(SolveStatus status);
@@ -79,6 +79,12 @@ class SolverMemory {
 using SolveFn = Solution (*)(const IslandSystem& system, std::span<const double> warm_start,
                              const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
 
+struct ContactProblem;  // physics/islands/delassus.h
+
+/// The same for a problem that is given by its W (imported ones), without bodies.
+using ContactSolveFn = Solution (*)(const ContactProblem& problem, std::span<const double> warm_start,
+                                    const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
+
 /// One row of the registry.
 struct SolverEntry {
   std::string_view name;       ///< command-line value
@@ -88,6 +94,7 @@ struct SolverEntry {
   bool friction;               ///< solves Coulomb friction (otherwise frictionless problems only)
   bool bilateral;              ///< accepts Joint, Limit and Motor rows
   SolveFn solve;
+  ContactSolveFn solve_contact = nullptr;  ///< null for solvers that need bodies
 };
 
 std::span<const SolverEntry> solvers();

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "physics/contact.h"
+
+#include "physics/hash.h"
+#include "physics/narrowphase/chain.h"
+#include "physics/narrowphase/collide.h"
+
+namespace skerry {
+
+std::uint64_t Contact::source(int i) const {
+  Fnv1a hash;
+  hash.add(shape_a);
+  hash.add(shape_b);
+  hash.add(static_cast<std::uint32_t>(child));
+  hash.add(manifold.points[i].feature);
+  return hash.value();
+}
+
+Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                          const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats) {
+  if (a.kind == ShapeKind::Chain)
+    return collide_chain_segment(a, contact.child, pose_a, b, pose_b, margin, stats);
+  if (b.kind != ShapeKind::Chain) return collide(a, pose_a, b, pose_b, margin, cache, stats);
+  Manifold manifold = collide_chain_segment(b, contact.child, pose_b, a, pose_a, margin, stats);
+  manifold.normal = -manifold.normal;
+  return manifold;
+}
+
+ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
+                               const Motion& motion_b, double h) {
+  if (a.kind == ShapeKind::Chain)
+    return time_of_impact_chain_segment(a, contact.child, motion_a, b, motion_b, h);
+  if (b.kind == ShapeKind::Chain)
+    return time_of_impact_chain_segment(b, contact.child, motion_b, a, motion_a, h);
+  return time_of_impact(a, motion_a, b, motion_b, h);
+}
+
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, NarrowPhaseStats& stats) {
+  if (margin == contact.margin && pose_a == contact.pose_a && pose_b == contact.pose_b) return false;
+  contact.manifold = contact_manifold(contact, a, pose_a, b, pose_b, margin, &contact.cache, &stats);
+  contact.margin = margin;
+  contact.pose_a = pose_a;
+  contact.pose_b = pose_b;
+  match_points(contact);
+  return true;
+}
+
+void match_points(Contact& contact) {
+  const std::array<PointMemory, 2> old = contact.points;
+  std::array<PointMemory, 2> next;
+  std::array<bool, 2> taken{};
+  for (int i = 0; i < contact.manifold.count; ++i) {
+    next[i].feature = contact.manifold.points[i].feature;
+    for (int j = 0; j < 2; ++j) {
+      if (taken[j] || old[j].feature != next[i].feature) continue;
+      next[i] = old[j];
+      taken[j] = true;
+      break;
+    }
+  }
+  // Sums of points that vanished within the step still belong to the pair: its first slot keeps them.
+  for (int j = 0; j < 2; ++j) {
+    if (taken[j]) continue;
+    next[0].total_normal += old[j].total_normal;
+    next[0].total_friction += old[j].total_friction;
+    next[0].total_impact += old[j].total_impact;
+  }
+  contact.points = next;
+}
+
+}  // namespace skerry

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+//
+// Pairs of shapes that may touch in this step, kept from step to step in one sorted table.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "physics/broadphase/broadphase.h"
+#include "physics/narrowphase/manifold.h"
+#include "physics/narrowphase/time_of_impact.h"
+#include "physics/shape.h"
+
+namespace skerry {
+
+/// What a contact point carries from sub-step to sub-step and from step to step.
+struct PointMemory {
+  std::uint32_t feature = ~0u;  ///< none yet
+  double normal_impulse = 0;    ///< of the last force solve [N s]; divided by `h` it is the force
+  double friction_impulse = 0;
+  double rolling_impulse = 0;
+  double h = 0;           ///< length of the sub-step of that solve [s]
+  bool sticking = false;  ///< the friction impulse was strictly inside its bounds
+  // Sums over the step, for the report.
+  double total_normal = 0, total_friction = 0, total_impact = 0;
+};
+
+/// A pair of shapes (for chains: a segment and a shape).
+struct Contact {
+  std::uint32_t shape_a = 0, shape_b = 0;  ///< slots, shape_a < shape_b
+  std::int32_t child = 0;                  ///< segment of the chain, otherwise 0
+  std::uint32_t body_a = 0, body_b = 0;
+  double friction = 0, restitution = 0, rolling_resistance = 0, surface_velocity = 0;
+  bool sensor = false;
+  bool linked = false;           ///< may touch within this step: part of an island
+  bool touched = false;          ///< touched at the end of the last step
+  bool hit = false;              ///< took part in an impact in this step
+  double hit_speed = 0;          ///< largest approach speed of those impacts [m/s]
+  Vec2 hit_point, hit_normal;    ///< of the fastest of them, world frame
+  double margin = 0;             ///< largest separation that the manifold reports [m]
+  Transform pose_a, pose_b;      ///< at which the manifold was made
+  bool manifold_reused = false;  ///< at the beginning of this step: both bodies are where they were
+  SatCache cache;
+  Manifold manifold;
+  std::array<PointMemory, 2> points;
+  std::array<PointMemory, 2> points_at_start;  ///< of the step, should its island have to be stepped again
+
+  auto key() const { return std::tuple(shape_a, shape_b, child); }
+  /// A number that names point `i` and is equal in the next step if the same features meet.
+  std::uint64_t source(int i) const;
+};
+
+/// The manifold of a pair at these poses; of one segment if one of the shapes is a chain.
+Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                          const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats);
+
+/// First time in [0, h] at which the pair touches under constant-acceleration motions.
+ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
+                               const Motion& motion_b, double h);
+
+/// Makes the contact's manifold for these poses, unless it is that of these poses (bit by bit) already.
+/// @return false if nothing had to be done
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, NarrowPhaseStats& stats);
+
+/// Carries impulses over to `contact.points` after its manifold changed: points are matched by feature.
+void match_points(Contact& contact);
+
+}  // namespace skerry

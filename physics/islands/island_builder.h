@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+//
+// Islands: connected components of dynamic bodies over the contacts and joints of this step. Static and
+// kinematic bodies do not connect. The numbering is canonical, so it depends neither on the broad phase nor
+// on threads.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace skerry {
+
+/// One island as slots; all three lists ascend.
+struct Island {
+  std::vector<std::uint32_t> bodies;    ///< dynamic bodies
+  std::vector<std::uint32_t> contacts;  ///< indices into the contact table
+  std::vector<std::uint32_t> joints;
+
+  friend bool operator==(const Island&, const Island&) = default;
+};
+
+/// An edge of the contact graph: contact or joint `index` between two bodies, of which only the dynamic ones
+/// connect.
+struct IslandEdge {
+  std::uint32_t a, b;
+  bool a_dynamic, b_dynamic;
+  std::uint32_t index;
+  bool joint;
+};
+
+/// Finds the connected components by union-find with path halving [Tarjan & van Leeuwen 1984].
+///
+/// @param dynamic  1 for each slot that holds a dynamic body
+/// @param edges    in ascending order of index, contacts and joints each
+/// @return islands in the order of their smallest body; edges between two bodies that are not dynamic belong
+/// to none
+std::vector<Island> build_islands(const std::vector<std::uint8_t>& dynamic,
+                                  const std::vector<IslandEdge>& edges);
+
+}  // namespace skerry

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include "physics/islands/island_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace skerry {
+namespace {
+
+double along(const std::array<double, 3>& J, const std::array<double, 3>& v) {
+  return J[0] * v[0] + J[1] * v[1] + J[2] * v[2];
+}
+
+void push(const InverseMass& body, const std::array<double, 3>& J, double impulse, std::array<double, 3>& v) {
+  v[0] += body.linear * J[0] * impulse;
+  v[1] += body.linear * J[1] * impulse;
+  v[2] += body.angular * J[2] * impulse;
+}
+
+double inverse_mass_along(const InverseMass& body, const std::array<double, 3>& J) {
+  return body.linear * (J[0] * J[0] + J[1] * J[1]) + body.angular * J[2] * J[2];
+}
+
+double compliance_of(const IslandSystem& system, std::size_t i) {
+  return system.compliance.empty() ? 0 : system.compliance[i];
+}
+
+[[noreturn]] void reject(std::size_t row, const char* what, double value) {
+  throw std::invalid_argument("row " + std::to_string(row) + ": " + what + ", got " + std::to_string(value));
+}
+
+bool all_finite(const std::array<double, 3>& J) {
+  return std::isfinite(J[0]) && std::isfinite(J[1]) && std::isfinite(J[2]);
+}
+
+void validate_row(const IslandSystem& system, std::size_t i) {
+  const Row& row = system.rows[i];
+  const int bodies = static_cast<int>(system.bodies.size());
+  for (const int body : {row.a, row.b}) {
+    if (body < -1 || body >= bodies) reject(i, "body must be -1 or one of the island", body);
+  }
+  if (row.a == row.b) reject(i, "the two bodies must differ", row.a);
+  if (!all_finite(row.Ja) || !all_finite(row.Jb))
+    reject(i, "Jacobian must be finite, first entry", row.Ja[0]);
+  if (!std::isfinite(system.b[i])) reject(i, "b must be finite", system.b[i]);
+
+  if (row.kind == RowKind::Friction || row.kind == RowKind::Rolling) {
+    if (!(row.mu >= 0) || !std::isfinite(row.mu)) reject(i, "mu must be finite and not negative", row.mu);
+    const bool earlier = row.normal >= 0 && static_cast<std::size_t>(row.normal) < i;
+    if (!earlier) reject(i, "the normal row must be an earlier one", row.normal);
+    if (system.rows[static_cast<std::size_t>(row.normal)].kind != RowKind::Normal) {
+      reject(i, "the row that scales the bounds must be a normal row", row.normal);
+    }
+    return;
+  }
+  if (std::isnan(row.lower) || row.lower == kInfinity) reject(i, "lower bound must be below +inf", row.lower);
+  if (std::isnan(row.upper) || row.upper == -kInfinity)
+    reject(i, "upper bound must be above -inf", row.upper);
+  if (row.lower > row.upper) reject(i, "lower bound must not exceed the upper one", row.lower);
+  if (row.kind == RowKind::Normal && row.lower < 0)
+    reject(i, "a normal impulse never pulls; lower bound", row.lower);
+}
+
+}  // namespace
+
+ImpulseBounds impulse_bounds(const Row& row, double normal_impulse) {
+  if (row.normal < 0) return {row.lower, row.upper};
+  const double bound = row.mu * std::max(normal_impulse, 0.0);
+  return {-bound, bound};
+}
+
+double natural_map_violation(ImpulseBounds bounds, double diagonal, double lambda, double w) {
+  if (!(diagonal > 0)) {
+    // Nothing moves: only a bound can explain a velocity, on the side from which it pushes.
+    const double outside = std::max({bounds.lower - lambda, lambda - bounds.upper, 0.0});
+    const bool explained = w == 0 || (w > 0 && lambda <= bounds.lower) || (w < 0 && lambda >= bounds.upper);
+    return std::max(outside, explained ? 0.0 : std::abs(w));
+  }
+  // D (lambda - clamp(lambda - w / D, l, u)) without the cancellation of lambda - (lambda - w / D).
+  const double low = diagonal * (lambda - bounds.upper), high = diagonal * (lambda - bounds.lower);
+  return std::abs(std::min(std::max(w, low), high));
+}
+
+void apply_impulses(const IslandSystem& system, const std::vector<double>& lambda,
+                    std::vector<std::array<double, 3>>& velocity) {
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = system.rows[i];
+    if (lambda[i] == 0) continue;
+    if (row.a >= 0)
+      push(system.bodies[static_cast<std::size_t>(row.a)], row.Ja, lambda[i],
+           velocity[static_cast<std::size_t>(row.a)]);
+    if (row.b >= 0)
+      push(system.bodies[static_cast<std::size_t>(row.b)], row.Jb, lambda[i],
+           velocity[static_cast<std::size_t>(row.b)]);
+  }
+}
+
+std::vector<double> row_velocities(const IslandSystem& system, const std::vector<double>& lambda) {
+  std::vector<std::array<double, 3>> change(system.bodies.size(), {0, 0, 0});
+  apply_impulses(system, lambda, change);
+  std::vector<double> w(system.rows.size());
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    const Row& row = system.rows[i];
+    double u = compliance_of(system, i) * lambda[i];
+    if (row.a >= 0) u += along(row.Ja, change[static_cast<std::size_t>(row.a)]);
+    if (row.b >= 0) u += along(row.Jb, change[static_cast<std::size_t>(row.b)]);
+    w[i] = u - system.b[i];
+  }
+  return w;
+}
+
+std::vector<double> inverse_effective_masses(const IslandSystem& system) {
+  std::vector<double> diagonal(system.rows.size());
+  for (std::size_t i = 0; i < diagonal.size(); ++i) {
+    const Row& row = system.rows[i];
+    diagonal[i] = compliance_of(system, i);
+    if (row.a >= 0) diagonal[i] += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.a)], row.Ja);
+    if (row.b >= 0) diagonal[i] += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.b)], row.Jb);
+  }
+  return diagonal;
+}
+
+double largest_magnitude(const std::vector<double>& values) {
+  double largest = 0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+double natural_map_residual(const IslandSystem& system, const std::vector<double>& lambda) {
+  const std::vector<double> w = row_velocities(system, lambda);
+  const std::vector<double> diagonal = inverse_effective_masses(system);
+  double worst = 0;
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    const Row& row = system.rows[i];
+    const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
+    const double violation =
+        natural_map_violation(impulse_bounds(row, normal_impulse), diagonal[i], lambda[i], w[i]);
+    // A comparison that NaN fails must not hide it.
+    if (!(violation <= worst)) worst = violation;
+    if (std::isnan(worst)) return worst;
+  }
+  const double scale = largest_magnitude(system.b);
+  return scale > 0 ? worst / scale : worst;
+}
+
+double residual_floor(const IslandSystem& system, const std::vector<double>& lambda) {
+  // The same sums as in row_velocities with every term positive: what rounding is relative to.
+  std::vector<std::array<double, 3>> size(system.bodies.size(), {0, 0, 0});
+  const auto magnitude = [](const std::array<double, 3>& J) {
+    return std::array<double, 3>{std::abs(J[0]), std::abs(J[1]), std::abs(J[2])};
+  };
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = system.rows[i];
+    for (const auto& [body, J] : {std::pair{row.a, row.Ja}, std::pair{row.b, row.Jb}}) {
+      if (body < 0) continue;
+      const auto k = static_cast<std::size_t>(body);
+      push(system.bodies[k], magnitude(J), std::abs(lambda[i]), size[k]);
+    }
+  }
+  double largest = 0;
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = system.rows[i];
+    double sum = std::abs(compliance_of(system, i) * lambda[i]);
+    if (row.a >= 0) sum += along(magnitude(row.Ja), size[static_cast<std::size_t>(row.a)]);
+    if (row.b >= 0) sum += along(magnitude(row.Jb), size[static_cast<std::size_t>(row.b)]);
+    largest = std::max(largest, sum);
+  }
+  const double scale = largest_magnitude(system.b);
+  return kRoundingUnit * (scale > 0 ? std::max(largest / scale, 1.0) : largest);
+}
+
+void validate(const IslandSystem& system) {
+  const std::size_t n = system.rows.size();
+  const auto check_size = [](const char* what, std::size_t size, std::size_t wanted) {
+    if (size == wanted) return;
+    throw std::invalid_argument(std::string(what) + " must have " + std::to_string(wanted) +
+                                " entries, got " + std::to_string(size));
+  };
+  check_size("b", system.b.size(), n);
+  if (!system.compliance.empty()) check_size("compliance", system.compliance.size(), n);
+  if (!system.positions.empty()) check_size("positions", system.positions.size(), system.bodies.size());
+  for (std::size_t k = 0; k < system.bodies.size(); ++k) {
+    for (const double value : {system.bodies[k].linear, system.bodies[k].angular}) {
+      if (std::isfinite(value) && value >= 0) continue;
+      throw std::invalid_argument("body " + std::to_string(k) +
+                                  ": inverse mass must be finite and not negative, got " +
+                                  std::to_string(value));
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    validate_row(system, i);
+    const double compliance = compliance_of(system, i);
+    if (!std::isfinite(compliance) || compliance < 0) {
+      reject(i, "compliance must be finite and not negative", compliance);
+    }
+  }
+}
+
+}  // namespace skerry

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+#include "physics/narrowphase/chain.h"
+
+#include <stdexcept>
+#include <string>
+
+#include "physics/narrowphase/chain_segment.h"
+
+namespace skerry {
+namespace narrow {
+namespace {
+
+// Sine of the turn below which neighbours count as one flat stretch.
+constexpr double kFlatSine = 1.0e-9;
+// Directions this close to a segment's normal are its own, not a corner's.
+constexpr double kSameDirection = 1.0e-12;
+
+/// Codes of the segment as a core become those of the segment as its users know it.
+std::uint32_t users_feature(std::uint32_t feature) {
+  const std::uint32_t own = feature >> 16;
+  const std::uint32_t code = own == corner_code(0)   ? corner_code(1)
+                             : own == corner_code(1) ? corner_code(0)
+                                                     : edge_code(0);
+  return make_feature(code, feature & 0xffffu);
+}
+
+/// A disc above the face is met by the face; beyond the end it is met by the corner, unless the next
+/// segment's face has it. Corners at the start belong to the segment before.
+Manifold meet_disc(const Segment& s, const Hull& disc, const Transform& relative, double margin) {
+  const Vec2 c = relative.p + rotate(relative.q, disc.v[0]);
+  const Vec2 n = s.n[0], along = -perp(n);
+  const Vec2 from_start = c - s.v[1], from_end = c - s.v[0];
+  const double height = dot(n, from_start);
+  const double noise = kNoise * (magnitude(c) + magnitude(s.v[0]) + magnitude(s.v[1]));
+  Manifold m;
+  m.normal = n;
+  double distance = height;
+  std::uint32_t code = edge_code(0);
+  const bool before = dot(along, from_start)<0, behind = dot(along, from_end)> 0;
+  if (before || behind) {
+    if (before && (s.has_previous || height < 0)) return m;
+    if (behind && s.has_next && dot(-perp(s.next), from_end) > noise) return m;
+    if (behind && !s.has_next && height < 0) return m;
+    const Vec2 gap = before ? from_start : from_end;
+    distance = length(gap);
+    code = corner_code(before ? 0 : 1);
+    if (distance > noise) {
+      m.normal = gap / distance;
+    }
+  } else if (height < 0) {
+    return m;
+  }
+  if (!(distance - disc.radius <= margin)) return m;
+  m.count = 1;
+  m.points[0] = {c - (0.5 * (distance + disc.radius)) * m.normal, distance - disc.radius,
+                 make_feature(code, corner_code(0))};
+  return m;
+}
+
+}  // namespace
+
+Segment::Segment(const Shape& chain, int index, Vec2 origin) {
+  const int corners = static_cast<int>(chain.vertices.size());
+  const int segments = static_cast<int>(chain.normals.size());
+  const int after = index + 1 < corners ? index + 1 : 0;
+  v[0] = chain.vertices[static_cast<std::size_t>(after)] - origin;
+  v[1] = chain.vertices[static_cast<std::size_t>(index)] - origin;
+  n[0] = chain.normals[static_cast<std::size_t>(index)];
+  n[1] = -n[0];
+  length = skerry::length(v[0] - v[1]);
+  has_previous = chain.closed || index > 0;
+  has_next = chain.closed || index + 1 < segments;
+  if (has_previous) previous = chain.normals[static_cast<std::size_t>(index > 0 ? index - 1 : segments - 1)];
+  if (has_next) next = chain.normals[static_cast<std::size_t>(index + 1 < segments ? index + 1 : 0)];
+}
+
+// A ridge turns clockwise, and so do the normals along it.
+bool Segment::may_push_at_end(Vec2 u) const {
+  if (!(cross(n[0], u) < -kSameDirection)) return false;
+  if (!has_next) return dot(n[0], u) >= 0;
+  return cross(n[0], next) < 0 && cross(u, next) <= kSameDirection && dot(u, n[0] + next) > 0;
+}
+
+bool Segment::may_push_at_start(Vec2 u) const {
+  if (!(cross(n[0], u) > kSameDirection)) return false;
+  if (!has_previous) return dot(n[0], u) >= 0;
+  return cross(previous, n[0]) < 0 && cross(previous, u) <= kSameDirection && dot(u, n[0] + previous) > 0;
+}
+
+SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform& relative, double margin,
+                            NarrowPhaseStats* stats) {
+  if (other.kind == ShapeKind::Disc) {
+    return {meet_disc(s, other, relative, margin), NormalFrom::Corners};
+  }
+  SegmentContact none;
+  const Vec2 n = s.n[0];
+  const double limit = margin + other.radius;
+  Placed placed;
+  placed.turn = relative.q;
+  Vec2 middle;
+  double low = kInfinity, scale = magnitude(s.v[0]) + magnitude(s.v[1]);
+  Axis axis;
+  for (int i = 0; i < other.count; ++i) {
+    const Vec2 w = relative.p + rotate(relative.q, other.v[i]);
+    placed.v[i] = w;
+    middle += w;
+    scale = std::max(scale, magnitude(w));
+    const double height = dot(n, w - s.v[1]);
+    if (height < low) {
+      low = height;
+      axis.support = i;
+    }
+  }
+  if (stats != nullptr) stats->axes_tested += 1;
+  if (low > limit || dot(n, middle / other.count - s.v[1]) < 0) return none;
+  axis.separation = low;
+  axis.scale = scale;
+
+  // Edges of the other shape whose push a corner of the segment may answer.
+  bool at_start = false;
+  for (int j = 0; j < other.count; ++j) {
+    const Vec2 m = rotate(relative.q, other.n[j]), u = -m;
+    const bool start = s.may_push_at_start(u);
+    if (!start && !s.may_push_at_end(u)) continue;
+    if (stats != nullptr) stats->axes_tested += 1;
+    const int corner = start ? 1 : 0;
+    const double separation = dot(m, s.v[corner] - placed.v[j]);
+    if (separation > limit) return none;
+    if (separation > axis.separation + kAxisBias * scale) {
+      axis.separation = separation;
+      axis.index = ~j;
+      axis.support = corner;
+      at_start = start;
+    }
+  }
+  if (axis.index < 0 && at_start && s.has_previous) return none;
+
+  const Hull own = s.hull();
+  SegmentContact contact;
+  Manifold& m = contact.m;
+  Output out{m, {}, false, {}};
+  clip(own, other, placed, axis, margin, out);
+  contact.from = out.from;
+  if (m.count == 0) return none;
+  const double noise = kNoise * scale, len = s.length;
+  const Vec2 along = -perp(n);
+  if (contact.from == NormalFrom::Corners) {
+    const double lean = cross(n, m.normal);  // negative: towards the end
+    if (lean < -kSameDirection && !s.may_push_at_end(m.normal)) return none;
+    if (lean > kSameDirection && (s.has_previous || !s.may_push_at_start(m.normal))) return none;
+  }
+  // What pokes below the line beyond an end is the neighbours' concern; on a flat stretch the ends inside it
+  // are no ends of the contact.
+  const bool flat_start =
+      s.has_previous && std::abs(cross(s.previous, n)) < kFlatSine && dot(s.previous, n) > 0;
+  const bool flat_end = s.has_next && std::abs(cross(s.next, n)) < kFlatSine && dot(s.next, n) > 0;
+  int kept = 0;
+  for (int i = 0; i < m.count; ++i) {
+    const std::uint32_t own_code = m.points[i].feature >> 16, other_code = m.points[i].feature & 0xffffu;
+    const double x = dot(along, m.points[i].position - s.v[1]);
+    if (contact.from == NormalFrom::First && (x < -noise || x > len + noise)) continue;
+    const bool on_edge = (other_code & 1u) != 0;  // a corner of the segment against an edge
+    if (on_edge && own_code == corner_code(1) && flat_start) continue;
+    if (on_edge && own_code == corner_code(0) && flat_end) continue;
+    m.points[kept++] = m.points[i];
+  }
+  m.count = kept;
+  for (int i = 0; i < m.count; ++i) m.points[i].feature = users_feature(m.points[i].feature);
+  return contact;
+}
+
+}  // namespace narrow
+
+namespace {
+
+void require_segment(const Shape& chain, int segment) {
+  if (chain.kind == ShapeKind::Chain && segment >= 0 && segment < chain_segment_count(chain)) return;
+  std::string message("collide_chain_segment: segment ");
+  message.append(std::to_string(segment))
+      .append(" of a chain of ")
+      .append(std::to_string(chain_segment_count(chain)));
+  throw std::invalid_argument(message);
+}
+
+}  // namespace
+
+int chain_segment_count(const Shape& chain) {
+  return chain.kind == ShapeKind::Chain ? static_cast<int>(chain.normals.size()) : 0;
+}
+
+void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& box, std::vector<int>& out) {
+  out.clear();
+  const int corners = static_cast<int>(chain.vertices.size());
+  for (int i = 0; i < chain_segment_count(chain); ++i) {
+    const int next = i + 1 < corners ? i + 1 : 0;
+    const Vec2 p = to_world(pose, chain.vertices[static_cast<std::size_t>(i)]);
+    const Vec2 q = to_world(pose, chain.vertices[static_cast<std::size_t>(next)]);
+    const Aabb own{{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
+    if (overlap(own, box)) out.push_back(i);
+  }
+}
+
+Manifold collide_chain_segment(const Shape& chain, int segment, const Transform& pose_chain,
+                               const Shape& other, const Transform& pose_other, double margin,
+                               NarrowPhaseStats* stats) {
+  require_segment(chain, segment);
+  Manifold m;
+  if (stats != nullptr) stats->pairs += 1;
+  if (other.kind == ShapeKind::HalfPlane || other.kind == ShapeKind::Chain) return m;
+  // Coordinates from the segment's start, so that a long chain is as exact as a short one.
+  const Vec2 origin = chain.vertices[static_cast<std::size_t>(segment)];
+  const narrow::Segment own(chain, segment, origin);
+  Transform relative = narrow::relative_pose(pose_chain, pose_other);
+  if (!(narrow::magnitude(relative.p) < 1e100)) return m;
+  relative.p -= origin;
+  m = narrow::meet_segment(own, narrow::hull_of(other), relative, margin, stats).m;
+  if (m.count == 0) return m;
+  if (stats != nullptr) stats->manifolds += 1;
+  m.normal = rotate(pose_chain.q, m.normal);
+  for (ManifoldPoint& point : m.points) point.position = to_world(pose_chain, origin + point.position);
+  return m;
+}
+
+}  // namespace skerry

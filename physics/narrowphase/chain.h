@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// Contacts with chains of segments (terrain). A chain is met one segment at a time; each segment knows its
+// neighbours, so that a body that slides over an inner corner of a flat stretch never feels it.
+#pragma once
+
+#include <vector>
+
+#include "physics/narrowphase/manifold.h"
+#include "physics/shape.h"
+
+namespace skerry {
+
+/// Number of segments of a chain: its corners, less one if it is open.
+int chain_segment_count(const Shape& chain);
+
+/// Finds the segments whose boxes overlap `box` (world frame). @param out cleared, then filled, ascending
+void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& box, std::vector<int>& out);
+
+/// Finds where one segment of a chain and a convex shape touch, or come within `margin` of each other.
+///
+/// Segments are one-sided: they push along their left normal only, and not at all if the middle of the other
+/// shape is on their right, the solid side. A ridge's contact belongs to the segment that ends there; its
+/// normal stays between those of the two segments. In a valley and on flat stretches only the segments' own
+/// normals occur, and where two segments are collinear, the inner corner is no end of the contact, so it
+/// gives no point while the contact goes on beyond it.
+///
+/// @param segment  0 <= segment < chain_segment_count(chain)
+/// @param margin   largest separation that is still reported [m], >= 0
+/// @return manifold with the normal from the chain to `other`; features speak of the segment as edge 0 with
+///         corners 0 and 1. No points for half-planes and chains as `other`.
+Manifold collide_chain_segment(const Shape& chain, int segment, const Transform& pose_chain,
+                               const Shape& other, const Transform& pose_other, double margin,
+                               NarrowPhaseStats* stats = nullptr);
+
+}  // namespace skerry

@@ -1,0 +1,472 @@
+// SPDX-License-Identifier: MIT
+#include "physics/narrowphase/time_of_impact.h"
+
+#include <array>
+#include <cstdio>
+#include <stdexcept>
+
+#include "physics/narrowphase/chain.h"
+#include "physics/narrowphase/chain_segment.h"
+#include "physics/narrowphase/hull.h"
+
+namespace skerry {
+namespace {
+
+using narrow::Hull;
+using narrow::NormalFrom;
+using narrow::Segment;
+
+constexpr int kMaxIterations = 1000;
+// Gaps below this, relative to the coordinates, are touching: a few roundings of the distance.
+constexpr double kTouchingNoise = 2.0e-15;
+// Where touching corners neither part nor approach, time goes on by what cannot sink them deeper than this,
+// relative to the coordinates.
+constexpr double kTouchingSlip = 1.0e-12;
+
+/// A moving core.
+struct Mover {
+  Hull hull;
+  Motion motion;
+  double reach = 0;  ///< largest distance of a corner of the core from the body's origin [m]
+  bool turns = false;
+  double top_omega = 0;  ///< largest |angular velocity| in the step [rad/s]
+
+  Mover(const Hull& core, const Motion& m, double t_max) : hull(core), motion(m) {
+    double square = 0;
+    for (int i = 0; i < hull.count; ++i) square = std::max(square, length_squared(hull.v[i]));
+    reach = std::sqrt(square);
+    turns = (m.omega != 0 || m.alpha != 0) && (reach > 0 || core.kind == ShapeKind::HalfPlane);
+    if (turns) top_omega = std::max(std::abs(m.omega), std::abs(m.omega + m.alpha * t_max));
+  }
+  /// Bound on a corner's acceleration relative to the body's origin [m/s^2].
+  double turning_bound() const {
+    return turns ? (top_omega * top_omega + std::abs(motion.alpha)) * reach : 0;
+  }
+  double omega_at(double t) const { return turns ? motion.omega + t * motion.alpha : 0; }
+  Rot rotation_at(double t) const {
+    return Rot::from_angle(turns ? motion.angle0 + t * (motion.omega + 0.5 * t * motion.alpha)
+                                 : motion.angle0);
+  }
+};
+
+/// Height of one point over time is at least value + rate s + curvature s^2 / 2.
+struct Line {
+  double value, rate;
+};
+
+/// First s > 0 with value + rate s + curvature s^2 / 2 = 0, given value >= 0; infinite if there is none.
+/// A zero at the start that rises from there does not count.
+double first_root(double value, double rate, double curvature) {
+  if (rate >= 0) {
+    if (curvature >= 0) return kInfinity;
+    return (rate + std::sqrt(rate * rate - 2 * curvature * value)) / -curvature;
+  }
+  const double square = rate * rate - 2 * curvature * value;
+  if (square < 0) return kInfinity;
+  return 2 * value / (-rate + std::sqrt(square));
+}
+
+/// First s in (0, longest] at which the lowest of `lines`, bent by `curvature` <= 0, reaches zero; `longest`
+/// if none does. Starting from the end, the line that is lowest there gives an earlier root, until it is
+/// itself the lowest: the minimum is concave, so nothing is skipped.
+double first_root(const Line* lines, int count, double curvature, double longest) {
+  double s = longest;
+  for (int round = 0; round <= count; ++round) {
+    int lowest = 0;
+    double low = kInfinity;
+    for (int i = 0; i < count; ++i) {
+      const double value = lines[i].value + lines[i].rate * s;
+      if (value < low) {
+        low = value;
+        lowest = i;
+      }
+    }
+    if (low + 0.5 * curvature * s * s > 0) return s;
+    const double root = first_root(lines[lowest].value, lines[lowest].rate, curvature);
+    if (!(root < s)) return s;
+    s = root;
+  }
+  return s;
+}
+
+/// Room for the lines of all corners, left as it is.
+struct Lines {
+  Line line[narrow::kMaxCorners];
+};
+
+/// Heights of the corners over the lowest one along `n` (in the core's frame), and their rates when the core
+/// turns with `omega` while the direction stays.
+void fill_lines(const Hull& hull, Vec2 n, double omega, Line* lines) {
+  const Vec2 sideways = omega * perp(n);
+  double low = kInfinity;
+  for (int i = 0; i < hull.count; ++i) {
+    lines[i].value = dot(n, hull.v[i]);
+    lines[i].rate = -dot(sideways, hull.v[i]);
+    low = std::min(low, lines[i].value);
+  }
+  for (int i = 0; i < hull.count; ++i) lines[i].value -= low;
+}
+
+/// One pair in flight, ordered as `meet` wants it.
+class Flight {
+ public:
+  Flight(const Hull& a, const Motion& motion_a, const Hull& b, const Motion& motion_b, double t_max,
+         double target, const Segment* segment = nullptr)
+      : segment_(segment),
+        a_(a, motion_a, t_max),
+        b_(b, motion_b, t_max),
+        t_max_(t_max),
+        target_(target),
+        offset_(motion_b.p0 - motion_a.p0),
+        velocity_(motion_b.v - motion_a.v),
+        acceleration_(motion_b.a - motion_a.a),
+        bounded_(a.kind != ShapeKind::HalfPlane),
+        scale_of_shapes_(a_.reach + b_.reach + a.radius + b.radius + std::abs(target) +
+                         (bounded_ ? 0.0 : narrow::magnitude(a.v[0]))),
+        sweep_(a_.reach + a.radius + b_.reach + b.radius + target) {}
+
+  ImpactTime run();
+
+ private:
+  void look(double t);
+  bool approaches() const;
+  double safe_step(double t) const;
+  double step_of_discs() const;
+  double step_on_fixed_axis(double gap) const;
+  double step_on_turning_edge(double gap, double span) const;
+  double jump_to_discs_contact() const;
+  bool is_neighbours_contact() const;
+  double step_past_neighbours_contact();
+
+  const Segment* segment_;  // a is this segment of a chain
+  Mover a_, b_;
+  double t_max_, target_;
+  Vec2 offset_, velocity_, acceleration_;  // of b relative to a at t = 0
+  bool bounded_;                           // a has a bounding disc
+  double scale_of_shapes_;                 // magnitude of their coordinates [m]
+  double sweep_;                           // distance of the origins below which the shapes can touch [m]
+
+  // At the present time:
+  double t_ = 0;
+  Rot qa_, qb_;
+  Vec2 d_, v_;  // of b's origin relative to a's
+  Manifold m_;  // world orientation, relative to a's origin
+  NormalFrom from_ = NormalFrom::First;
+  Vec2 n_;
+  double gap_ = 0, scale_ = 0;
+};
+
+void Flight::look(double t) {
+  t_ = t;
+  qa_ = a_.rotation_at(t);
+  qb_ = b_.rotation_at(t);
+  const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
+  scale_ = narrow::magnitude(d_) + scale_of_shapes_;
+  m_.count = 0;
+  narrow::Output out{m_, {{}, qa_}, false, {}};
+  if (a_.hull.count > 1 && b_.hull.count > 1) {
+    // Contact points are needed only where they touch.
+    narrow::Placed placed;
+    const narrow::Axis axis =
+        narrow::find_axis(a_.hull, b_.hull, relative, kInfinity, placed, nullptr, nullptr);
+    const narrow::Closest c = narrow::closest(a_.hull, b_.hull, placed, axis);
+    gap_ = c.distance - a_.hull.radius - b_.hull.radius - target_;
+    n_ = rotate(qa_, c.normal);
+    from_ = c.from;
+    if (gap_ > kTouchingNoise * scale_) return;
+    narrow::clip(a_.hull, b_.hull, placed, axis, 1e100, out);
+  } else {
+    narrow::meet(a_.hull, b_.hull, relative, 1e100, nullptr, nullptr, out);
+  }
+  from_ = out.from;
+  n_ = m_.normal;
+  gap_ = kInfinity;
+  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i) {
+    gap_ = std::min(gap_, m_.points[i].separation - target_);
+  }
+}
+
+/// Do the touching points close, at first or else at second order?
+bool Flight::approaches() const {
+  const double wa = a_.omega_at(t_), wb = b_.omega_at(t_);
+  const double alpha_a = a_.turns ? a_.motion.alpha : 0, alpha_b = b_.turns ? b_.motion.alpha : 0;
+  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i) {
+    if (m_.points[i].separation - target_ > gap_ + kTouchingNoise * scale_) continue;
+    const Vec2 ra = m_.points[i].position, rb = ra - d_;
+    const Vec2 relative = v_ + wb * perp(rb) - wa * perp(ra);
+    const double rate = dot(n_, relative);
+    const double speed_noise =
+        1e-14 * (narrow::magnitude(v_) + std::abs(wa) * length(ra) + std::abs(wb) * length(rb));
+    if (rate < -speed_noise) return true;
+    if (rate > speed_noise) continue;
+    // The normal turns with the body whose edge it is.
+    const double turn = from_ == NormalFrom::First ? wa : from_ == NormalFrom::Second ? wb : 0;
+    const Vec2 push =
+        acceleration_ + alpha_b * perp(rb) - (wb * wb) * rb - alpha_a * perp(ra) + (wa * wa) * ra;
+    const double curvature = dot(n_, push) + 2 * turn * dot(perp(n_), relative);
+    const double push_noise =
+        1e-13 * (narrow::magnitude(acceleration_) + wa * wa * length(ra) + wb * wb * length(rb));
+    if (curvature < -push_noise) return true;
+  }
+  return false;
+}
+
+/// Step until the bounding discs could touch, along the line of the origins.
+double Flight::step_of_discs() const {
+  const double distance = length(d_);
+  if (!(distance > sweep_)) return 0;
+  const Vec2 along = d_ / distance;
+  return first_root(distance - sweep_, dot(along, v_), dot(along, acceleration_));
+}
+
+/// Step along the present normal, kept fixed in the world.
+double Flight::step_on_fixed_axis(double gap) const {
+  if (!a_.turns && !b_.turns) return first_root(gap, dot(n_, v_), dot(n_, acceleration_));
+  if (!bounded_ && a_.turns) return 0;
+  const double curvature = std::min(0.0, dot(n_, acceleration_)) - a_.turning_bound() - b_.turning_bound();
+  // Heights of b's corners over its lowest, and of a's highest over its others, with their rates.
+  Lines up_a, up_b;
+  fill_lines(b_.hull, inverse_rotate(qb_, n_), b_.omega_at(t_), up_b.line);
+  int count_a = 1;
+  up_a.line[0] = {0, 0};
+  if (a_.turns) {
+    count_a = a_.hull.count;
+    fill_lines(a_.hull, inverse_rotate(qa_, -n_), a_.omega_at(t_), up_a.line);
+  }
+  const Line base{gap, dot(n_, v_)};
+  double s = t_max_ - t_;
+  // As in first_root of lines; the lowest sum is the sum of the lowest.
+  const auto lowest_at = [&](const Line* lines, int count, double time) {
+    Line best = lines[0];
+    double low = kInfinity;
+    for (int i = 0; i < count; ++i) {
+      const double value = lines[i].value + lines[i].rate * time;
+      if (value < low) {
+        low = value;
+        best = lines[i];
+      }
+    }
+    return best;
+  };
+  for (int round = 0; round < 2 * narrow::kMaxCorners; ++round) {
+    const Line lb = lowest_at(up_b.line, b_.hull.count, s), la = lowest_at(up_a.line, count_a, s);
+    const double value = base.value + lb.value + la.value, rate = base.rate + lb.rate + la.rate;
+    if (value + rate * s + 0.5 * curvature * s * s > 0) return s;
+    const double root = first_root(value, rate, curvature);
+    if (!(root < s)) return s;
+    s = root;
+  }
+  return s;
+}
+
+/// Step along the normal of the reference edge, which turns with its body; only the other body's corners
+/// count. In the edge's frame a corner x moves with
+///   x'' = acceleration - 2 omega x (velocity of x) - omega x (omega x x) - alpha x x.
+double Flight::step_on_turning_edge(double gap, double span) const {
+  if (from_ == NormalFrom::Corners) return 0;
+  const bool first = from_ == NormalFrom::First;
+  const Mover& owner = first ? a_ : b_;
+  const Mover& other = first ? b_ : a_;
+  if (!owner.turns) return 0;
+  const Vec2 d = first ? d_ : -d_, v = first ? v_ : -v_, n = first ? n_ : -n_;
+  const Rot q = first ? qb_ : qa_;
+  const double w_owner = owner.omega_at(t_), w_other = other.omega_at(t_);
+  // Rate of a corner at x = d + r: n (v + w_other perp(r)) + w_owner perp(n) x.
+  Lines lines;
+  fill_lines(other.hull, inverse_rotate(q, n), w_other - w_owner, lines.line);
+  const double base_rate = dot(n, v) + w_owner * dot(perp(n), d);
+  for (int i = 0; i < other.hull.count; ++i) {
+    lines.line[i].value += gap;
+    lines.line[i].rate += base_rate;
+  }
+  const double push = length(acceleration_), speed = length(v_);
+  const double top_speed = speed + push * span + other.top_omega * other.reach;
+  const double top_far = length(d_) + other.reach + top_speed * span;
+  const double curvature = -(push + other.turning_bound() + 2 * owner.top_omega * top_speed +
+                             (owner.top_omega * owner.top_omega + std::abs(owner.motion.alpha)) * top_far);
+  return first_root(lines.line, other.hull.count, curvature, span);
+}
+
+double Flight::safe_step(double t) const {
+  const double gap = std::max(gap_, 0.0), longest = t_max_ - t;
+  const double s = step_on_fixed_axis(gap);
+  if (s >= longest) return s;
+  // The bound on accelerations grows with the span that it is for, so the span is one that is worth having.
+  return std::max(s, step_on_turning_edge(gap, s > 0 ? std::min(8 * s, longest) : longest));
+}
+
+/// Time at which the bounding discs first touch when they fly straight: the smaller root of
+/// |d + v t|^2 = sweep^2, written so that nothing cancels. Zero if they overlap, infinite if they miss.
+double Flight::jump_to_discs_contact() const {
+  const double distance = length(d_);
+  if (!(distance > sweep_)) return 0;
+  const double approach = -dot(d_, v_);
+  if (approach <= 0 || sweep_ < 0) return kInfinity;
+  const double speed = length(v_);
+  const double miss = std::abs(cross(d_, v_)) / speed;
+  if (miss > sweep_) return kInfinity;
+  const double square = (sweep_ - miss) * (sweep_ + miss);  // half chord
+  return (distance - sweep_) * (distance + sweep_) / (approach + speed * std::sqrt(square));
+}
+
+/// True if the touching contact is not one that the segment reports.
+bool Flight::is_neighbours_contact() const {
+  const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
+  const double margin = target_ + gap_ + 10 * kTouchingNoise * scale_;
+  return narrow::meet_segment(*segment_, b_.hull, relative, margin, nullptr).m.count == 0;
+}
+
+/// Step until the other shape may come down on the segment's line; infinite if it is below it already, or
+/// goes below it beside the segment.
+double Flight::step_past_neighbours_contact() {
+  n_ = rotate(qa_, segment_->n[0]);
+  const Vec2 n_local = inverse_rotate(qb_, n_);
+  const double base = dot(n_, d_) - dot(segment_->n[0], segment_->v[1]);
+  double low = kInfinity, rate = 0;
+  for (int i = 0; i < b_.hull.count; ++i) {
+    const double height = base + dot(n_local, b_.hull.v[i]);
+    if (!(height < low)) continue;
+    low = height;
+    rate = dot(n_, v_) + b_.omega_at(t_) * cross(b_.hull.v[i], n_local);
+  }
+  const double height = low - b_.hull.radius - target_, noise = 10 * kTouchingNoise * scale_;
+  if (height < -noise) return kInfinity;
+  if (height <= noise && rate < -1e-12 * (narrow::magnitude(v_) + b_.top_omega * b_.reach)) return kInfinity;
+  const double s = step_on_fixed_axis(std::max(height, 0.0));
+  return std::max(s, 1e-6 * t_max_);
+}
+
+ImpactTime Flight::run() {
+  ImpactTime result;
+  result.t = t_max_;
+  double t = 0;
+  const bool straight = acceleration_ == Vec2{};
+  const bool two_discs =
+      a_.hull.kind == ShapeKind::Disc && b_.hull.kind == ShapeKind::Disc && !a_.turns && !b_.turns;
+  const auto move_to = [&](double time) {
+    t = time;
+    d_ = offset_ + t * (velocity_ + (0.5 * t) * acceleration_);
+    v_ = velocity_ + t * acceleration_;
+  };
+  // How far the bounding discs let the pair fly without a look at the shapes.
+  move_to(0);
+  if (bounded_ && straight) {
+    const double first = jump_to_discs_contact();
+    if (first > t_max_) return result;
+    if (two_discs && a_.reach + b_.reach == 0 && first > 0) {
+      result.hit = true;
+      result.t = first;
+      return result;
+    }
+    if (first > 0) move_to(first);
+  }
+  while (result.iterations < kMaxIterations) {
+    if (bounded_ && !straight) {
+      // Far apart the bounding discs are enough to look at.
+      while (length(d_) > 1.5 * sweep_ && result.iterations < kMaxIterations) {
+        ++result.iterations;
+        const double s = step_of_discs();
+        if (!(t + s < t_max_)) return result;
+        move_to(t + s);
+      }
+    }
+    ++result.iterations;
+    look(t);
+    const bool touching = gap_ <= kTouchingNoise * scale_;
+    const bool hits = touching && approaches();
+    const bool ghost = touching && segment_ != nullptr && is_neighbours_contact();
+    if (hits && !ghost) {
+      result.hit = true;
+      result.t = t;
+      return result;
+    }
+    double s = ghost ? step_past_neighbours_contact() : safe_step(t);
+    if (touching && !ghost) {
+      const double bound = narrow::magnitude(acceleration_) + a_.turning_bound() + b_.turning_bound();
+      if (bound > 0) s = std::max(s, std::sqrt(2 * kTouchingSlip * scale_ / bound));
+    }
+    if (!(t + s < t_max_)) return result;
+    if (!(t + s > t)) {
+      // Closer than time can tell.
+      result.hit = true;
+      result.t = t;
+      return result;
+    }
+    move_to(t + s);
+  }
+  result.hit = true;
+  result.t = t;
+  result.converged = false;
+  return result;
+}
+
+bool is_finite(const Motion& m) {
+  return skerry::is_finite(m.p0) && std::isfinite(m.angle0) && skerry::is_finite(m.v) &&
+         std::isfinite(m.omega) && skerry::is_finite(m.a) && std::isfinite(m.alpha);
+}
+
+ImpactTime fly_at_segment(const Shape& chain, int index, const Motion& motion_chain, const Shape& other,
+                          const Motion& motion_other, double t_max, double target) {
+  if (narrow::rank_of(other.kind) == 2 || other.kind == ShapeKind::Chain) return {false, t_max, 0, true};
+  const Segment segment(chain, index, {});
+  return Flight(segment.hull(), motion_chain, narrow::hull_of(other), motion_other, t_max, target, &segment)
+      .run();
+}
+
+void require_usable(const Motion& motion_a, const Motion& motion_b, double t_max, double target) {
+  std::array<char, 96> message{};
+  if (!(t_max >= 0 && std::isfinite(t_max))) {
+    std::snprintf(message.data(), message.size(), "time_of_impact: t_max must be finite and >= 0, got %g",
+                  t_max);
+    throw std::invalid_argument(message.data());
+  }
+  if (!std::isfinite(target)) {
+    std::snprintf(message.data(), message.size(), "time_of_impact: target must be finite, got %g", target);
+    throw std::invalid_argument(message.data());
+  }
+  if (!is_finite(motion_a)) throw std::invalid_argument("time_of_impact: the first motion is not finite");
+  if (!is_finite(motion_b)) throw std::invalid_argument("time_of_impact: the second motion is not finite");
+}
+
+}  // namespace
+
+ImpactTime time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
+                          double t_max, double target) {
+  require_usable(motion_a, motion_b, t_max, target);
+  if (a.kind == ShapeKind::Chain || b.kind == ShapeKind::Chain) {
+    const bool exchange = a.kind != ShapeKind::Chain;
+    const Shape& chain = exchange ? b : a;
+    ImpactTime first{false, t_max, 0, true};
+    for (int i = 0; i < chain_segment_count(chain); ++i) {
+      // Later segments need to be looked at only until the first hit.
+      const ImpactTime impact = exchange ? fly_at_segment(b, i, motion_b, a, motion_a, first.t, target)
+                                         : fly_at_segment(a, i, motion_a, b, motion_b, first.t, target);
+      first.iterations += impact.iterations;
+      if (!impact.hit || (first.hit && impact.t >= first.t)) continue;
+      first.hit = true;
+      first.t = impact.t;
+      first.converged = impact.converged;
+    }
+    return first;
+  }
+  const Hull hull_a = narrow::hull_of(a), hull_b = narrow::hull_of(b);
+  const int rank_a = narrow::rank_of(a.kind), rank_b = narrow::rank_of(b.kind);
+  if (rank_a == 2 && rank_b == 2) return {false, t_max, 0, true};
+  if (rank_a < rank_b) return Flight(hull_b, motion_b, hull_a, motion_a, t_max, target).run();
+  return Flight(hull_a, motion_a, hull_b, motion_b, t_max, target).run();
+}
+
+ImpactTime time_of_impact_chain_segment(const Shape& chain, int segment, const Motion& motion_chain,
+                                        const Shape& other, const Motion& motion_other, double t_max,
+                                        double target) {
+  require_usable(motion_chain, motion_other, t_max, target);
+  if (segment < 0 || segment >= chain_segment_count(chain)) {
+    std::array<char, 96> message{};
+    std::snprintf(message.data(), message.size(), "time_of_impact_chain_segment: segment %d of a chain of %d",
+                  segment, chain_segment_count(chain));
+    throw std::invalid_argument(message.data());
+  }
+  return fly_at_segment(chain, segment, motion_chain, other, motion_other, t_max, target);
+}
+
+}  // namespace skerry

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "physics/resting.h"
+
+#include <algorithm>
+
+#include "physics/hash.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+bool body_unchanged(const WorldState& s, std::uint32_t i) {
+  const BodyBackup& from = s.backup[i];
+  const BodyArrays& b = s.bodies;
+  return b.position[i] == from.position && b.angle[i] == from.angle && b.velocity[i] == from.velocity &&
+         b.omega[i] == from.omega;
+}
+
+/// The force solve gave back the impulses from which it started, and nothing collided.
+bool impulses_unchanged(const Contact& contact) {
+  for (int i = 0; i < 2; ++i) {
+    const PointMemory& now = contact.points[i];
+    const PointMemory& before = contact.points_at_start[i];
+    if (now.feature != before.feature || now.normal_impulse != before.normal_impulse ||
+        now.friction_impulse != before.friction_impulse || now.rolling_impulse != before.rolling_impulse ||
+        now.h != before.h || now.sticking != before.sticking) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool moves_by_itself(const WorldState& s, std::uint32_t body) {
+  return s.bodies.type[body] == BodyType::Kinematic &&
+         (s.bodies.velocity[body] != Vec2{} || s.bodies.omega[body] != 0);
+}
+
+}  // namespace
+
+std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
+  Fnv1a hash;
+  hash.add(h);
+  const BodyArrays& b = s.bodies;
+  for (const std::uint32_t i : island.bodies) {
+    hash.add(std::uint64_t{i} << 32 | b.generation[i]);
+    for (const double value : {b.position[i].x, b.position[i].y, b.angle[i], b.velocity[i].x, b.velocity[i].y,
+                               b.omega[i], b.inverse_mass[i], b.inverse_inertia[i], s.acceleration[i].x,
+                               s.acceleration[i].y, s.angular_acceleration[i]}) {
+      hash.add(value);
+    }
+  }
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& c = s.contacts[index];
+    hash.add(std::uint64_t{c.shape_a} << 32 | c.shape_b);
+    hash.add(std::uint64_t{s.shapes[c.shape_a].generation} << 32 | s.shapes[c.shape_b].generation);
+    hash.add(static_cast<std::uint32_t>(c.child));
+  }
+  for (const std::uint32_t i : island.joints) hash.add(std::uint64_t{i} << 32 | s.joints[i].generation);
+  return hash.value();
+}
+
+bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& result) {
+  if (s.resting.empty() || s.observe.systems || !s.config.reuse_resting) return false;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& c = s.contacts[index];
+    // Other poses, of fixed bodies too, mean other geometry.
+    if (!c.manifold_reused || moves_by_itself(s, c.body_a) || moves_by_itself(s, c.body_b)) return false;
+  }
+  const std::uint64_t key = resting_key(s, island, h);
+  const auto found =
+      std::lower_bound(s.resting.begin(), s.resting.end(), key,
+                       [](const RestingIsland& known, std::uint64_t k) { return known.key < k; });
+  if (found == s.resting.end() || found->key != key) return false;
+
+  result.report = found->report;
+  result.friction_rows = found->friction_rows;
+  result.at_rest = true;
+  result.substeps = 1;
+  for (const std::uint32_t index : island.contacts) {
+    for (PointMemory& memory : s.contacts[index].points) {
+      memory.total_normal = memory.normal_impulse;
+      memory.total_friction = memory.friction_impulse;
+    }
+  }
+  for (const std::uint32_t i : island.joints) {
+    for (int k = 0; k < 2; ++k) s.joints[i].row_impulse[k] = h * s.joints[i].row_force[k];
+  }
+  for (const std::uint64_t memory_key : found->memory_keys) {
+    const auto memory =
+        std::lower_bound(s.memories.begin(), s.memories.end(), memory_key,
+                         [](const IslandMemory& kept, std::uint64_t k) { return kept.key < k; });
+    if (memory != s.memories.end() && memory->key == memory_key && memory->memory != nullptr) {
+      result.memories.push_back({memory_key, std::move(memory->memory)});
+    }
+  }
+  return true;
+}
+
+void remember_resting(const WorldState& s, const Island& island, double h, const IslandResult& result,
+                      std::vector<RestingIsland>& resting) {
+  if (!s.config.reuse_resting || result.in_flight || result.substeps != 1 || result.impacts > 0) return;
+  for (const std::uint32_t i : island.bodies) {
+    if (s.bodies.velocity[i] != Vec2{} || s.bodies.omega[i] != 0 || !body_unchanged(s, i)) return;
+  }
+  for (const std::uint32_t index : island.contacts) {
+    if (!impulses_unchanged(s.contacts[index])) return;
+  }
+  RestingIsland known;
+  known.key = resting_key(s, island, h);
+  known.report = result.report;
+  known.friction_rows = result.friction_rows;
+  for (const IslandMemory& memory : result.memories) known.memory_keys.push_back(memory.key);
+  resting.push_back(std::move(known));
+}
+
+}  // namespace skerry

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/auto.h"
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+
+#include "physics/solver/body_space.h"
+#include "physics/solver/contact_states.h"
+#include "physics/solver/convex_step.h"
+#include "physics/solver/small_exact.h"
+
+namespace skerry {
+namespace {
+
+// Sweeps of the last rung; each costs about a tenth of a factorisation.
+constexpr int kLastSweeps = 100;
+
+struct AutoMemory : SolverMemory {
+  std::unique_ptr<SolverMemory> body_space, convex;
+};
+
+bool is_one_contact(const IslandSystem& system) {
+  if (system.rows.size() > 3 || system.rows[0].kind != RowKind::Normal) return false;
+  for (std::size_t i = 1; i < system.rows.size(); ++i)
+    if (system.rows[i].normal != 0) return false;
+  return true;
+}
+
+// Rows i and i + 1 share a body, others do not: W is tridiagonal. Only contacts in which every body has two.
+bool is_chain(const IslandSystem& system) {
+  std::vector<int> rows_of_body(system.bodies.size(), 0);
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = system.rows[i];
+    if (row.kind != RowKind::Normal || row.a < 0 || row.b < 0) return false;
+    if (++rows_of_body[static_cast<std::size_t>(row.a)] > 2) return false;
+    if (++rows_of_body[static_cast<std::size_t>(row.b)] > 2) return false;
+    if (i == 0) continue;
+    const Row& last = system.rows[i - 1];
+    if (row.a != last.a && row.a != last.b && row.b != last.a && row.b != last.b) return false;
+  }
+  return true;
+}
+
+void note(Solution& solution, std::string text) {
+  if (solution.trace) solution.trace->notes.push_back(std::move(text));
+}
+
+// Keeps the better answer; notes and work of both are kept.
+void take_better(Solution& best, Solution&& other) {
+  best.work += other.work;
+  other.work = best.work;
+  if (best.trace && other.trace) {
+    auto& notes = best.trace->notes;
+    notes.insert(notes.end(), other.trace->notes.begin(), other.trace->notes.end());
+    auto& iterations = best.trace->iterations;
+    iterations.insert(iterations.end(), other.trace->iterations.begin(), other.trace->iterations.end());
+    other.trace = std::move(best.trace);
+  }
+  if (other.residual < best.residual)
+    best = std::move(other);
+  else
+    best.trace = std::move(other.trace);
+}
+
+}  // namespace
+
+Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
+                    const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
+  Solution solution;
+  if (system.rows.empty()) {
+    solution.status = SolveStatus::Solved;
+    solution.residual = 0;
+    solution.method = "none";
+    if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+    note(solution, "no rows: free flight");
+    return solution;
+  }
+  if (is_one_contact(system)) {
+    static const SolverEntry& closed_form = find_solver("closed_form");
+    solution = closed_form.solve(system, warm_start, options, nullptr);
+    if (solution.status == SolveStatus::Solved) {
+      note(solution, "one contact: closed form");
+      return solution;
+    }
+  }
+
+  const bool smooth = std::none_of(system.rows.begin(), system.rows.end(), is_scaled);
+  if (smooth && is_chain(system)) {
+    static const SolverEntry& tridiagonal = find_solver("tridiagonal");
+    solution = tridiagonal.solve(system, warm_start, options, nullptr);
+    if (solution.status == SolveStatus::Solved) {
+      note(solution, "chain without friction: tridiagonal");
+      return solution;
+    }
+  }
+  const bool warm = std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
+  if (!warm && fits_small_exact(system)) {
+    solution = solve_small_exact(system, warm_start, options, nullptr);
+    if (solution.status == SolveStatus::Solved) return solution;
+  }
+
+  std::unique_ptr<SolverMemory> local;
+  if (!memory) memory = &local;
+  if (!dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
+  auto& kept = static_cast<AutoMemory&>(**memory);
+  const auto begin = std::chrono::steady_clock::now();
+  SolveOptions rest = options;
+
+  solution = solve_body_space(system, warm_start, rest, &kept.body_space);
+  if (solution.status == SolveStatus::Solved) return solution;
+
+  // What is left of the budget; the convex step is always granted a few factorisations.
+  const auto remaining = [&] {
+    if (options.max_iterations > 0)
+      rest.max_iterations = std::max(10, options.max_iterations - solution.work.factorisations);
+    if (options.time_budget > 0) {
+      const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+      rest.time_budget = std::max(0.1 * options.time_budget, options.time_budget - spent.count());
+    }
+  };
+  if (!smooth) {
+    remaining();
+    note(solution, "convex step: friction bounds fixed");
+    const std::vector<double> bounds = warm_start.size() == system.rows.size()
+                                           ? std::vector<double>(warm_start.begin(), warm_start.end())
+                                           : solution.lambda;
+    take_better(solution, solve_convex_step(system, bounds, rest, &kept.convex));
+  }
+  if (solution.status == SolveStatus::Inexact) {
+    static const SolverEntry& sweeps = find_solver("nncg");
+    note(solution, "sweeps from the best answer so far");
+    remaining();
+    rest.max_iterations = kLastSweeps;
+    take_better(solution, sweeps.solve(system, solution.lambda, rest, nullptr));
+  }
+  return solution;
+}
+
+extern const SolverEntry kAutoEntry;
+const SolverEntry kAutoEntry = {
+    .name = "auto",
+    .summary = "the cheapest solver that answers the island exactly, by a ladder; verified, within a budget",
+    .reference = "physics/README.md",
+    .exact = true,
+    .friction = true,
+    .bilateral = true,
+    .solve = solve_auto,
+};
+
+}  // namespace skerry

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+//
+// The ladder: for each island the cheapest solver that answers it exactly, and an honest answer where none
+// does.
+#pragma once
+
+#include "physics/solver/solver.h"
+
+namespace skerry {
+
+/// Solves an island by the first rung that fits and succeeds; `Solution::method` names it, notes in the trace
+/// say why:
+///
+///   no rows | one contact: closed_form | chain without friction: tridiagonal | a few contacts, cold:
+///   small_exact | body_space | convex_step | nncg
+///
+/// The last two are taken only where body_space did not reach the tolerance; of all answers the one of least
+/// residual is returned. Every answer is verified by its residual.
+///
+/// @param options  `max_iterations` is the work budget in factorisations, `time_budget` that in seconds; 0:
+/// unlimited
+Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
+                    const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
+
+}  // namespace skerry

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/body_space.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "physics/solver/body_space_active_set.h"
+#include "physics/solver/body_space_model.h"
+#include "physics/solver/contact_states.h"
+#include "physics/solver/interior_point.h"
+#include "physics/solver/proximal.h"
+
+namespace skerry {
+namespace {
+
+// Enough for the longest rung seen to succeed; beyond it, nothing was ever solved.
+constexpr int kFactorisationLimit = 400;
+// A warm active set that wins does so at once.
+constexpr int kWarmIterations = 8;
+constexpr int kColdIterations = 12;
+
+struct BodySpaceMemory : SolverMemory {
+  BodySpaceModel model;
+  ActiveSet active{model};
+  bool has_states = false;  // `active` holds states worth starting from
+};
+
+void note(SolveTrace* trace, const char* text) {
+  if (trace) trace->notes.emplace_back(text);
+}
+
+}  // namespace
+
+Solution solve_body_space(const IslandSystem& system, std::span<const double> warm_start,
+                          const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
+  Solution solution;
+  solution.method = "body_space";
+  if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+  SolveTrace* trace = solution.trace.get();
+  const std::size_t n = system.rows.size();
+
+  // The impulses of the last step may still be right: the whole cost is one look.
+  const bool warm = warm_start.size() == n &&
+                    std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
+  if (n == 0 || warm) {
+    solution.lambda = starting_impulses(system.rows, warm_start);
+    solution.residual = natural_map_residual(system, solution.lambda);
+    if (solution.residual <= options.tolerance) {
+      solution.status = SolveStatus::Solved;
+      note(trace, "the warm start solves the problem already");
+      return solution;
+    }
+  }
+
+  std::unique_ptr<SolverMemory> local;
+  if (!memory) memory = &local;
+  if (!dynamic_cast<BodySpaceMemory*>(memory->get())) *memory = std::make_unique<BodySpaceMemory>();
+  auto& kept = static_cast<BodySpaceMemory&>(**memory);
+  BodySpaceModel& model = kept.model;
+  ActiveSet& active = kept.active;
+  SolveWork& work = solution.work;
+
+  const double change = model.assign(system, work);
+  if (!std::isfinite(change)) kept.has_states = false;
+  active.reset(change);
+  if (trace) trace->ordering = model.pattern().order();
+
+  SolveBudget budget;
+  budget.factorisations = options.max_iterations > 0 ? options.max_iterations : kFactorisationLimit;
+  if (options.time_budget > 0) {
+    const auto deadline =
+        std::chrono::steady_clock::now() + std::chrono::duration<double>(options.time_budget);
+    budget.exhausted = [deadline] { return std::chrono::steady_clock::now() >= deadline; };
+  }
+  ActiveSet::Options limits;
+  limits.target = std::min(1e-12, options.tolerance);
+  limits.tolerance = options.tolerance;
+  bool solved = false;
+
+  if (warm) {
+    active.set_impulses(solution.lambda.data());
+    if (kept.has_states)
+      active.predict_closing();
+    else
+      active.predict_states();
+    note(trace, "active set from the warm start");
+    limits.max_iterations = kWarmIterations;
+    solved = active.run(limits, budget, work, trace);
+  }
+  const std::vector<double> zero(n, 0.0);
+  if (!solved && !budget.spent(work)) {
+    active.set_impulses(zero.data());
+    active.stick_everything();
+    note(trace, "active set from all touching contacts sticking");
+    limits.max_iterations = kColdIterations;
+    // Two proximal steps show the forces; if many states are wrong, pivoting from here does not pay.
+    if (active.refine(limits, 2, work) && active.contradictions() <= static_cast<int>(n) / 8 + 2)
+      solved = active.run(limits, budget, work, trace);
+  }
+  if (!solved && !budget.spent(work)) {
+    note(trace, "interior point, polished by the active set");
+    InteriorPointOptions interior;
+    interior.tolerance = options.tolerance;
+    solved = interior_point(model, active, interior, budget, work, trace);
+  }
+  if (!solved && !budget.spent(work)) {
+    note(trace, "proximal continuation from the best iterate");
+    active.set_impulses(std::isfinite(active.best_residual()) ? active.best().data() : zero.data());
+    ProximalOptions proximal;
+    proximal.tolerance = options.tolerance;
+    solved = proximal_continuation(model, active, proximal, budget, work, trace);
+  }
+
+  if (std::isfinite(active.best_residual())) {
+    solution.lambda = active.best();
+  } else {
+    solution.lambda = zero;
+    model.project(solution.lambda.data());
+  }
+  kept.has_states = solved;
+  solution.iterations = work.factorisations;
+  conclude(system, options, solution);
+  if (solution.status == SolveStatus::Inexact)
+    note(trace, "no rung reached the tolerance; best iterate kept");
+  return solution;
+}
+
+extern const SolverEntry kBodySpaceEntry;
+const SolverEntry kBodySpaceEntry = {
+    .name = "body_space",
+    .summary = "block LDL^T on the body graph, active set with exact Coulomb states, interior point",
+    .reference = "Hintermueller, Ito & Kunisch 2002; Mehrotra 1992; Rockafellar 1976",
+    .exact = true,
+    .friction = true,
+    .bilateral = true,
+    .solve = solve_body_space,
+};
+
+}  // namespace skerry

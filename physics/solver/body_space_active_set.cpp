@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/body_space_active_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace skerry {
+namespace {
+
+std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+// A factor made with slightly different Jacobians still contracts the refinement; beyond this it is not
+// tried.
+constexpr double kStaleLimit = 1e-6;
+
+}  // namespace
+
+void ActiveSet::reset(double change) {
+  const std::size_t n = at(model_.rows());
+  if (states_.size() != n || change > kStaleLimit) factored_ = false;
+  stale_ = stale_ || change > 0;
+  if (!std::isfinite(change) || states_.size() != n) states_.assign(n, RowState::Free);
+  lambda_.assign(n, 0);
+  w_.resize(n);
+  g_.resize(n);
+  h_.resize(n);
+  k_.resize(n);
+  d_lambda_.resize(n);
+  best_residual_ = kInfinity;
+}
+
+void ActiveSet::set_impulses(const double* lambda) {
+  std::copy(lambda, lambda + model_.rows(), lambda_.begin());
+  model_.project(lambda_.data());
+  model_.evaluate(lambda_.data(), w_.data());
+}
+
+void ActiveSet::predict_states() {
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    RowState& s = states_[at(i)];
+    s = RowState::Free;
+    if (r.dead) continue;
+    const double z = lambda_[at(i)] - w_[at(i)] / r.D;
+    if (r.normal >= 0) {
+      const auto& n = model_.row(r.normal);
+      const double zn = n.dead ? 0 : lambda_[at(r.normal)] - w_[at(r.normal)] / n.D;
+      const double bound = r.mu * std::max(0.0, zn);
+      if (z > bound) s = RowState::Upper;
+      if (z < -bound) s = RowState::Lower;
+    } else {
+      if (z >= r.upper) s = RowState::Upper;
+      if (z <= r.lower) s = RowState::Lower;
+    }
+  }
+}
+
+void ActiveSet::predict_closing() {
+  const double tolerance = 1e-9 * model_.scale();
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    if (r.normal >= 0 || r.dead || states_[at(i)] != RowState::Lower || w_[at(i)] >= -tolerance) continue;
+    states_[at(i)] = RowState::Free;
+    for (int j = i + 1; j < model_.rows() && model_.row(j).normal == i; ++j) {
+      const double z = model_.row(j).dead ? 0 : -w_[at(j)] / model_.row(j).D;
+      const double bound = model_.row(j).mu * (-w_[at(i)] / r.D);
+      states_[at(j)] = z > bound ? RowState::Upper : z < -bound ? RowState::Lower : RowState::Free;
+    }
+  }
+}
+
+void ActiveSet::stick_everything() {
+  // A gap of g asks for b = -g/h below what gravity gives; half the largest |b| is a gap of millimetres at 60
+  // Hz.
+  const double separated = -0.5 * model_.scale();
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    RowState s = RowState::Free;
+    if (r.normal < 0 && std::isfinite(r.lower) && r.lower >= 0 && r.b < separated) s = RowState::Lower;
+    states_[at(i)] = s;
+  }
+}
+
+int ActiveSet::free_rows() const {
+  return static_cast<int>(std::count(states_.begin(), states_.end(), RowState::Free));
+}
+
+double ActiveSet::offer(const double* lambda) {
+  const std::size_t n = at(model_.rows());
+  scratch_.assign(lambda, lambda + n);
+  scratch_w_.resize(n);
+  model_.project(scratch_.data());
+  model_.evaluate(scratch_.data(), scratch_w_.data());
+  const double residual = model_.residual(scratch_.data(), scratch_w_.data());
+  if (residual < best_residual_) {
+    best_residual_ = residual;
+    best_.swap(scratch_);
+  }
+  return residual;
+}
+
+bool ActiveSet::step(double eta, SolveWork& work) {
+  const int n = model_.rows();
+  const bool fresh = !factored_ || eta != factored_eta_ || states_ != factored_states_;
+  for (int i = 0; i < n; ++i) {
+    const auto& r = model_.row(i);
+    const RowState s = states_[at(i)];
+    const double lambda = lambda_[at(i)];
+    double g = 0, h = 0, k = 0;
+    if (r.normal >= 0) {
+      const std::size_t normal = at(r.normal);
+      const double side = s == RowState::Upper ? r.mu : s == RowState::Lower ? -r.mu : 0;
+      if (states_[normal] != RowState::Free || r.mu == 0) {
+        k = side * (lambda_[normal] + k_[normal]) - lambda;
+      } else if (s != RowState::Free) {
+        h = side * g_[normal];
+        k = side * (lambda_[normal] + k_[normal]) - lambda;
+      } else if (!r.dead) {
+        g = 1 / (eta * r.D + r.compliance);
+        k = -g * w_[at(i)];
+      }
+    } else if (s == RowState::Free) {
+      if (!r.dead) {
+        g = 1 / (eta * r.D + r.compliance);
+        k = -g * w_[at(i)];
+      }
+    } else {
+      k = (s == RowState::Lower ? r.lower : r.upper) - lambda;
+    }
+    g_[at(i)] = g;
+    h_[at(i)] = h;
+    k_[at(i)] = k;
+  }
+  if (fresh) {
+    factored_ = model_.factor(g_.data(), h_.data(), work);
+    if (!factored_) return false;
+    factored_states_ = states_;
+    factored_eta_ = eta;
+    stale_ = false;
+  }
+  model_.solve(k_.data(), g_.data(), h_.data(), d_lambda_.data(), work);
+
+  for (int i = 0; i < n; ++i) {
+    const auto& r = model_.row(i);
+    const RowState s = states_[at(i)];
+    double& lambda = lambda_[at(i)];
+    if (s == RowState::Free && !(r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free))) {
+      lambda += d_lambda_[at(i)];
+    } else if (r.normal >= 0) {
+      lambda = (s == RowState::Upper ? r.mu : s == RowState::Lower ? -r.mu : 0) * lambda_[at(r.normal)];
+    } else {
+      lambda = s == RowState::Lower ? r.lower : r.upper;
+    }
+  }
+  update_velocities(eta);
+  return true;
+}
+
+void ActiveSet::update_velocities(double eta) {
+  model_.evaluate(lambda_.data(), w_.data());
+  if (!centre_) return;
+  for (std::size_t i = 0; i < w_.size(); ++i)
+    w_[i] += eta * model_.info()[i].D * (lambda_[i] - (*centre_)[i]);
+}
+
+bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta, int max_iterations,
+                                  const SolveBudget& budget, SolveWork& work) {
+  // More than this many iterations without a new least number of changes never led anywhere.
+  constexpr int kPatience = 6;
+  centre_ = &centre;
+  update_velocities(eta);
+  bool solved = false;
+  int fewest = std::numeric_limits<int>::max(), waited = 0;
+  for (int it = 0; it < max_iterations && !solved && !budget.spent(work); ++it) {
+    if (!step(eta, work)) break;
+    double size = 0;
+    for (const double z : lambda_) size = std::max(size, std::fabs(z));
+    if (!std::isfinite(size)) break;
+    const int changes = change_states(1e-11, 1e-9, true);
+    work.pivots += changes;
+    solved = changes == 0;
+    if (changes < fewest) {
+      fewest = changes;
+      waited = 0;
+    } else if (++waited > kPatience) {
+      break;
+    }
+  }
+  centre_ = nullptr;
+  return solved;
+}
+
+double ActiveSet::linear_error() const {
+  double error = 0;
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    const bool held = r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
+    if (states_[at(i)] == RowState::Free && !held && !r.dead) error = std::max(error, std::fabs(w_[at(i)]));
+  }
+  return error;
+}
+
+bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
+  // Below this the steps are long: so nearly redundant are the rows that the leap only finds where they end.
+  constexpr double kLongestLeap = 1e12;
+  const double enough = 0.1 * options.target * model_.scale();
+  double last = kInfinity;
+  for (int k = 0; k < steps; ++k) {
+    if (!step(options.eta, work)) return false;
+    const double error = linear_error();
+    if (!(error < 1e100 * model_.scale())) return false;
+    if (error <= enough) break;
+    if (error > 0.7 * last) {
+      if (stale_) {
+        // The kept factor is of other Jacobians; make it afresh.
+        factored_ = false;
+        last = kInfinity;
+        continue;
+      }
+      // What converges slowly, does so along one direction: go to the limit of the geometric series at once,
+      // or to where the first row meets its bound.
+      const double ratio = error / last;
+      if (error <= 0.25 * model_.rounding_floor(lambda_.data()) * model_.scale()) break;
+      if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap)) break;
+      last = kInfinity;
+      continue;
+    }
+    last = error;
+  }
+  return true;
+}
+
+bool ActiveSet::leap(double length) {
+  // Ratio test on the rows that are free.
+  double limit = length;
+  int blocking = -1;
+  RowState side = RowState::Lower;
+  const auto test = [&](int i, RowState s, double distance, double speed) {
+    if (speed > 0 && distance < limit * speed) {
+      limit = std::max(0.0, distance / speed);
+      blocking = i;
+      side = s;
+    }
+  };
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    if (r.dead || states_[at(i)] != RowState::Free) continue;
+    const double x = lambda_[at(i)], d = d_lambda_[at(i)];
+    if (r.normal < 0) {
+      test(i, RowState::Lower, x - r.lower, -d);
+      test(i, RowState::Upper, r.upper - x, d);
+    } else if (r.mu > 0 && states_[at(r.normal)] == RowState::Free) {
+      const double bound = r.mu * lambda_[at(r.normal)], wider = r.mu * d_lambda_[at(r.normal)];
+      test(i, RowState::Lower, bound + x, -(wider + d));
+      test(i, RowState::Upper, bound - x, d - wider);
+    }
+  }
+  // Beyond its bound already, by less than what counted as a contradiction: nothing to gain.
+  if (!(limit > 1)) return false;
+  for (int i = 0; i < model_.rows(); ++i) lambda_[at(i)] += limit * d_lambda_[at(i)];
+  if (blocking >= 0) states_[at(blocking)] = side;
+  model_.evaluate(lambda_.data(), w_.data());
+  return true;
+}
+
+int ActiveSet::change_states(double impulse_tolerance, double velocity_tolerance, bool apply) {
+  const int n = model_.rows();
+  double largest = model_.scale();
+  for (int i = 0; i < n; ++i) largest = std::max(largest, model_.row(i).D * std::fabs(lambda_[at(i)]));
+  // Both in velocity units.
+  const double below = impulse_tolerance * largest, moving = velocity_tolerance * model_.scale();
+  int changes = 0;
+  bool closing = false;
+  for (int i = 0; i < n; ++i) {
+    const auto& r = model_.row(i);
+    if (r.dead) continue;
+    const RowState old = states_[at(i)];
+    RowState s = old;
+    const double lambda = lambda_[at(i)], w = w_[at(i)];
+    if (r.normal < 0) {
+      closing = false;
+      if (old == RowState::Free) {
+        if ((r.lower - lambda) * r.D > below) s = RowState::Lower;
+        if ((lambda - r.upper) * r.D > below) s = RowState::Upper;
+      } else if (r.lower < r.upper) {
+        if (old == RowState::Lower ? w < -moving : w > moving) s = RowState::Free;
+        closing = s == RowState::Free;
+      }
+    } else if (r.mu > 0) {
+      const std::size_t normal = at(r.normal);
+      if (closing) {
+        // A contact that closes sticks or slips as its own two rows alone would have it.
+        const double z = -w / r.D, bound = r.mu * (-w_[normal] / model_.row(r.normal).D);
+        const RowState predicted = z > bound    ? RowState::Upper
+                                   : z < -bound ? RowState::Lower
+                                                : RowState::Free;
+        if (apply) states_[at(i)] = predicted;
+        continue;
+      }
+      if (states_[normal] != RowState::Free) continue;
+      const double bound = r.mu * std::max(0.0, lambda_[normal]);
+      if (old == RowState::Free) {
+        if ((lambda - bound) * r.D > below) s = RowState::Upper;
+        if ((-bound - lambda) * r.D > below) s = RowState::Lower;
+      } else if (old == RowState::Upper ? w > moving : w < -moving) {
+        s = RowState::Free;
+      }
+    }
+    if (s == old) continue;
+    ++changes;
+    if (apply) states_[at(i)] = s;
+  }
+  return changes;
+}
+
+void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {
+  if (!trace) return;
+  SolveIteration it;
+  it.residual = residual;
+  it.pivots = pivots;
+  for (int i = 0; i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    const bool is_free = states_[at(i)] == RowState::Free;
+    if (r.normal < 0)
+      ++(is_free ? it.stick : it.open);
+    else if (!is_free && states_[at(r.normal)] == RowState::Free)
+      --it.stick, ++it.slip;
+  }
+  trace->iterations.push_back(it);
+}
+
+bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
+  int fewest = -1, waited = 0;
+  bool fine = false;
+  double floor = 0;
+  // Whatever ends the run, an iterate that is good enough ends the search.
+  const auto accepted = [&] { return best_residual_ <= options.tolerance; };
+  for (int it = 0; it < options.max_iterations; ++it) {
+    if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return accepted();
+    if (!refine(options, fine ? 6 : 1, work)) return accepted();
+    // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
+    int changes = change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, false);
+    if (trace) record(trace, offer(lambda_.data()), changes);
+    if (changes == 0) {
+      // The linear problem is the right one; solve it to the end, then look with sharper eyes.
+      if (!refine(options, 12, work)) return accepted();
+      const double residual = offer(lambda_.data());
+      if (residual <= options.target) return true;
+      floor = model_.rounding_floor(lambda_.data());
+      if (residual <= floor) return true;
+      if (fine && change_states(floor, floor, false) == 0) return accepted();
+      fine = true;
+      changes = change_states(floor, floor, false);
+      fewest = -1;
+    }
+    if (fewest >= 0 && changes > options.growth * fewest + 4) return accepted();
+    if (fewest >= 0 && changes >= fewest) {
+      if (++waited > options.patience) return accepted();
+    } else {
+      waited = 0;
+    }
+    fewest = fewest < 0 ? changes : std::min(fewest, changes);
+    work.pivots += change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, true);
+  }
+  return accepted();
+}
+
+}  // namespace skerry

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+//
+// Active set method in body space with exact Coulomb states. A row is free (w = 0), or at its lower or upper
+// bound; for a contact that reads open, sticking, slipping one way or the other. For given states the problem
+// is linear; it is solved by proximal steps
+//
+//   (W_s + eta D) d_lambda = -w      on free rows, slipping ones tied to their normal,
+//
+// with one factor: repeating the step removes eta, and redundant rows (three points on an edge) do no harm:
+// from zero the steps lead to nearly the smallest impulses. Then all states that contradict the signs change
+// at once (a semismooth Newton step on the natural map [Alart & Curnier 1991; Hintermueller, Ito & Kunisch
+// 2002]).
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "physics/solver/body_space_model.h"
+#include "physics/solver/contact_states.h"
+
+namespace skerry {
+
+/// Limits on the work of one solve, shared by the methods that it tries in turn.
+struct SolveBudget {
+  int factorisations = 0;           ///< at most this many in all
+  std::function<bool()> exhausted;  ///< asked before each factorisation; empty: never
+  bool spent(const SolveWork& work) const {
+    return work.factorisations >= factorisations || (exhausted && exhausted());
+  }
+};
+
+class ActiveSet {
+ public:
+  struct Options {
+    double eta = 1e-7;      ///< proximal weight relative to D; below 1e-9 redundant rows lose too many digits
+    double target = 1e-12;  ///< relative residual to stop at
+    double tolerance = 1e-10;  ///< relative residual that will do where the target is out of reach
+    int max_iterations = 12;   ///< changes of states
+    int patience = 1;          ///< iterations without fewer changes that are put up with
+    double growth = 1.5;       ///< number of changes, relative to the least so far, at which to give up
+  };
+
+  explicit ActiveSet(BodySpaceModel& model) : model_(model) {}
+
+  /// Takes the sizes of the model. @param change  what BodySpaceModel::assign returned: when it is small the
+  /// factor is kept, and refreshed only if the refinement does not converge with it.
+  void reset(double change);
+
+  /// Sets impulses [n], clamped to the bounds, and the velocities that follow.
+  void set_impulses(const double* lambda);
+  /// States that the natural map predicts from impulses and velocities.
+  void predict_states();
+  /// Like `predict_states`, but only closes open rows that approach; the other states are kept.
+  void predict_closing();
+  /// Every touching contact sticks. Contacts whose wanted change of velocity is far below zero have a gap.
+  void stick_everything();
+
+  /// Runs from the present states. Returns whether the tolerance or the rounding floor is reached; `best`
+  /// then holds the answer. Otherwise `best` may still have improved.
+  bool run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
+  /// Takes proximal steps for the present states without changing them; false if the factor fails.
+  bool refine(const Options& options, int steps, SolveWork& work);
+
+  /// Solves the regularised problem w + eta D (lambda - centre) from the present states and impulses, all of
+  /// whose states change at once; false if the number of changes does not fall for a while.
+  bool solve_regularised(const std::vector<double>& centre, double eta, int max_iterations,
+                         const SolveBudget& budget, SolveWork& work);
+
+  /// Number of rows whose state contradicts the present impulses or velocities.
+  int contradictions() { return change_states(1e-9, 1e-9, false); }
+  int free_rows() const;
+  const std::vector<double>& impulses() const { return lambda_; }
+  const std::vector<double>& velocities() const { return w_; }
+  std::vector<RowState>& states() { return states_; }
+
+  /// The best iterate so far within the bounds, and its residual.
+  const std::vector<double>& best() const { return best_; }
+  double best_residual() const { return best_residual_; }
+  /// Forgets the best iterate.
+  void clear_best() { best_residual_ = kInfinity; }
+  /// Offers an iterate; it is clamped to the bounds and kept if it is better. Returns its residual.
+  double offer(const double* lambda);
+  /// The factor is not of these states any more: another method used the model's.
+  void drop_factor() { factored_ = false; }
+
+ private:
+  double linear_error() const;
+  bool leap(double length);
+  void update_velocities(double eta);
+  bool step(double eta, SolveWork& work);
+  int change_states(double impulse_tolerance, double velocity_tolerance, bool apply);
+  void record(SolveTrace* trace, double residual, int pivots) const;
+
+  BodySpaceModel& model_;
+  std::vector<RowState> states_, factored_states_;
+  std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
+  std::vector<double> g_, h_, k_, d_lambda_;
+  const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
+  double best_residual_ = kInfinity;
+  double factored_eta_ = 0;
+  bool factored_ = false;
+  bool stale_ = false;
+};
+
+}  // namespace skerry

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/body_space_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skerry {
+namespace {
+
+std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+// Largest |a - b| of the lanes.
+double difference(const Vec4& a, const Vec4& b) {
+  return std::max({std::fabs(a[0] - b[0]), std::fabs(a[1] - b[1]), std::fabs(a[2] - b[2])});
+}
+
+// B += x (s y)^T
+SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
+  B.column[0] += x * y[0];
+  B.column[1] += x * y[1];
+  B.column[2] += x * y[2];
+}
+
+}  // namespace
+
+double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
+  const std::size_t n = system.rows.size();
+  bool same_rows = analysed_ && info_.size() == n && node_of_body_.size() == system.bodies.size();
+
+  // Bodies that move are the nodes of the graph.
+  int nodes = 0;
+  std::vector<int> node_of_body(system.bodies.size(), -1);
+  for (std::size_t i = 0; i < system.bodies.size(); ++i)
+    if (system.bodies[i].linear > 0 || system.bodies[i].angular > 0) node_of_body[i] = nodes++;
+  same_rows = same_rows && node_of_body == node_of_body_;
+
+  // The graph: analysed only if it has an edge that the kept fill lacks.
+  for (std::size_t i = 0; same_rows && i < n; ++i) {
+    const Row& row = system.rows[i];
+    same_rows = row.a == pairs_[i][0] && row.b == pairs_[i][1] && row.normal == normal_of_row_[i];
+  }
+  const auto node = [&](int body) { return body < 0 ? -1 : node_of_body[at(body)]; };
+  if (!same_rows) {
+    bool fits = analysed_ && nodes == nodes_ && node_of_body == node_of_body_;
+    std::vector<std::array<int, 2>> edges;
+    for (std::size_t i = 0; i < n; ++i) {
+      const int a = node(system.rows[i].a), b = node(system.rows[i].b);
+      if (a < 0 || b < 0) continue;
+      if (!edges.empty() && edges.back()[0] == a && edges.back()[1] == b) continue;
+      edges.push_back({a, b});
+      if (fits) {
+        const int p = pattern_.position(a), q = pattern_.position(b);
+        fits = pattern_.block(std::min(p, q), std::max(p, q)) >= 0;
+      }
+    }
+    node_of_body_ = std::move(node_of_body);
+    nodes_ = nodes;
+    if (fits) {
+      ++work.symbolic_skipped;
+    } else {
+      pattern_.analyse(nodes, edges);
+      factor_.set_pattern(pattern_);
+      analysed_ = true;
+      ++work.symbolic_analyses;
+    }
+    pairs_.resize(n);
+    normal_of_row_.resize(n);
+    jacobian_.assign(n, Jacobian{});
+    place_.resize(n);
+    info_.assign(n, RowInfo{});
+    inverse_mass_.assign(at(nodes_) + 1, BodyVector{});
+    velocity_.assign(at(nodes_) + 1, BodyVector{});
+  } else {
+    ++work.symbolic_skipped;
+  }
+  for (std::size_t i = 0; i < system.bodies.size(); ++i)
+    if (node_of_body_[i] >= 0) {
+      const InverseMass m = system.bodies[i];
+      inverse_mass_[at(pattern_.position(node_of_body_[i]))].v = Vec4{m.linear, m.linear, m.angular, 0};
+    }
+
+  // Rows. Directions in which a body cannot move are left out of its block.
+  double change = same_rows ? 0 : kInfinity, scale = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Row& row = system.rows[i];
+    if (!same_rows) {
+      pairs_[i] = {row.a, row.b};
+      normal_of_row_[i] = row.normal;
+      const int a = row.a < 0 ? -1 : node_of_body_[at(row.a)], b = row.b < 0 ? -1 : node_of_body_[at(row.b)];
+      Place& place = place_[i];
+      const int pa = a < 0 ? nodes_ : pattern_.position(a), pb = b < 0 ? nodes_ : pattern_.position(b);
+      place.low = std::min(pa, pb);
+      place.high = std::max(pa, pb);
+      if (i > 0 && place.low == place_[i - 1].low && place.high == place_[i - 1].high)
+        place.block = place_[i - 1].block;
+      else
+        place.block = place.high < nodes_ ? pattern_.block(place.low, place.high) : -1;
+    }
+    const Place& place = place_[i];
+    const auto set_block = [&](int body, const std::array<double, 3>& from, Vec4& to) {
+      if (body < 0 || node_of_body_[at(body)] < 0) return;
+      const InverseMass m = system.bodies[at(body)];
+      to = Vec4{m.linear > 0 ? from[0] : 0, m.linear > 0 ? from[1] : 0, m.angular > 0 ? from[2] : 0, 0};
+    };
+    Jacobian J{};
+    set_block(row.a, row.Ja, J.low);
+    set_block(row.b, row.Jb, J.high);
+    const bool a_is_low = row.a >= 0 && node_of_body_[at(row.a)] >= 0 &&
+                          pattern_.position(node_of_body_[at(row.a)]) == place.low;
+    if (!a_is_low) std::swap(J.low, J.high);
+    const double compliance = system.compliance.empty() ? 0 : system.compliance[i];
+    const Vec4 d =
+        J.low * J.low * inverse_mass_[at(place.low)].v + J.high * J.high * inverse_mass_[at(place.high)].v;
+    const double D = d[0] + d[1] + d[2] + compliance;
+    RowInfo& info = info_[i];
+    if (same_rows) {
+      const double size = std::fabs(D - info.D) + std::fabs(compliance - info.compliance);
+      change = std::max({change, difference(J.low, jacobian_[i].low), difference(J.high, jacobian_[i].high),
+                         D > 0 ? size / D : size});
+    }
+    jacobian_[i] = J;
+    info = {row.normal, !(D > 0),   row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D,
+            compliance, system.b[i]};
+    scale = std::max(scale, std::fabs(system.b[i]));
+  }
+  scale_ = scale > 0 ? scale : 1;
+  return change;
+}
+
+/// The loops, compiled for two instruction sets.
+struct BodySpaceModel::Kernels {
+  // velocity = inv(M) J^T lambda
+  static SKERRY_ALWAYS_INLINE void impulses(BodySpaceModel& m, const double* lambda) {
+    BodyVector* v = m.velocity_.data();
+    for (int p = 0; p <= m.nodes_; ++p) v[p].v = Vec4{};
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const double z = lambda[i];
+      if (z == 0) continue;
+      const Jacobian& J = m.jacobian_[at(i)];
+      const Place& place = m.place_[at(i)];
+      v[place.low].v += J.low * z;
+      v[place.high].v += J.high * z;
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void evaluate(BodySpaceModel& m, const double* lambda, double* w) {
+    impulses(m, lambda);
+    BodyVector* v = m.velocity_.data();
+    for (int p = 0; p <= m.nodes_; ++p) v[p].v *= m.inverse_mass_[at(p)].v;
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const Jacobian& J = m.jacobian_[at(i)];
+      const Place& place = m.place_[at(i)];
+      const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+      const RowInfo& info = m.info_[at(i)];
+      w[i] = (t[0] + t[1] + t[2]) + info.compliance * lambda[i] - info.b;
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void assemble(BodySpaceModel& m, const double* g, const double* h,
+                                            bool general) {
+    BlockFactor& f = m.factor_;
+    f.clear(general);
+    for (int p = 0; p < m.nodes_; ++p) {
+      // A direction without mobility gets a unit mass: nothing couples to it.
+      const Vec4& inverse = m.inverse_mass_[at(p)].v;
+      const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1,
+                   angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
+      Block3& D = f.diagonal(p);
+      D.column[0] = Vec4{linear, 0, 0, 0};
+      D.column[1] = Vec4{0, linear, 0, 0};
+      D.column[2] = Vec4{0, 0, angular, 0};
+    }
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const Place& place = m.place_[at(i)];
+      if (place.low == m.nodes_) continue;
+      const Jacobian& J = m.jacobian_[at(i)];
+      if (g[i] != 0) {
+        const Vec4 low = J.low * g[i], high = J.high * g[i];
+        add_outer(f.diagonal(place.low), low, J.low);
+        if (place.high < m.nodes_) add_outer(f.diagonal(place.high), high, J.high);
+        if (place.block >= 0) {
+          add_outer(f.lower(place.block), high, J.low);
+          if (general) add_outer(f.upper(place.block), low, J.high);
+        }
+      }
+      if (h[i] != 0) {
+        const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
+        const Vec4 low = J.low * h[i], high = J.high * h[i];
+        add_outer(f.diagonal(place.low), low, N.low);
+        if (place.high < m.nodes_) add_outer(f.diagonal(place.high), high, N.high);
+        if (place.block >= 0) {
+          add_outer(f.lower(place.block), high, N.low);
+          add_outer(f.upper(place.block), low, N.high);
+        }
+      }
+    }
+  }
+
+  // d_lambda = k - g J dv - h J_n dv
+  static SKERRY_ALWAYS_INLINE void recover(BodySpaceModel& m, const double* k, const double* g,
+                                           const double* h, double* d_lambda) {
+    BodyVector* v = m.velocity_.data();
+    v[m.nodes_].v = Vec4{};
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      double d = k[i];
+      const Place& place = m.place_[at(i)];
+      if (g[i] != 0) {
+        const Jacobian& J = m.jacobian_[at(i)];
+        const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+        d -= g[i] * (t[0] + t[1] + t[2]);
+      }
+      if (h[i] != 0) {
+        const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
+        const Vec4 t = N.low * v[place.low].v + N.high * v[place.high].v;
+        d -= h[i] * (t[0] + t[1] + t[2]);
+      }
+      d_lambda[i] = d;
+    }
+  }
+
+  // u = J v - b
+  static SKERRY_ALWAYS_INLINE void row_velocities(const BodySpaceModel& m, const BodyVector* v, double* u) {
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const Jacobian& J = m.jacobian_[at(i)];
+      const Place& place = m.place_[at(i)];
+      const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+      u[i] = (t[0] + t[1] + t[2]) - m.info_[at(i)].b;
+    }
+  }
+
+  // force = J^T lambda - M v
+  static SKERRY_ALWAYS_INLINE double imbalance(const BodySpaceModel& m, const BodyVector* v,
+                                               const double* lambda, BodyVector* force) {
+    for (int p = 0; p <= m.nodes_; ++p) force[p].v = Vec4{};
+    const int n = m.rows();
+    for (int i = 0; i < n; ++i) {
+      const double z = lambda[i];
+      if (z == 0) continue;
+      const Jacobian& J = m.jacobian_[at(i)];
+      const Place& place = m.place_[at(i)];
+      force[place.low].v += J.low * z;
+      force[place.high].v += J.high * z;
+    }
+    double sum = 0;
+    for (int p = 0; p < m.nodes_; ++p) {
+      const Vec4& inverse = m.inverse_mass_[at(p)].v;
+      const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1,
+                   angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
+      Vec4& f = force[p].v;
+      f -= Vec4{linear, linear, angular, 0} * v[p].v;
+      const Vec4 t = f * f * inverse;
+      sum += t[0] + t[1] + t[2];
+    }
+    force[m.nodes_].v = Vec4{};
+    return sum;
+  }
+
+  static void row_velocities_portable(const BodySpaceModel& m, const BodyVector* v, double* u) {
+    row_velocities(m, v, u);
+  }
+  SKERRY_AVX2 static void row_velocities_avx2(const BodySpaceModel& m, const BodyVector* v, double* u) {
+    row_velocities(m, v, u);
+  }
+  static double imbalance_portable(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
+                                   BodyVector* force) {
+    return imbalance(m, v, lambda, force);
+  }
+  SKERRY_AVX2 static double imbalance_avx2(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
+                                           BodyVector* force) {
+    return imbalance(m, v, lambda, force);
+  }
+  static void evaluate_portable(BodySpaceModel& m, const double* lambda, double* w) {
+    evaluate(m, lambda, w);
+  }
+  SKERRY_AVX2 static void evaluate_avx2(BodySpaceModel& m, const double* lambda, double* w) {
+    evaluate(m, lambda, w);
+  }
+  static void assemble_portable(BodySpaceModel& m, const double* g, const double* h, bool general) {
+    assemble(m, g, h, general);
+  }
+  SKERRY_AVX2 static void assemble_avx2(BodySpaceModel& m, const double* g, const double* h, bool general) {
+    assemble(m, g, h, general);
+  }
+  static void solve_portable(BodySpaceModel& m, const double* k, const double* g, const double* h,
+                             double* d_lambda) {
+    impulses(m, k);
+    m.factor_.solve(m.velocity_.data());
+    recover(m, k, g, h, d_lambda);
+  }
+  SKERRY_AVX2 static void solve_avx2(BodySpaceModel& m, const double* k, const double* g, const double* h,
+                                     double* d_lambda) {
+    impulses(m, k);
+    m.factor_.solve(m.velocity_.data());
+    recover(m, k, g, h, d_lambda);
+  }
+};
+
+void BodySpaceModel::evaluate(const double* lambda, double* w) {
+  if (cpu_has_avx2())
+    Kernels::evaluate_avx2(*this, lambda, w);
+  else
+    Kernels::evaluate_portable(*this, lambda, w);
+}
+
+double BodySpaceModel::residual(const double* lambda, const double* w) const {
+  double worst = 0;
+  for (std::size_t i = 0; i < info_.size(); ++i) {
+    const RowInfo& r = info_[i];
+    double lower = r.lower, upper = r.upper, violation;
+    if (r.normal >= 0) {
+      upper = r.mu * std::max(0.0, lambda[r.normal]);
+      lower = -upper;
+    }
+    if (r.dead) {
+      const bool explained = (w[i] >= 0 && lambda[i] <= lower) || (w[i] <= 0 && lambda[i] >= upper);
+      violation = explained ? 0 : std::fabs(w[i]);
+    } else {
+      violation = r.D * std::fabs(lambda[i] - std::clamp(lambda[i] - w[i] / r.D, lower, upper));
+    }
+    // A NaN must not slip through the comparison.
+    if (!(violation <= worst)) worst = violation;
+  }
+  return worst / scale_;
+}
+
+void BodySpaceModel::project(double* lambda) const {
+  for (std::size_t i = 0; i < info_.size(); ++i) {
+    const RowInfo& r = info_[i];
+    if (r.normal >= 0) {
+      const double bound = r.mu * std::max(0.0, lambda[r.normal]);
+      lambda[i] = std::clamp(lambda[i], -bound, bound);
+    } else {
+      lambda[i] = std::clamp(lambda[i], r.lower, r.upper);
+    }
+  }
+}
+
+double BodySpaceModel::rounding_floor(const double* lambda) {
+  // eps |J| inv(M) |J|^T |lambda|, and a few roundings of that in a residual.
+  std::fill(velocity_.begin(), velocity_.end(), BodyVector{});
+  for (std::size_t i = 0; i < info_.size(); ++i) {
+    const double z = std::fabs(lambda[i]);
+    for (int k = 0; k < 3; ++k) {
+      velocity_[at(place_[i].low)].v[k] += std::fabs(jacobian_[i].low[k]) * z;
+      velocity_[at(place_[i].high)].v[k] += std::fabs(jacobian_[i].high[k]) * z;
+    }
+  }
+  for (std::size_t p = 0; p < velocity_.size(); ++p) velocity_[p].v *= inverse_mass_[p].v;
+  double worst = 0;
+  for (std::size_t i = 0; i < info_.size(); ++i) {
+    double t = info_[i].compliance * std::fabs(lambda[i]);
+    for (int k = 0; k < 3; ++k)
+      t += std::fabs(jacobian_[i].low[k]) * velocity_[at(place_[i].low)].v[k] +
+           std::fabs(jacobian_[i].high[k]) * velocity_[at(place_[i].high)].v[k];
+    worst = std::max(worst, t);
+  }
+  return 4 * 2.2e-16 * worst / scale_;
+}
+
+bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
+  bool general = false;
+  for (int i = 0; i < rows() && !general; ++i) general = h[i] != 0;
+  ++work.factorisations;
+  if (cpu_has_avx2())
+    Kernels::assemble_avx2(*this, g, h, general);
+  else
+    Kernels::assemble_portable(*this, g, h, general);
+  return factor_.factor();
+}
+
+void BodySpaceModel::solve(const double* k, const double* g, const double* h, double* d_lambda,
+                           SolveWork& work) {
+  ++work.resolves;
+  if (cpu_has_avx2())
+    Kernels::solve_avx2(*this, k, g, h, d_lambda);
+  else
+    Kernels::solve_portable(*this, k, g, h, d_lambda);
+}
+
+void BodySpaceModel::row_velocities(const BodyVector* v, double* u) const {
+  if (cpu_has_avx2())
+    Kernels::row_velocities_avx2(*this, v, u);
+  else
+    Kernels::row_velocities_portable(*this, v, u);
+}
+
+double BodySpaceModel::imbalance(const BodyVector* v, const double* lambda, BodyVector* force) const {
+  return cpu_has_avx2() ? Kernels::imbalance_avx2(*this, v, lambda, force)
+                        : Kernels::imbalance_portable(*this, v, lambda, force);
+}
+
+void BodySpaceModel::solve_bodies(BodyVector* x, SolveWork& work) const {
+  ++work.resolves;
+  factor_.solve(x);
+}
+
+}  // namespace skerry

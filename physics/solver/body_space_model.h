@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+//
+// A contact problem packed for solving in body space: the unknowns are the 3 velocities of each moving body,
+// and the graph of the bodies, not of the contacts, decides the fill. Redundant contacts therefore cost
+// nothing.
+//
+// One linear step of every method of this family has the form, row by row,
+//
+//   d_lambda_i = k_i - g_i (J_i dv) - h_i (J_n dv),      M dv = J^T d_lambda
+//
+// with n the normal row of a friction or rolling row. Eliminating d_lambda leaves the 3 x 3 block system
+//
+//   (M + sum g_i J_i^T J_i + sum h_i J_i^T J_n) dv = J^T k
+//
+// which is symmetric positive definite if all h vanish. The active set method takes g = 1 / (eta D) for
+// active rows, the interior point method the ratios of its slacks.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "physics/islands/island_system.h"
+#include "physics/solver/block_ldlt.h"
+#include "physics/solver/solver.h"
+
+namespace skerry {
+
+class BodySpaceModel {
+ public:
+  BodySpaceModel() = default;
+  BodySpaceModel(const BodySpaceModel&) = delete;
+  BodySpaceModel& operator=(const BodySpaceModel&) = delete;
+
+  /// What the methods need to know of a row besides its Jacobian.
+  struct RowInfo {
+    int normal = -1;    ///< row that scales the bounds, or -1 for constant ones
+    bool dead = false;  ///< nothing it could move: D = 0
+    double mu = 0;      ///< bounds +-mu lambda[normal]
+    double lower = 0;   ///< constant bounds
+    double upper = 0;
+    double D = 0;           ///< diagonal of W, compliance included
+    double compliance = 0;  ///< of which compliance
+    double b = 0;
+  };
+
+  /// Packs `system`; the ordering and the fill are kept if every pair of touching bodies is already in them.
+  /// Returns the largest relative change of a Jacobian entry, diagonal or compliance since the last call, or
+  /// infinity if the rows are not the same ones.
+  double assign(const IslandSystem& system, SolveWork& work);
+
+  int rows() const { return static_cast<int>(info_.size()); }
+  int nodes() const { return nodes_; }
+  const RowInfo& row(int i) const { return info_[static_cast<std::size_t>(i)]; }
+  const std::vector<RowInfo>& info() const { return info_; }
+  const BlockPattern& pattern() const { return pattern_; }
+  /// Largest |b|, or 1 if all are zero: the scale of residuals.
+  double scale() const { return scale_; }
+
+  /// w = W lambda - b by way of the bodies; n values each.
+  void evaluate(const double* lambda, double* w);
+  /// Copies the body velocities that the last `evaluate` found: one a position, and zero for the ground.
+  void velocities(BodyVector* v) const { std::copy(velocity_.begin(), velocity_.end(), v); }
+  /// Largest violation of the natural map, relative to `scale()`; see natural_map_residual.
+  double residual(const double* lambda, const double* w) const;
+  /// Clamps `lambda` to its bounds, normal rows before those that depend on them.
+  void project(double* lambda) const;
+  /// Smallest relative residual that rounding lets one expect at `lambda`.
+  double rounding_floor(const double* lambda);
+
+  /// Assembles and factorises the block system for weights `g` and `h`. False if it is not regular.
+  [[nodiscard]] bool factor(const double* g, const double* h, SolveWork& work);
+  /// Computes `d_lambda` from `k` with the last factor. @param g, h  weights of that factor
+  void solve(const double* k, const double* g, const double* h, double* d_lambda, SolveWork& work);
+
+  /// u = J v - b for body velocities `v` (changes from the free ones), one a position and one for the ground.
+  void row_velocities(const BodyVector* v, double* u) const;
+  /// Computes `force` = J^T lambda - M v and returns its square in the norm of inv(M).
+  double imbalance(const BodyVector* v, const double* lambda, BodyVector* force) const;
+  /// Solves with the last factor, in place.
+  void solve_bodies(BodyVector* x, SolveWork& work) const;
+
+ private:
+  struct Kernels;
+  struct alignas(32) Jacobian {
+    Vec4 low, high;  // blocks of the body eliminated first and of the other one
+  };
+  struct Place {
+    int low, high;  // elimination positions; high = nodes_ for the ground
+    int block;      // off-diagonal block, or -1
+  };
+
+  int nodes_ = 0;
+  double scale_ = 1;
+  std::vector<int> node_of_body_;
+  std::vector<std::array<int, 2>> pairs_;  // body pairs of the rows, for recognising the graph
+  std::vector<int> normal_of_row_;
+  std::vector<Jacobian> jacobian_;
+  std::vector<Place> place_;
+  std::vector<RowInfo> info_;
+  std::vector<BodyVector> inverse_mass_;  // by position; one more for the ground
+  std::vector<BodyVector> velocity_;      // scratch, same size
+  BlockPattern pattern_;
+  BlockFactor factor_;
+  bool analysed_ = false;
+};
+
+}  // namespace skerry

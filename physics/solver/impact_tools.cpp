@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/impact_tools.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skerry::impact {
+namespace {
+
+double along(const std::array<double, 3>& j, const std::array<double, 3>& v) {
+  return j[0] * v[0] + j[1] * v[1] + j[2] * v[2];
+}
+
+void push(const InverseMass& mass, const std::array<double, 3>& j, double impulse, std::array<double, 3>& v) {
+  v[0] += mass.linear * j[0] * impulse;
+  v[1] += mass.linear * j[1] * impulse;
+  v[2] += mass.angular * j[2] * impulse;
+}
+
+double resistance(const InverseMass& mass, const std::array<double, 3>& j) {
+  return mass.linear * (j[0] * j[0] + j[1] * j[1]) + mass.angular * j[2] * j[2];
+}
+
+/// Solves the sub-system and books its work, status and residual.
+std::vector<double> solve(const ImpactProblem& problem, const IslandSystem& system, ImpactResult& result) {
+  SolveOptions options;
+  options.tolerance = 1e-13;
+  Solution solution = problem.solver->solve(system, {}, options, nullptr);
+  result.work.factorisations += solution.work.factorisations;
+  result.work.resolves += solution.work.resolves;
+  result.work.pivots += solution.work.pivots;
+  result.residual = std::max(result.residual, solution.residual);
+  if (solution.status != SolveStatus::Solved && result.status == SolveStatus::Solved)
+    result.status = solution.status;
+  return std::move(solution.lambda);
+}
+
+}  // namespace
+
+double row_velocity(const ImpactProblem& problem, int i, const Velocities& v) {
+  const Row& row = problem.system.rows[i];
+  double u = problem.drive[i];
+  if (row.a >= 0) u += along(row.Ja, v[row.a]);
+  if (row.b >= 0) u += along(row.Jb, v[row.b]);
+  return u;
+}
+
+void apply_row(const IslandSystem& system, int i, double impulse, Velocities& v) {
+  const Row& row = system.rows[i];
+  if (row.a >= 0) push(system.bodies[row.a], row.Ja, impulse, v[row.a]);
+  if (row.b >= 0) push(system.bodies[row.b], row.Jb, impulse, v[row.b]);
+}
+
+double inverse_mass(const IslandSystem& system, int i) {
+  const Row& row = system.rows[i];
+  double w = 0;
+  if (row.a >= 0) w += resistance(system.bodies[row.a], row.Ja);
+  if (row.b >= 0) w += resistance(system.bodies[row.b], row.Jb);
+  return w;
+}
+
+double kinetic_energy(const IslandSystem& system, const Velocities& v) {
+  double energy = 0;
+  for (std::size_t k = 0; k < v.size(); ++k) {
+    const InverseMass& mass = system.bodies[k];
+    if (mass.linear > 0) energy += 0.5 * (v[k][0] * v[k][0] + v[k][1] * v[k][1]) / mass.linear;
+    if (mass.angular > 0) energy += 0.5 * v[k][2] * v[k][2] / mass.angular;
+  }
+  return energy;
+}
+
+bool ground_at_rest(const ImpactProblem& problem) {
+  return std::all_of(problem.drive.begin(), problem.drive.end(), [](double u) { return u == 0; });
+}
+
+std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<int>& rows,
+                               const Velocities& v, const std::vector<double>& targets,
+                               ImpactResult& result) {
+  const auto wanted = [&](std::size_t k) {
+    return (targets.empty() ? 0 : targets[k]) - row_velocity(problem, rows[k], v);
+  };
+  if (rows.size() == 1 && problem.system.rows[rows[0]].kind == RowKind::Normal) {
+    const double w = inverse_mass(problem.system, rows[0]);
+    return {w > 0 ? std::max(0.0, wanted(0) / w) : 0.0};
+  }
+
+  // The bodies of these rows, renumbered in ascending order.
+  std::vector<int> bodies;
+  for (const int i : rows) {
+    for (const int body : {problem.system.rows[i].a, problem.system.rows[i].b}) {
+      if (body >= 0) bodies.push_back(body);
+    }
+  }
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  const auto local = [&bodies](int body) {
+    return body < 0 ? -1
+                    : static_cast<int>(std::lower_bound(bodies.begin(), bodies.end(), body) - bodies.begin());
+  };
+
+  IslandSystem sub;
+  for (const int body : bodies) {
+    sub.bodies.push_back(problem.system.bodies[body]);
+    if (!problem.system.positions.empty()) sub.positions.push_back(problem.system.positions[body]);
+  }
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    Row row = problem.system.rows[rows[k]];
+    row.a = local(row.a);
+    row.b = local(row.b);
+    sub.rows.push_back(row);
+    sub.b.push_back(wanted(k));
+  }
+  return solve(problem, sub, result);
+}
+
+void add_friction(const ImpactProblem& problem, ImpactResult& result) {
+  // Normal impulses are known now, so friction is a box-constrained least-energy problem: always solvable,
+  // unique in velocities, and it can only take energy away.
+  IslandSystem tangential;
+  tangential.bodies = problem.system.bodies;
+  tangential.positions = problem.system.positions;
+  std::vector<int> rows;
+  for (int i = 0; i < problem.system.size(); ++i) {
+    Row row = problem.system.rows[i];
+    if (row.kind == RowKind::Friction || row.kind == RowKind::Rolling) {
+      const double limit = row.mu * result.lambda[row.normal];
+      if (!(limit > 0)) continue;
+      row.kind = RowKind::Motor;
+      row.lower = -limit;
+      row.upper = limit;
+      row.normal = -1;
+    } else if (row.kind != RowKind::Joint) {
+      continue;
+    }
+    rows.push_back(i);
+    tangential.rows.push_back(row);
+    tangential.b.push_back(-row_velocity(problem, i, result.velocity));
+  }
+  const bool any = std::any_of(tangential.rows.begin(), tangential.rows.end(),
+                               [](const Row& row) { return row.kind == RowKind::Motor; });
+  if (!any) return;
+  const std::vector<double> p = solve(problem, tangential, result);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    apply_row(problem.system, rows[k], p[k], result.velocity);
+    result.lambda[rows[k]] += p[k];
+  }
+
+  // Friction may have turned a body into a contact: one plastic Coulomb solve over everything ends the
+  // approach.
+  double worst = 0;
+  for (int i = 0; i < problem.system.size(); ++i) {
+    if (problem.system.rows[i].kind == RowKind::Normal) {
+      worst = std::min(worst, row_velocity(problem, i, result.velocity));
+    }
+  }
+  if (worst > -problem.rest_speed) return;
+  IslandSystem plastic = problem.system;
+  plastic.b.resize(plastic.rows.size());
+  for (int i = 0; i < plastic.size(); ++i) plastic.b[i] = -row_velocity(problem, i, result.velocity);
+  const std::vector<double> q = solve(problem, plastic, result);
+  for (int i = 0; i < plastic.size(); ++i) {
+    apply_row(problem.system, i, q[i], result.velocity);
+    result.lambda[i] += q[i];
+  }
+}
+
+std::vector<int> rows_of(const IslandSystem& system, RowKind kind) {
+  std::vector<int> rows;
+  for (int i = 0; i < system.size(); ++i) {
+    if (system.rows[i].kind == kind) rows.push_back(i);
+  }
+  return rows;
+}
+
+std::vector<int> unilateral_rows(const IslandSystem& system) {
+  std::vector<int> rows;
+  for (int i = 0; i < system.size(); ++i) {
+    if (system.rows[i].kind == RowKind::Normal || system.rows[i].kind == RowKind::Joint) rows.push_back(i);
+  }
+  return rows;
+}
+
+}  // namespace skerry::impact

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+//
+// What the impact laws share: velocities under impulses, plastic and frictional sub-problems.
+#pragma once
+
+#include <vector>
+
+#include "physics/solver/impact_law.h"
+
+namespace skerry::impact {
+
+using Velocities = std::vector<std::array<double, 3>>;
+
+/// Relative velocity of row `i`: J v + drive.
+double row_velocity(const ImpactProblem& problem, int i, const Velocities& v);
+/// v += M^-1 J_i^T impulse
+void apply_row(const IslandSystem& system, int i, double impulse, Velocities& v);
+/// Inverse effective mass of row `i`.
+double inverse_mass(const IslandSystem& system, int i);
+double kinetic_energy(const IslandSystem& system, const Velocities& v);
+/// True when no ground moves, so that the kinetic energy of the island must not grow.
+bool ground_at_rest(const ImpactProblem& problem);
+
+/// Solves for impulses on `rows` (indices of Normal and Joint rows): w >= target, lambda >= 0 and
+/// complementary for Normal, w = 0 for Joint rows, starting from velocities `v`; the result is in the order
+/// of `rows`.
+/// @param targets  wanted relative velocity of each of `rows` [m/s]; empty: zero
+std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<int>& rows,
+                               const Velocities& v, const std::vector<double>& targets, ImpactResult& result);
+
+/// Adds friction to an impact with known normal impulses: minimises the kinetic energy over tangential
+/// impulses within mu times the normal ones; if that makes a contact approach, an exact plastic Coulomb solve
+/// follows.
+void add_friction(const ImpactProblem& problem, ImpactResult& result);
+
+/// Indices of the rows of one kind.
+std::vector<int> rows_of(const IslandSystem& system, RowKind kind);
+/// All Normal and Joint rows.
+std::vector<int> unilateral_rows(const IslandSystem& system);
+
+}  // namespace skerry::impact

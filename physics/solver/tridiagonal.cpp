@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+//
+// Chains (Newton's cradle, a column of discs): frictionless rows that each share bodies with at most two
+// others, in a path. W is tridiagonal along the path, and one LDL^T sweep solves it in O(n).
+//
+// Non-negativity by active set: rows at a bound cut the path into pieces. All violated rows change at once;
+// when the number of violations does not fall for eight rounds, one row a round, which ends for the positive
+// definite W of a chain [Judice & Pires 1994].
+#include <cmath>
+
+#include "physics/solver/contact_states.h"
+
+namespace skerry {
+namespace {
+
+/// W along the path: diagonal and the coupling of each row with the next.
+struct Path {
+  std::vector<int> row;  ///< rows in path order
+  std::vector<double> diagonal, next, b, lower, upper;
+};
+
+double body_product(const IslandSystem& system, int body, const std::array<double, 3>& x,
+                    const std::array<double, 3>& y) {
+  const InverseMass& mass = system.bodies[body];
+  return mass.linear * (x[0] * y[0] + x[1] * y[1]) + mass.angular * x[2] * y[2];
+}
+
+double coupling(const IslandSystem& system, const Row& x, const Row& y) {
+  double sum = 0;
+  if (x.a >= 0 && x.a == y.a) sum += body_product(system, x.a, x.Ja, y.Ja);
+  if (x.a >= 0 && x.a == y.b) sum += body_product(system, x.a, x.Ja, y.Jb);
+  if (x.b >= 0 && x.b == y.a) sum += body_product(system, x.b, x.Jb, y.Ja);
+  if (x.b >= 0 && x.b == y.b) sum += body_product(system, x.b, x.Jb, y.Jb);
+  return sum;
+}
+
+/// The rows each row shares a movable body with; false when one has more than two of them.
+class Neighbours {
+ public:
+  explicit Neighbours(const IslandSystem& system) : of_(system.rows.size(), {-1, -1}) {
+    std::vector<std::array<int, 2>> touching(system.bodies.size(), {-1, -1});
+    for (int i = 0; i < system.size(); ++i) {
+      for (const int body : {system.rows[i].a, system.rows[i].b}) {
+        if (body < 0 || (system.bodies[body].linear == 0 && system.bodies[body].angular == 0)) continue;
+        auto& [first, second] = touching[body];
+        if (second >= 0) {
+          path_ = false;  // three rows on one body are all neighbours of each other: no path
+          return;
+        }
+        if (first >= 0) link(first, i);
+        (first < 0 ? first : second) = i;
+      }
+    }
+  }
+
+  bool found_path() const { return path_; }
+  const std::array<int, 2>& operator[](int i) const { return of_[i]; }
+
+ private:
+  void link(int i, int j) {
+    // Two rows between the same two bodies meet twice and count once.
+    if (of_[i][0] == j || of_[i][1] == j) return;
+    for (const auto& [from, to] : {std::pair{i, j}, std::pair{j, i}}) {
+      auto& [first, second] = of_[from];
+      if (first >= 0 && second >= 0) path_ = false;
+      (first < 0 ? first : second) = to;
+    }
+  }
+
+  std::vector<std::array<int, 2>> of_;
+  bool path_ = true;
+};
+
+bool is_natural_path(const Neighbours& neighbours, int n) {
+  for (int i = 0; i < n; ++i) {
+    for (const int j : neighbours[i]) {
+      if (j >= 0 && j != i - 1 && j != i + 1) return false;
+    }
+  }
+  return true;
+}
+
+/// Rows in path order, piece after piece; false for rings.
+bool order_rows(const Neighbours& neighbours, int n, std::vector<int>& order) {
+  order.reserve(n);
+  if (is_natural_path(neighbours, n)) {
+    for (int i = 0; i < n; ++i) order.push_back(i);
+    return true;
+  }
+  std::vector<char> taken(n, 0);
+  for (int start = 0; start < n; ++start) {
+    const bool end_of_path = neighbours[start][1] < 0;
+    if (taken[start] || !end_of_path) continue;
+    for (int row = start; row >= 0;) {
+      taken[row] = 1;
+      order.push_back(row);
+      int following = -1;
+      for (const int j : neighbours[row]) {
+        if (j >= 0 && !taken[j]) following = j;
+      }
+      row = following;
+    }
+  }
+  return static_cast<int>(order.size()) == n;
+}
+
+bool make_path(const IslandSystem& system, Path& path) {
+  const int n = system.size();
+  for (const Row& row : system.rows) {
+    if (is_scaled(row)) return false;
+  }
+  const Neighbours neighbours(system);
+  if (!neighbours.found_path() || !order_rows(neighbours, n, path.row)) return false;
+  for (auto* values : {&path.diagonal, &path.next, &path.b, &path.lower, &path.upper}) values->resize(n);
+  for (int k = 0; k < n; ++k) {
+    const int i = path.row[k];
+    const Row& row = system.rows[i];
+    path.diagonal[k] = coupling(system, row, row) + (system.compliance.empty() ? 0 : system.compliance[i]);
+    path.next[k] = k + 1 < n ? coupling(system, row, system.rows[path.row[k + 1]]) : 0;
+    path.b[k] = system.b[i];
+    path.lower[k] = row.lower;
+    path.upper[k] = row.upper;
+  }
+  return true;
+}
+
+/// Solves the free pieces of the path; rows at bounds keep their bound.
+/// @return false at a pivot that is not positive to rounding: the rows are dependent
+bool solve_pieces(const Path& path, const std::vector<RowState>& states, std::vector<double>& pivot,
+                  std::vector<double>& lambda) {
+  const int n = static_cast<int>(path.row.size());
+  for (int k = 0; k < n; ++k) {
+    if (states[k] != RowState::Free) {
+      lambda[k] = states[k] == RowState::Lower ? path.lower[k] : path.upper[k];
+    }
+  }
+  // Forward: lambda holds the eliminated right-hand side.
+  for (int k = 0; k < n; ++k) {
+    if (states[k] != RowState::Free) continue;
+    double d = path.diagonal[k], y = path.b[k];
+    if (k > 0) {
+      if (states[k - 1] == RowState::Free) {
+        const double factor = path.next[k - 1] / pivot[k - 1];
+        d -= factor * path.next[k - 1];
+        y -= factor * lambda[k - 1];
+      } else {
+        y -= path.next[k - 1] * lambda[k - 1];
+      }
+    }
+    if (k + 1 < n && states[k + 1] != RowState::Free) y -= path.next[k] * lambda[k + 1];
+    if (!(d > 1e-14 * path.diagonal[k])) return false;
+    pivot[k] = d;
+    lambda[k] = y;
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    if (states[k] != RowState::Free) continue;
+    double y = lambda[k];
+    if (k + 1 < n && states[k + 1] == RowState::Free) y -= path.next[k] * lambda[k + 1];
+    lambda[k] = y / pivot[k];
+  }
+  return true;
+}
+
+/// State that row k should have; the present one unless it is violated beyond rounding.
+RowState wanted_state(const Path& path, RowState state, const std::vector<double>& lambda, int k,
+                      double velocity_slack) {
+  if (state == RowState::Free) {
+    const double slack = velocity_slack / path.diagonal[k];
+    if (lambda[k] < path.lower[k] - slack) return RowState::Lower;
+    if (lambda[k] > path.upper[k] + slack) return RowState::Upper;
+    return state;
+  }
+  const int n = static_cast<int>(path.row.size());
+  double w = path.diagonal[k] * lambda[k] - path.b[k];
+  if (k > 0) w += path.next[k - 1] * lambda[k - 1];
+  if (k + 1 < n) w += path.next[k] * lambda[k + 1];
+  const bool held = state == RowState::Lower ? w >= -velocity_slack : w <= velocity_slack;
+  return held || path.lower[k] == path.upper[k] ? state : RowState::Free;
+}
+
+struct TridiagonalMemory : SolverMemory {
+  std::vector<RowState> states;
+};
+
+bool search(const Path& path, const SolveOptions& options, std::vector<RowState>& states,
+            std::vector<double>& lambda, Solution& solution) {
+  const int n = static_cast<int>(path.row.size());
+  std::vector<double> pivot(n, 0.0);
+  const double slack = 4 * kRoundingUnit * largest_magnitude(path.b);
+  const int rounds = options.max_iterations > 0 ? options.max_iterations : 100 + 2 * n;
+  int fewest = n + 1, patience = 8;
+  std::vector<std::pair<int, RowState>> changes;
+  while (solution.iterations < rounds) {
+    ++solution.iterations;
+    ++solution.work.factorisations;
+    if (!solve_pieces(path, states, pivot, lambda)) return false;
+    changes.clear();
+    for (int k = 0; k < n; ++k) {
+      const RowState wanted = wanted_state(path, states[k], lambda, k, slack);
+      if (wanted != states[k]) changes.emplace_back(k, wanted);
+    }
+    if (changes.empty()) return true;
+    const int count = static_cast<int>(changes.size());
+    if (count < fewest) {
+      fewest = count;
+      patience = 8;
+    } else if (patience > 0) {
+      --patience;
+    }
+    if (patience == 0) changes = {changes.back()};
+    for (const auto& [k, state] : changes) states[k] = state;
+    solution.work.pivots += static_cast<int>(changes.size());
+  }
+  return true;
+}
+
+Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, const SolveOptions& options,
+                           std::unique_ptr<SolverMemory>* memory) {
+  Solution solution;
+  solution.method = "tridiagonal";
+  solution.lambda.assign(system.rows.size(), 0.0);
+  Path path;
+  if (!make_path(system, path)) {
+    clamp_to_bounds(system.rows, solution.lambda);
+    solution.status = SolveStatus::Unsupported;
+    solution.residual = natural_map_residual(system, solution.lambda);
+    return solution;
+  }
+  const auto* kept = memory ? dynamic_cast<const TridiagonalMemory*>(memory->get()) : nullptr;
+  std::vector<RowState> states(path.row.size(), RowState::Free);
+  if (kept && kept->states.size() == states.size()) states = kept->states;
+  std::vector<double> lambda(path.row.size(), 0.0);
+  const bool regular = search(path, options, states, lambda, solution);
+  for (std::size_t k = 0; k < lambda.size(); ++k) solution.lambda[path.row[k]] = regular ? lambda[k] : 0;
+  conclude(system, options, solution);
+  if (!regular && solution.status != SolveStatus::Solved) solution.status = SolveStatus::Singular;
+  if (memory && solution.status == SolveStatus::Solved) {
+    auto fresh = std::make_unique<TridiagonalMemory>();
+    fresh->states = std::move(states);
+    *memory = std::move(fresh);
+  }
+  return solution;
+}
+
+}  // namespace
+
+extern const SolverEntry kTridiagonalEntry{
+    .name = "tridiagonal",
+    .summary = "frictionless chains: O(n) elimination along the path, active set for the signs",
+    .reference = "Thomas algorithm; block pivots: Judice & Pires 1994",
+    .exact = true,
+    .friction = false,
+    .bilateral = true,
+    .solve = solve_tridiagonal};
+
+}  // namespace skerry

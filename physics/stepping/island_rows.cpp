@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/island_rows.h"
+
+#include "physics/joint_rows.h"
+#include "physics/stepping/touching.h"
+
+namespace skerry {
+namespace {
+
+double along(const std::array<double, 3>& j, const Velocity& v) {
+  return j[0] * v[0] + j[1] * v[1] + j[2] * v[2];
+}
+
+Velocity body_velocity(const WorldState& state, std::uint32_t body) {
+  return {state.bodies.velocity[body].x, state.bodies.velocity[body].y, state.bodies.omega[body]};
+}
+
+/// Number in the island; -1 for the ground and for bodies that do not react.
+int local_index(const WorldState& state, std::uint32_t body) {
+  return body == BodyId::kNone ? -1 : state.local_index[body];
+}
+
+bool moves_by_itself(const WorldState& state, std::uint32_t body) {
+  return body != BodyId::kNone && state.bodies.type[body] == BodyType::Kinematic;
+}
+
+/// Adds a row between two bodies; what a body outside the island contributes moves into the drive.
+void add_row(const WorldState& state, std::uint32_t body_a, std::uint32_t body_b, Row row, double drive,
+             const RowOrigin& origin, Assembly& out) {
+  row.a = local_index(state, body_a);
+  row.b = local_index(state, body_b);
+  if (row.a < 0) {
+    if (moves_by_itself(state, body_a)) drive += along(row.Ja, body_velocity(state, body_a));
+    row.Ja = {};
+  }
+  if (row.b < 0) {
+    if (moves_by_itself(state, body_b)) drive += along(row.Jb, body_velocity(state, body_b));
+    row.Jb = {};
+  }
+  out.system.rows.push_back(row);
+  out.origin.push_back(origin);
+  out.drive.push_back(drive);
+}
+
+Transform pose_of(const WorldState& state, const AssemblyRequest& request, std::uint32_t body) {
+  const int local = local_index(state, body);
+  return request.poses != nullptr && local >= 0 ? (*request.poses)[local]
+                                                : pose_at(state, body, request.elapsed);
+}
+
+void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, Assembly& out) {
+  const JointRecord& joint = state.joints[slot];
+  const std::uint32_t a = joint.def.a.index;
+  const std::uint32_t b = joint.def.b.index;
+  std::array<JointRow, 2> geometry;
+  const int count = joint_rows(joint, pose_of(state, request, a), pose_of(state, request, b), geometry);
+  for (int k = 0; k < count; ++k) {
+    if (geometry[k].limit && geometry[k].error > request.rope_slack) continue;
+    Row row;
+    row.kind = geometry[k].limit ? RowKind::Limit : RowKind::Joint;
+    row.lower = geometry[k].limit ? 0 : -kInfinity;
+    row.Ja = geometry[k].Ja;
+    row.Jb = geometry[k].Jb;
+    row.source = (std::uint64_t{slot} << 2 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
+    add_row(state, a, b, row, 0, {row.kind, true, slot, k, geometry[k].error}, out);
+  }
+}
+
+void add_point(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
+               std::uint32_t index, int i, Assembly& out) {
+  const Contact& contact = state.contacts[index];
+  const ManifoldPoint& point = manifold.points[i];
+  const Vec2 n = manifold.normal;
+  const Vec2 t = perp(n);
+  const Vec2 ra = point.position - pose_of(state, request, contact.body_a).p;
+  const Vec2 rb = point.position - pose_of(state, request, contact.body_b).p;
+
+  Row row;
+  row.source = contact.source(i);
+  row.Ja = {-n.x, -n.y, -cross(ra, n)};
+  row.Jb = {n.x, n.y, cross(rb, n)};
+  const int normal = out.system.size();
+  add_row(state, contact.body_a, contact.body_b, row, 0, {RowKind::Normal, false, index, i, point.separation},
+          out);
+  if (!request.friction) return;
+  if (contact.friction > 0) {
+    row.kind = RowKind::Friction;
+    row.lower = -kInfinity;
+    row.normal = normal;
+    row.mu = contact.friction;
+    row.Ja = {-t.x, -t.y, -cross(ra, t)};
+    row.Jb = {t.x, t.y, cross(rb, t)};
+    add_row(state, contact.body_a, contact.body_b, row, -contact.surface_velocity,
+            {RowKind::Friction, false, index, i, 0}, out);
+  }
+  if (contact.rolling_resistance > 0) {
+    row.kind = RowKind::Rolling;
+    row.lower = -kInfinity;
+    row.normal = normal;
+    row.mu = contact.rolling_resistance;
+    row.Ja = {0, 0, -1};
+    row.Jb = {0, 0, 1};
+    add_row(state, contact.body_a, contact.body_b, row, 0, {RowKind::Rolling, false, index, i, 0}, out);
+  }
+}
+
+}  // namespace
+
+void assemble(const WorldState& state, const Island& island, const AssemblyRequest& request, Assembly& out) {
+  out = {};
+  for (const std::uint32_t body : island.bodies) {
+    out.system.bodies.push_back({state.bodies.inverse_mass[body], state.bodies.inverse_inertia[body]});
+    out.system.positions.push_back(pose_of(state, request, body).p);
+  }
+  for (const std::uint32_t joint : island.joints) add_joint(state, request, joint, out);
+  for (std::size_t k = 0; k < island.contacts.size(); ++k) {
+    const std::uint32_t index = island.contacts[k];
+    const Manifold& manifold =
+        request.manifolds != nullptr ? (*request.manifolds)[k] : state.contacts[index].manifold;
+    for (int i = 0; i < manifold.count; ++i) {
+      if (((*request.points)[k] >> i & 1) != 0) add_point(state, request, manifold, index, i, out);
+    }
+  }
+  out.system.b.assign(out.system.rows.size(), 0);
+}
+
+std::vector<Velocity> island_velocities(const WorldState& state, const Island& island) {
+  std::vector<Velocity> v;
+  v.reserve(island.bodies.size());
+  for (const std::uint32_t body : island.bodies) v.push_back(body_velocity(state, body));
+  return v;
+}
+
+void store_velocities(WorldState& state, const Island& island, const std::vector<Velocity>& v) {
+  for (std::size_t k = 0; k < island.bodies.size(); ++k) {
+    state.bodies.velocity[island.bodies[k]] = {v[k][0], v[k][1]};
+    state.bodies.omega[island.bodies[k]] = v[k][2];
+  }
+}
+
+double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>& v) {
+  const Row& row = assembly.system.rows[i];
+  double u = assembly.drive[i];
+  if (row.a >= 0) u += along(row.Ja, v[row.a]);
+  if (row.b >= 0) u += along(row.Jb, v[row.b]);
+  return u;
+}
+
+int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {
+  int reused = 0;
+  for (const std::uint32_t index : island.contacts) {
+    Contact& contact = state.contacts[index];
+    reused += !refresh_manifold(contact, state.shapes[contact.shape_a].shape,
+                                pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
+                                pose_at(state, contact.body_b, elapsed), contact.margin, stats);
+  }
+  return reused;
+}
+
+}  // namespace skerry

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+//
+// From the contacts and joints of an island to the rows of its IslandSystem.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "physics/islands/island_builder.h"
+#include "physics/islands/island_system.h"
+#include "physics/narrowphase/manifold.h"
+
+namespace skerry {
+
+struct WorldState;
+
+using Velocity = std::array<double, 3>;  ///< (vx, vy, omega)
+
+/// Where a row came from.
+struct RowOrigin {
+  RowKind kind;
+  bool joint;
+  std::uint32_t index;  ///< contact or joint slot
+  int point;            ///< of the contact's manifold, or row of the joint
+  double error;         ///< separation of the point, or position error of the joint [m]
+};
+
+/// Rows with what they were made of.
+struct Assembly {
+  IslandSystem system;
+  std::vector<RowOrigin> origin;
+  std::vector<double>
+      drive;  ///< per row: velocity that comes from kinematic bodies and conveyor surfaces [m/s]
+};
+
+/// What `assemble` is to take.
+struct AssemblyRequest {
+  /// Per contact of the island (same order): bit i set takes point i.
+  const std::vector<std::uint8_t>* points = nullptr;
+  /// Per contact: geometry to use instead of the contact's own manifold; same length as the island's
+  /// contacts.
+  const std::vector<Manifold>* manifolds = nullptr;
+  /// Poses of the island's bodies for joint geometry, or null: the current ones.
+  const std::vector<Transform>* poses = nullptr;
+  bool friction = false;
+  double rope_slack = 0;  ///< ropes with at most this slack are taken [m]
+  double elapsed = 0;     ///< since the beginning of the step [s], for kinematic bodies
+};
+
+/// Builds the rows: joints in slot order, then contacts in table order (Normal, Friction, Rolling for each
+/// point). `b` is left zero.
+void assemble(const WorldState& state, const Island& island, const AssemblyRequest& request, Assembly& out);
+
+/// Velocities of the island's bodies.
+std::vector<Velocity> island_velocities(const WorldState& state, const Island& island);
+void store_velocities(WorldState& state, const Island& island, const std::vector<Velocity>& v);
+
+/// Relative velocity of row `i`, J v + drive.
+double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>& v);
+
+/// Brings the manifolds of the island's contacts to the current poses, each within its own margin.
+/// @param elapsed  since the beginning of the step [s], for kinematic bodies
+/// @return how many were right already
+int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats);
+
+}  // namespace skerry

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/next_contact.h"
+
+#include <algorithm>
+
+#include "physics/stepping/touching.h"
+
+namespace skerry {
+namespace {
+
+/// Smallest separation among the points whose features do not rest, at time `t`; the margin if there is none.
+class FreePoints {
+ public:
+  FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b,
+             std::uint8_t resting)
+      : contact_(contact),
+        shape_a_(state.shapes[contact.shape_a].shape),
+        shape_b_(state.shapes[contact.shape_b].shape),
+        a_(a),
+        b_(b),
+        margin_(state.config.contact_margin) {
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      if ((resting >> i & 1) != 0) resting_features_[count_++] = contact.manifold.points[i].feature;
+    }
+  }
+
+  double separation(double t) const {
+    const Manifold manifold =
+        contact_manifold(contact_, shape_a_, a_.at(t), shape_b_, b_.at(t), margin_, nullptr, nullptr);
+    double smallest = margin_;
+    for (int i = 0; i < manifold.count; ++i) {
+      const auto end = resting_features_.begin() + count_;
+      if (std::find(resting_features_.begin(), end, manifold.points[i].feature) != end) continue;
+      smallest = std::min(smallest, manifold.points[i].separation);
+    }
+    return smallest;
+  }
+
+ private:
+  const Contact& contact_;
+  const Shape& shape_a_;
+  const Shape& shape_b_;
+  const Motion& a_;
+  const Motion& b_;
+  double margin_;
+  std::array<std::uint32_t, 2> resting_features_{};
+  int count_ = 0;
+};
+
+}  // namespace
+
+double next_contact_time(const WorldState& state, std::uint32_t index, const Motion& a, const Motion& b,
+                         std::uint8_t resting, double h) {
+  const Contact& contact = state.contacts[index];
+  if (resting == 0) {
+    const ImpactTime impact = contact_impact_time(contact, state.shapes[contact.shape_a].shape, a,
+                                                  state.shapes[contact.shape_b].shape, b, h);
+    return impact.hit ? impact.t : h;
+  }
+
+  // One point rests and another may come down (a box that rocks onto its face): the root of that point's
+  // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
+  // of its own.
+  const double ignored = 1e3 * touch_tolerance(state, a.p0);
+  const FreePoints free(state, contact, a, b, resting);
+  if (free.separation(0) <= 0 || free.separation(h) > -ignored) return h;
+  // Bisection to 1e-3 of the piece, then the false position with halving [Dowell & Jarratt 1971] to rounding.
+  double low = 0;
+  double high = h;
+  for (int i = 0; i < 10; ++i) {
+    const double middle = 0.5 * (low + high);
+    (free.separation(middle) > 0 ? low : high) = middle;
+  }
+  double f_low = free.separation(low);
+  double f_high = free.separation(high);
+  for (int i = 0; i < 60 && high - low > 1e-15 * h; ++i) {
+    const double t = std::clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
+    const double f = free.separation(t);
+    if (std::abs(f) < 1e-3 * touch_tolerance(state, a.p0)) return std::max(t, 1e-12 * h);
+    if (f > 0) {
+      low = t;
+      f_low = f;
+      f_high *= 0.5;
+    } else {
+      high = t;
+      f_high = f;
+      f_low *= 0.5;
+    }
+  }
+  return high;
+}
+
+}  // namespace skerry

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+//
+// Steppers: how an island is brought from the beginning to the end of a step. Each is one file and one
+// registry row.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "physics/islands/island_builder.h"
+#include "physics/step_report.h"
+
+namespace skerry {
+
+struct WorldState;
+
+/// What a solver keeps for an island between steps, found again by the hash of the island's row sources.
+struct IslandMemory {
+  std::uint64_t key = 0;
+  std::unique_ptr<SolverMemory> memory;
+};
+
+/// What stepping one island produced; merged into the StepReport in the order of the islands.
+struct IslandResult {
+  IslandReport report;
+  int substeps = 0;
+  int impacts = 0;
+  int reflections = 0;
+  int friction_rows = 0;
+  int manifolds_reused = 0;
+  bool in_flight = false;  ///< nothing to meet: closed form
+  bool at_rest = false;    ///< nothing changed since the last step: its result was used again
+  SolveWork work;
+  NarrowPhaseStats narrow;
+  std::array<double, kStageCount> stage_seconds{};
+  std::vector<IslandTrace> traces;
+  std::vector<IslandMemory> memories;  ///< solver memories to keep for the next step
+};
+
+/// Advances the bodies of `island` by `h` [s]. Touches nothing but these bodies, the island's contacts and
+/// joints, and `WorldState::travelled` of its bodies, so islands may be stepped in any order or at the same
+/// time.
+using StepIslandFn = void (*)(WorldState& state, const Island& island, double h, IslandResult& result);
+
+struct StepperEntry {
+  std::string_view name;
+  std::string_view summary;
+  std::string_view reference;
+  StepIslandFn step;
+};
+
+std::span<const StepperEntry> steppers();
+/// @throws std::invalid_argument that lists the names there are.
+const StepperEntry& find_stepper(std::string_view name);
+
+/// Ballistic flight in closed form: exact for constant acceleration.
+void fly(WorldState& state, std::uint32_t body, double h);
+
+}  // namespace skerry

@@ -1,0 +1,503 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/time_stepping.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "physics/hash.h"
+#include "physics/solver/impact_law.h"
+#include "physics/stepping/island_rows.h"
+#include "physics/stepping/next_contact.h"
+#include "physics/stepping/projection.h"
+#include "physics/stepping/touching.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+/// Adds the time of a scope to a stage when the observer wants times.
+class StageTimer {
+ public:
+  StageTimer(const WorldState& state, IslandResult& result, Stage stage)
+      : seconds_(state.observe.stage_times ? &result.stage_seconds[static_cast<int>(stage)] : nullptr) {
+    if (seconds_ != nullptr) start_ = std::chrono::steady_clock::now();
+  }
+  ~StageTimer() {
+    if (seconds_ == nullptr) return;
+    *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  double* seconds_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+class IslandStep {
+ public:
+  IslandStep(WorldState& state, const Island& island, IslandResult& result)
+      : state_(state), island_(island), result_(result), resting_(island.contacts.size()) {}
+
+  void run(double h) {
+    // A piece costs in proportion to the island, so busy islands get fewer: a heap of 100 contacts is cut 5
+    // times, a row of balls as often as its bounces want.
+    int points = 0;
+    for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
+    const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
+    // The manifolds of the beginning are those by which the island was found.
+    for (int piece = 1; elapsed_ < h; ++piece) {
+      // After too many cuts the rest of the step takes landings as plastic, at its end.
+      const bool last = piece > cuts;
+      if (!last) apply_impact();
+      const double length = h - elapsed_;
+      choose_resting(last);
+      const std::vector<Velocity> before = island_velocities(state_, island_);
+      const std::vector<Velocity> after = solve_forces(length, before, last);
+      const double hit = last ? length : next_hit(length, before, after);
+      advance(hit, length, before, after, last);
+      elapsed_ = hit < length ? elapsed_ + hit : h;
+      refresh_manifolds();
+      StageTimer timer(state_, result_, Stage::Apply);
+      project_positions(state_, island_, elapsed_, result_);
+      if (moving_) project_velocities(state_, island_, elapsed_, result_);
+      ++result_.substeps;
+    }
+  }
+
+ private:
+  void refresh_manifolds() {
+    StageTimer timer(state_, result_, Stage::Narrow);
+    result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
+  }
+
+  /// Contacts that touch and approach bounce by the world's impact law; forces have not acted yet.
+  void apply_impact() {
+    StageTimer timer(state_, result_, Stage::Impact);
+    std::vector<std::uint8_t> touching(island_.contacts.size(), 0);
+    bool approaching = !island_.joints.empty();  // a rope may have become taut
+    for (std::size_t k = 0; k < touching.size(); ++k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        const ManifoldPoint& point = contact.manifold.points[i];
+        if (!is_touching(state_, point)) continue;
+        touching[k] |= 1u << i;
+        approaching |= normal_velocity(state_, contact, point.position, elapsed_) < -state_.config.rest_speed;
+      }
+    }
+    if (!approaching) return;
+
+    Assembly assembly;
+    AssemblyRequest request;
+    request.points = &touching;
+    request.friction = true;
+    request.elapsed = elapsed_;
+    request.rope_slack = state_.config.touch_tolerance;
+    assemble(state_, island_, request, assembly);
+
+    ImpactProblem problem;
+    problem.velocity = island_velocities(state_, island_);
+    approaching = false;
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      Row& row = assembly.system.rows[i];
+      if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
+      const RowOrigin& origin = assembly.origin[i];
+      const bool contact_row = row.kind == RowKind::Normal && !origin.joint;
+      problem.restitution.push_back(contact_row ? state_.contacts[origin.index].restitution : 0);
+      const double u = row_velocity(assembly, i, problem.velocity);
+      if (row.kind != RowKind::Normal || u >= -state_.config.rest_speed) continue;
+      approaching = true;
+      if (!contact_row) continue;
+      Contact& contact = state_.contacts[origin.index];
+      contact.hit = true;
+      if (-u <= contact.hit_speed) continue;
+      contact.hit_speed = -u;
+      contact.hit_point = contact.manifold.points[origin.point].position;
+      contact.hit_normal = contact.manifold.normal;
+    }
+    if (!approaching) return;
+    // The sources' right-hand side, for whoever looks at the system: the wanted change of each relative
+    // velocity.
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      assembly.system.b[i] = -(1 + problem.restitution[i]) * row_velocity(assembly, i, problem.velocity);
+    }
+
+    problem.system = std::move(assembly.system);
+    problem.drive = assembly.drive;
+    problem.rest_speed = state_.config.rest_speed;
+    problem.solver = state_.solver;
+    ImpactResult impact = state_.impact_law->apply(problem);
+    store_velocities(state_, island_, impact.velocity);
+    for (int i = 0; i < problem.system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) continue;
+      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+      if (origin.kind == RowKind::Normal) memory.total_impact += impact.lambda[i];
+      if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
+    }
+    ++result_.impacts;
+    result_.reflections += impact.reflections;
+    note_status(impact.status, impact.residual);
+    add_work(impact.work);
+    if (state_.observe.systems) {
+      keep_trace(std::move(problem.system), std::move(impact.lambda), impact.status, state_.impact_law->name,
+                 impact.residual, true, nullptr);
+    }
+  }
+
+  /// Points that touch and do not separate take part in the force solve; in the plastic end of a step all
+  /// near ones.
+  void choose_resting(bool all_near) {
+    for (std::size_t k = 0; k < resting_.size(); ++k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      resting_[k] = 0;
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        const ManifoldPoint& point = contact.manifold.points[i];
+        const bool rests =
+            is_touching(state_, point) &&
+            normal_velocity(state_, contact, point.position, elapsed_) <= state_.config.rest_speed;
+        if (rests || (all_near && point.separation <= contact.margin)) resting_[k] |= 1u << i;
+      }
+    }
+  }
+
+  /// Geometry half-way through the piece, if anything moves enough to matter.
+  bool midpoint(double h, const std::vector<Velocity>& v, std::vector<Transform>& poses,
+                std::vector<Manifold>& manifolds) {
+    double largest = 0;
+    poses.resize(v.size());
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
+                  Rot::from_angle(state_.bodies.angle[body] + 0.5 * h * v[k][2])};
+      largest = std::max(largest, 0.5 * h * (std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2])));
+    }
+    // Below this the Jacobian changes by less than rounding.
+    if (largest < 1e-12) return false;
+    const auto pose = [&](std::uint32_t body) {
+      const int local = state_.local_index[body];
+      return local >= 0 ? poses[local] : pose_at(state_, body, elapsed_ + 0.5 * h);
+    };
+    manifolds.resize(resting_.size());
+    for (std::size_t k = 0; k < resting_.size(); ++k) {
+      Contact& contact = state_.contacts[island_.contacts[k]];
+      manifolds[k] = contact.manifold;
+      if (resting_[k] == 0) continue;
+      const Manifold mid =
+          contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
+                           state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
+                           &contact.cache, &result_.narrow);
+      // Points keep their numbers; where the features changed on the way the old geometry serves.
+      int found = 0;
+      Manifold same = contact.manifold;
+      for (int i = 0; i < same.count; ++i) {
+        for (int j = 0; j < mid.count; ++j) {
+          if (mid.points[j].feature != same.points[i].feature) continue;
+          same.points[i].position = mid.points[j].position;
+          ++found;
+        }
+      }
+      same.normal = mid.normal;
+      if (found == same.count) manifolds[k] = same;
+    }
+    return true;
+  }
+
+  /// Velocities at the end of a piece of length `h`.
+  std::vector<Velocity> solve_forces(double h, const std::vector<Velocity>& before, bool plastic) {
+    std::vector<Velocity> after = before;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      after[k][0] += h * state_.acceleration[body].x;
+      after[k][1] += h * state_.acceleration[body].y;
+      after[k][2] += h * state_.angular_acceleration[body];
+    }
+
+    Assembly start, mid;
+    {
+      StageTimer timer(state_, result_, Stage::Assemble);
+      AssemblyRequest request;
+      request.points = &resting_;
+      request.friction = true;
+      request.elapsed = elapsed_;
+      request.rope_slack = kInfinity;
+      assemble(state_, island_, request, start);
+      std::vector<Transform> poses;
+      std::vector<Manifold> manifolds;
+      if (!plastic && midpoint(h, before, poses, manifolds)) {
+        request.poses = &poses;
+        request.elapsed = elapsed_ + 0.5 * h;
+        request.manifolds = &manifolds;
+        assemble(state_, island_, request, mid);
+      }
+    }
+    moving_ = mid.system.size() == start.system.size() && mid.system.size() > 0;
+    Assembly& assembly = moving_ ? mid : start;
+    IslandSystem& system = assembly.system;
+    if (system.rows.empty()) return after;
+
+    for (int i = 0; i < system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      double target = 0;
+      // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
+      // not kept.
+      if (moving_ && (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || sticks(origin))) {
+        target = row_velocity(start, i, before) - row_velocity(mid, i, before);
+      }
+      if (plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
+      if (origin.kind == RowKind::Limit) target -= std::max(0.0, origin.error) / h;
+      system.b[i] = target - row_velocity(assembly, i, after);
+    }
+
+    const std::vector<double> warm = warm_start(assembly, h);
+    Fnv1a key;
+    for (const Row& row : system.rows) key.add(row.source);
+    std::unique_ptr<SolverMemory> memory = take_memory(key.value());
+    SolveOptions options = state_.config.solve;
+    options.trace = state_.observe.systems && state_.observe.solve_traces;
+    Solution solution;
+    {
+      StageTimer timer(state_, result_, Stage::Solve);
+      solution = state_.solver->solve(system, warm, options, &memory);
+    }
+    if (memory != nullptr) result_.memories.push_back({key.value(), std::move(memory)});
+    apply_impulses(system, solution.lambda, after);
+    quieten(h, after);
+    store_impulses(assembly, solution.lambda, h);
+    note_solution(solution, system);
+    if (state_.observe.systems) {
+      keep_trace(system, solution.lambda, solution.status, solution.method, solution.residual, false,
+                 std::move(solution.trace));
+    }
+    return after;
+  }
+
+  /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than
+  /// that are at rest to the bit, so that nothing of them has to be computed again.
+  void quieten(double h, std::vector<Velocity>& v) const {
+    double fastest = 0;
+    for (const std::uint32_t body : island_.bodies) {
+      fastest = std::max(fastest, length(state_.acceleration[body]) +
+                                      std::abs(state_.angular_acceleration[body]) * state_.radius[body]);
+    }
+    const double floor = 1e-11 * h * fastest;  // the solvers' tolerance is 1e-10 of the same speed
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const double turn = std::abs(v[k][2]) * state_.radius[island_.bodies[k]];
+      if (std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn}) < floor) v[k] = {0, 0, 0};
+    }
+  }
+
+  bool sticks(const RowOrigin& origin) const {
+    if (origin.joint || origin.kind != RowKind::Friction) return false;
+    return state_.contacts[origin.index].points[origin.point].sticking;
+  }
+
+  std::vector<double> warm_start(const Assembly& assembly, double h) const {
+    std::vector<double> warm(assembly.origin.size(), 0);
+    for (std::size_t i = 0; i < warm.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) {
+        warm[i] = state_.joints[origin.index].row_force[origin.point] * h;
+        continue;
+      }
+      const PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+      if (!(memory.h > 0)) continue;
+      const double impulse = origin.kind == RowKind::Normal     ? memory.normal_impulse
+                             : origin.kind == RowKind::Friction ? memory.friction_impulse
+                                                                : memory.rolling_impulse;
+      warm[i] = impulse * (h / memory.h);
+    }
+    return warm;
+  }
+
+  void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h) {
+    for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
+      for (PointMemory& memory : state_.contacts[island_.contacts[k]].points) {
+        memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+        memory.h = h;
+        memory.sticking = false;
+      }
+    }
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) {
+        state_.joints[origin.index].row_force[origin.point] = lambda[i] / h;
+        continue;
+      }
+      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+      if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda[i];
+      if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda[i];
+      if (origin.kind != RowKind::Friction) continue;
+      memory.friction_impulse = lambda[i];
+      memory.sticking =
+          memory.normal_impulse > 0 &&
+          std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
+    }
+  }
+
+  std::unique_ptr<SolverMemory> take_memory(std::uint64_t key) {
+    for (IslandMemory& kept : result_.memories) {
+      if (kept.key == key && kept.memory != nullptr) return std::move(kept.memory);
+    }
+    const auto found =
+        std::lower_bound(state_.memories.begin(), state_.memories.end(), key,
+                         [](const IslandMemory& kept, std::uint64_t k) { return kept.key < k; });
+    if (found == state_.memories.end() || found->key != key) return nullptr;
+    return std::move(found->memory);
+  }
+
+  /// Time until the next landing within the piece, or its length.
+  double next_hit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after) {
+    StageTimer timer(state_, result_, Stage::Narrow);
+    const auto motion = [&](std::uint32_t body) {
+      const BodyArrays& all = state_.bodies;
+      Motion m;
+      m.p0 = all.position[body];
+      m.angle0 = all.angle[body];
+      const int k = state_.local_index[body];
+      if (k >= 0) {
+        m.v = {before[k][0], before[k][1]};
+        m.omega = before[k][2];
+        m.a = Vec2{after[k][0] - before[k][0], after[k][1] - before[k][1]} / h;
+        m.alpha = (after[k][2] - before[k][2]) / h;
+      } else if (all.type[body] == BodyType::Kinematic) {
+        m.v = all.velocity[body];
+        m.omega = all.omega[body];
+        m.p0 += elapsed_ * m.v;
+        m.angle0 += elapsed_ * m.omega;
+      }
+      return m;
+    };
+    double first = h;
+    for (std::size_t k = 0; k < resting_.size(); ++k) {
+      const std::uint32_t index = island_.contacts[k];
+      const Contact& contact = state_.contacts[index];
+      if (!moves(contact.body_a, before, after) && !moves(contact.body_b, before, after)) continue;
+      first = std::min(first, next_contact_time(state_, index, motion(contact.body_a), motion(contact.body_b),
+                                                resting_[k], first));
+    }
+    return first;
+  }
+
+  bool moves(std::uint32_t body, const std::vector<Velocity>& before,
+             const std::vector<Velocity>& after) const {
+    const int k = state_.local_index[body];
+    if (k >= 0) return before[k] != Velocity{} || after[k] != Velocity{};
+    return state_.bodies.type[body] == BodyType::Kinematic;
+  }
+
+  void advance(double t, double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+               bool plastic) {
+    StageTimer timer(state_, result_, Stage::Apply);
+    const double share = t < h ? t / h : 1;
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      Velocity v = after[k];
+      Velocity path = after[k];
+      for (int c = 0; c < 3; ++c) {
+        if (share < 1) v[c] = before[k][c] + share * (after[k][c] - before[k][c]);
+        if (!plastic) path[c] = 0.5 * (before[k][c] + v[c]);
+      }
+      BodyArrays& all = state_.bodies;
+      all.position[body] += t * Vec2{path[0], path[1]};
+      if (path[2] != 0) {
+        all.angle[body] += t * path[2];
+        all.rotation[body] = Rot::from_angle(all.angle[body]);
+      }
+      all.velocity[body] = {v[0], v[1]};
+      all.omega[body] = v[2];
+      const double speed = std::max(std::hypot(before[k][0], before[k][1]), std::hypot(v[0], v[1]));
+      const double turn = std::max(std::abs(before[k][2]), std::abs(v[2]));
+      state_.travelled[body] += t * (speed + turn * state_.radius[body]);
+    }
+    for (const std::uint32_t index : island_.contacts) {
+      for (PointMemory& memory : state_.contacts[index].points) {
+        memory.total_normal += share * memory.normal_impulse;
+        memory.total_friction += share * memory.friction_impulse;
+      }
+    }
+    for (const std::uint32_t slot : island_.joints) {
+      JointRecord& joint = state_.joints[slot];
+      for (int k = 0; k < 2; ++k) joint.row_impulse[k] += t * joint.row_force[k];
+    }
+  }
+
+  void note_status(SolveStatus status, double residual) {
+    if (status != SolveStatus::Solved) result_.report.status = status;
+    result_.report.residual = std::max(result_.report.residual, residual);
+  }
+
+  void note_solution(const Solution& solution, const IslandSystem& system) {
+    note_status(solution.status, solution.residual);
+    result_.report.method = solution.method;
+    result_.report.iterations += solution.iterations;
+    result_.report.rows = system.size();
+    result_.friction_rows += static_cast<int>(std::count_if(
+        system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
+    add_work(solution.work);
+  }
+
+  void add_work(const SolveWork& work) {
+    result_.work.factorisations += work.factorisations;
+    result_.work.partial_factorisations += work.partial_factorisations;
+    result_.work.resolves += work.resolves;
+    result_.work.pivots += work.pivots;
+    result_.work.symbolic_analyses += work.symbolic_analyses;
+    result_.work.symbolic_skipped += work.symbolic_skipped;
+  }
+
+  void keep_trace(IslandSystem system, std::vector<double> lambda, SolveStatus status,
+                  std::string_view method, double residual, bool impact, std::unique_ptr<SolveTrace> trace) {
+    IslandTrace kept;
+    kept.impact = impact;
+    kept.time = elapsed_;
+    for (const std::uint32_t body : island_.bodies)
+      kept.bodies.push_back({body, state_.bodies.generation[body]});
+    kept.system = std::move(system);
+    kept.lambda = std::move(lambda);
+    kept.status = status;
+    kept.method = method;
+    kept.residual = residual;
+    kept.trace = std::move(trace);
+    result_.traces.push_back(std::move(kept));
+  }
+
+  WorldState& state_;
+  const Island& island_;
+  IslandResult& result_;
+  std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
+  double elapsed_ = 0;                 ///< since the beginning of the step [s]
+  bool moving_ = false;                ///< the geometry changes within the piece
+};
+
+}  // namespace
+
+void step_island_by_time_stepping(WorldState& state, const Island& island, double h, IslandResult& result) {
+  if (island.contacts.empty() && island.joints.empty()) {
+    for (const std::uint32_t body : island.bodies) fly(state, body, h);
+    result.in_flight = true;
+    result.substeps = 1;
+    return;
+  }
+  IslandStep(state, island, result).run(h);
+}
+
+void fly(WorldState& state, std::uint32_t body, double h) {
+  BodyArrays& all = state.bodies;
+  const Vec2 v0 = all.velocity[body];
+  const double w0 = all.omega[body];
+  all.velocity[body] = v0 + h * state.acceleration[body];
+  all.omega[body] = w0 + h * state.angular_acceleration[body];
+  all.position[body] += 0.5 * h * (v0 + all.velocity[body]);
+  const double turn = 0.5 * h * (w0 + all.omega[body]);
+  if (turn != 0) {
+    all.angle[body] += turn;
+    all.rotation[body] = Rot::from_angle(all.angle[body]);
+  }
+  const double speed = std::max(length(v0), length(all.velocity[body]));
+  state.travelled[body] +=
+      h * (speed + std::max(std::abs(w0), std::abs(all.omega[body])) * state.radius[body]);
+}
+
+}  // namespace skerry

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+//
+// Small questions that the parts of a stepper ask about bodies and contact points.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "physics/world_state.h"
+
+namespace skerry {
+
+/// Pose of `body`, `elapsed` after the beginning of the step. Dynamic bodies are where they are; kinematic
+/// ones, which many islands share, follow their motion; kNone is the ground.
+inline Transform pose_at(const WorldState& state, std::uint32_t body, double elapsed) {
+  if (body == BodyId::kNone) return {};
+  const BodyArrays& all = state.bodies;
+  if (all.type[body] != BodyType::Kinematic || elapsed == 0) return all.pose(body);
+  return {all.position[body] + elapsed * all.velocity[body],
+          Rot::from_angle(all.angle[body] + elapsed * all.omega[body])};
+}
+
+/// Gaps up to this count as closed: the world's tolerance, or what rounding leaves of coordinates this large
+/// [m].
+inline double touch_tolerance(const WorldState& state, Vec2 where) {
+  const double size = std::max(std::abs(where.x), std::abs(where.y));
+  return std::max(state.config.touch_tolerance, 32 * std::numeric_limits<double>::epsilon() * size);
+}
+
+inline bool is_touching(const WorldState& state, const ManifoldPoint& point) {
+  return point.separation <= touch_tolerance(state, point.position);
+}
+
+/// Velocity of the material point of `body` at `where`, world frame [m/s].
+inline Vec2 point_velocity(const WorldState& state, std::uint32_t body, Vec2 where, double elapsed) {
+  const BodyArrays& all = state.bodies;
+  return all.velocity[body] + all.omega[body] * perp(where - pose_at(state, body, elapsed).p);
+}
+
+/// Relative velocity of b against a along the contact's normal [m/s]; negative: approaching.
+inline double normal_velocity(const WorldState& state, const Contact& contact, Vec2 where, double elapsed) {
+  return dot(contact.manifold.normal, point_velocity(state, contact.body_b, where, elapsed) -
+                                          point_velocity(state, contact.body_a, where, elapsed));
+}
+
+}  // namespace skerry

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "physics/thread_pool.h"
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace skerry {
+
+struct ThreadPool::State {
+  std::mutex mutex;
+  std::condition_variable wake, done;
+  std::uint64_t loop = 0;  ///< number of the present loop; workers wait for it to change
+  int busy = 0;            ///< workers that have not finished the present loop
+  bool stop = false;
+
+  std::size_t count = 0;
+  const std::function<void(std::size_t)>* item = nullptr;
+  std::atomic<std::size_t> next{0};
+
+  std::exception_ptr error;
+  std::size_t error_index = 0;
+
+  std::vector<std::thread> workers;
+
+  void work() {
+    for (std::size_t i = next.fetch_add(1); i < count; i = next.fetch_add(1)) {
+      try {
+        (*item)(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (error == nullptr || i < error_index) {
+          error = std::current_exception();
+          error_index = i;
+        }
+      }
+    }
+  }
+
+  void live() {
+    std::uint64_t seen = 0;
+    for (;;) {
+      {
+        std::unique_lock lock(mutex);
+        wake.wait(lock, [&] { return stop || loop != seen; });
+        if (stop) return;
+        seen = loop;
+      }
+      work();
+      const std::lock_guard lock(mutex);
+      if (--busy == 0) done.notify_one();
+    }
+  }
+};
+
+ThreadPool::ThreadPool(int threads) : state_(std::make_unique<State>()) {
+  if (threads < 1 || threads > 256) {
+    throw std::invalid_argument("threads must be between 1 and 256, got " + std::to_string(threads));
+  }
+  for (int i = 1; i < threads; ++i) state_->workers.emplace_back([state = state_.get()] { state->live(); });
+}
+
+ThreadPool::~ThreadPool() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stop = true;
+  }
+  state_->wake.notify_all();
+  for (std::thread& worker : state_->workers) worker.join();
+}
+
+int ThreadPool::threads() const {
+  return static_cast<int>(state_->workers.size()) + 1;
+}
+
+void ThreadPool::run(std::size_t count, const std::function<void(std::size_t)>& item) {
+  State& s = *state_;
+  const bool alone = s.workers.empty() || count <= 1;
+  {
+    const std::lock_guard lock(s.mutex);
+    s.count = count;
+    s.item = &item;
+    s.next = 0;
+    s.error = nullptr;
+    if (!alone) {
+      s.busy = static_cast<int>(s.workers.size());
+      ++s.loop;
+    }
+  }
+  if (!alone) s.wake.notify_all();
+  s.work();
+  std::unique_lock lock(s.mutex);
+  s.done.wait(lock, [&] { return s.busy == 0; });
+  if (s.error != nullptr) std::rethrow_exception(s.error);
+}
+
+}  // namespace skerry

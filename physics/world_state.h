@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+//
+// The inside of a World: what the stages of a step share. Not for users.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "physics/contact.h"
+#include "physics/resting.h"
+#include "physics/stepping/stepper.h"
+#include "physics/thread_pool.h"
+#include "physics/world.h"
+
+namespace skerry {
+
+/// Position and velocity of one body, kept so that a step of its island can be done again.
+struct BodyBackup {
+  Vec2 position;
+  double angle;
+  Rot rotation;
+  Vec2 velocity;
+  double omega;
+};
+
+struct WorldState {
+  WorldConfig config;
+  Observe observe;
+
+  // Bodies, by slot. `force` and `torque` are the user's for the next step.
+  BodyArrays bodies;
+  std::vector<std::string> names;
+  std::vector<std::optional<double>> given_mass, given_inertia;
+  std::vector<std::vector<std::uint32_t>> shapes_of;  ///< slots of each body's shapes, ascending
+  std::vector<std::vector<std::uint32_t>> joints_of;
+  std::vector<Vec2> centre;    ///< centre of mass in the frame of the body's definition [m]
+  std::vector<double> radius;  ///< farthest point of any shape from the centre of mass [m]
+  std::vector<std::uint32_t> free_bodies;
+
+  std::vector<ShapeRecord> shapes;
+  std::vector<std::uint32_t> free_shapes;
+  std::vector<JointRecord> joints;
+  std::vector<std::uint32_t> free_joints;
+
+  std::unique_ptr<BroadPhase> broad_phase;
+  std::unique_ptr<ThreadPool> pool;
+  std::vector<Contact> contacts;       ///< sorted by key
+  std::vector<IslandMemory> memories;  ///< sorted by key
+  std::vector<RestingIsland> resting;  ///< sorted by key
+
+  // Of the current step.
+  std::vector<Vec2> acceleration;  ///< by body [m/s^2]
+  std::vector<double> angular_acceleration;
+  std::vector<double> reach;              ///< bound on how far any point of the body moves in the step [m]
+  std::vector<double> travelled;          ///< how far it did at most [m]
+  std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
+  std::vector<BodyBackup> backup;         ///< at the start of the step
+  std::vector<Pair> pairs;
+  std::vector<BoxUpdate> box_updates;
+  std::vector<std::uint8_t> shape_moved;  ///< by shape: its box is new in this round
+  std::vector<std::uint8_t> stale_boxes;  ///< by body: static, but moved or changed since its boxes were made
+  std::vector<std::uint32_t> loose_shapes;  ///< shapes whose box in the broad phase is missing or out of date
+
+  // Looked up by name once, when the world is made.
+  const SolverEntry* solver = nullptr;
+  const struct ImpactLawEntry* impact_law = nullptr;
+  const StepperEntry* stepper = nullptr;
+
+  StepReport report;
+  double time = 0;
+  std::uint64_t steps = 0;
+};
+
+}  // namespace skerry

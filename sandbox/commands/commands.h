@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+//
+// The commands' set-up functions, one file each; registry.cpp lists them.
+#pragma once
+
+#include "sandbox/cli.h"
+
+namespace skerry::sandbox {
+
+Action setup_list(CLI::App& app);
+Action setup_run(CLI::App& app);
+Action setup_capture(CLI::App& app);
+Action setup_test(CLI::App& app);
+Action setup_doctor(CLI::App& app);
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#include "sandbox/commands/commands.h"
+
+namespace skerry::sandbox {
+
+std::span<const Command> commands() {
+  static constexpr Command kCommands[] = {
+      {"list", "Demos with title, lesson and parameters", "skerry list", setup_list},
+      {"run", "Steps a demo without pictures and checks its numbers",
+       "skerry run newtons_cradle --set lifted=2 --report out.json", setup_run},
+      {"capture", "Records demos to MP4, MKV, WebM, GIF or PNG",
+       "skerry capture newtons_cradle -o cradle.mp4 --matrix", setup_capture},
+      {"test", "Checks every number of demos, with every broad phase", "skerry test stack see_saw",
+       setup_test},
+      {"doctor", "Says what of EGL, OpenGL and the encoders works here", "skerry doctor", setup_doctor},
+  };
+  return kCommands;
+}
+
+}  // namespace skerry::sandbox

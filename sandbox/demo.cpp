@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "sandbox/demo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "sandbox/errors.h"
+#include "sandbox/lua_args.h"
+#include "sandbox/names.h"
+#include "sandbox/script.h"
+
+namespace skerry::sandbox {
+namespace {
+
+std::string read_text(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(path)) throw ScriptError(path + ": cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// Called through lua_pcall, so that running out of memory here is an error like any other.
+int add_functions(lua_State* state) {
+  add_scene_functions(state);
+  add_body_functions(state);
+  add_joint_functions(state);
+  add_sensor_functions(state);
+  return 0;
+}
+
+double measure(LuaHost& host, int function, const std::string& place, const std::string& what) {
+  host.call(function, 1);
+  lua_State* state = host.state();
+  const bool number = lua_type(state, -1) == LUA_TNUMBER;
+  const bool yes_no = lua_type(state, -1) == LUA_TBOOLEAN;
+  const double value = yes_no ? lua_toboolean(state, -1) : lua_tonumber(state, -1);
+  const std::string got = describe(state, -1);
+  lua_pop(state, 1);
+  if (!number && !yes_no) throw ScriptError(place + ": \"" + what + "\" expected a number, got " + got);
+  return value;
+}
+
+}  // namespace
+
+std::string Parameter::text() const {
+  return choices.empty() ? format_number(value) : choices[static_cast<std::size_t>(value)];
+}
+
+bool Check::accepts(double measured) const {
+  // Written so that NaN is refused by each of them.
+  if (below && !(measured < *below)) return false;
+  if (above && !(measured > *above)) return false;
+  if (equals && !(std::abs(measured - *equals) <= within)) return false;
+  return true;
+}
+
+std::string Check::condition() const {
+  std::vector<std::string> parts;
+  if (equals) parts.push_back(format_number(*equals) + " +- " + format_number(within));
+  if (above) parts.push_back("above " + format_number(*above));
+  if (below) parts.push_back("below " + format_number(*below));
+  return join(parts, " and ") + (unit.empty() ? "" : " " + unit);
+}
+
+const std::vector<std::string>& color_names() {
+  // In the order of render::Style::bodies.
+  static const std::vector<std::string> names{"sky",  "orange", "green", "vermilion",
+                                              "pink", "yellow", "blue",  "grey"};
+  return names;
+}
+
+Demo::Demo(const std::string& path, const DemoOptions& options)
+    : script_(std::make_unique<Script>(path, options)) {
+  Script& script = *script_;
+  script.name = std::filesystem::path(path).stem().string();
+  const std::string source = read_text(path);
+  lua_State* state = script.host.state();
+  lua_pushcfunction(state, &add_functions);
+  if (lua_pcall(state, 0, 0, 0) != LUA_OK) throw ScriptError(path + ": no memory for the script functions");
+  try {
+    script.host.run(source);
+  } catch (const ScriptError&) {
+    if (!script.usage_error.empty()) throw UsageError(script.usage_error);
+    throw;
+  }
+  if (!script.world) throw ScriptError(path + ": the script does not call demo{ title = ... }");
+
+  std::vector<std::string> names;
+  for (const Parameter& parameter : script.parameters) names.push_back(parameter.name);
+  for (const auto& [name, value] : options.parameters)
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError("--set: " + script.name + " has no parameter \"" + name + '"' +
+                       (names.empty() ? std::string() : suggestion(name, names)));
+  script.full_seconds = script.seconds;
+  if (options.seconds) script.seconds = *options.seconds;
+  if (options.steps) script.seconds = static_cast<double>(*options.steps) * script.dt;
+}
+
+Demo::~Demo() = default;
+Demo::Demo(Demo&&) noexcept = default;
+
+const std::string& Demo::name() const {
+  return script_->name;
+}
+const std::string& Demo::path() const {
+  return script_->path;
+}
+const std::string& Demo::title() const {
+  return script_->title;
+}
+const std::string& Demo::lesson() const {
+  return script_->lesson;
+}
+double Demo::seconds() const {
+  return script_->seconds;
+}
+double Demo::dt() const {
+  return script_->dt;
+}
+const Picture& Demo::picture() const {
+  return script_->picture;
+}
+const std::vector<Parameter>& Demo::parameters() const {
+  return script_->parameters;
+}
+const std::vector<Check>& Demo::checks() const {
+  return script_->checks;
+}
+const std::vector<Watch>& Demo::watches() const {
+  return script_->watches;
+}
+const std::vector<Note>& Demo::notes() const {
+  return script_->notes;
+}
+const World& Demo::world() const {
+  return *script_->world;
+}
+std::uint64_t Demo::steps_done() const {
+  return script_->steps;
+}
+double Demo::time() const {
+  return script_->time();
+}
+
+std::uint64_t Demo::total_steps() const {
+  // 4 s in steps of 1/60 s are 240, though 4 * 60 may round to 240.00000000000003.
+  return static_cast<std::uint64_t>(std::ceil(script_->seconds / script_->dt - 1e-6));
+}
+
+void Demo::observe(Observe what) {
+  script_->wanted = what;
+  script_->observe();
+}
+
+void Demo::step() {
+  Script& script = *script_;
+  const double time = script.time();
+  const double half = 0.5 * script.dt;
+  // Vectors may grow while callbacks run, hence the indices.
+  for (std::size_t i = 0; i < script.appointments.size(); ++i) {
+    if (script.appointments[i].done || script.appointments[i].time > time + half) continue;
+    script.appointments[i].done = true;
+    script.host.call(script.appointments[i].function, 0);
+  }
+  for (std::size_t i = 0; i < script.step_callbacks.size(); ++i)
+    script.host.call(script.step_callbacks[i], 0, [&](lua_State* state) {
+      lua_pushnumber(state, time);
+      lua_pushnumber(state, script.dt);
+      return 2;
+    });
+  script.world->step(script.dt);
+  ++script.steps;
+
+  for (std::size_t i = 0; i < script.checks.size(); ++i) {
+    const Check& due = script.checks[i];
+    const bool now = due.at && due.state == CheckState::Waiting && script.time() + 1e-9 >= *due.at;
+    if (!now && !(due.always && due.state != CheckState::Fails)) continue;
+    const double value = measure(script.host, due.function, due.place, due.what);
+    Check& check = script.checks[i];
+    check.value = value;
+    check.time = script.time();
+    check.state = check.accepts(value) ? CheckState::Holds : CheckState::Fails;
+  }
+}
+
+void Demo::finish() {
+  Script& script = *script_;
+  // The numbers of the end belong to the whole demo; a run that was cut short does not reach them.
+  if (script.time() + 1e-6 * script.dt < script.full_seconds) return;
+  for (Check& check : script.checks) {
+    if (check.at || check.always || check.state != CheckState::Waiting) continue;
+    check.value = measure(script.host, check.function, check.place, check.what);
+    check.time = script.time();
+    check.state = check.accepts(check.value) ? CheckState::Holds : CheckState::Fails;
+  }
+}
+
+bool Demo::failed() const {
+  const auto fails = [](const Check& check) { return check.state == CheckState::Fails; };
+  return std::any_of(script_->checks.begin(), script_->checks.end(), fails) || world().report().contained > 0;
+}
+
+std::vector<double> Demo::watch_values() {
+  std::vector<double> values;
+  for (const Watch& watch : script_->watches)
+    values.push_back(measure(script_->host, watch.function, script_->path, watch.what));
+  return values;
+}
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+//
+// A loaded demo: what its script says of itself, its world, and its checks. It is stepped, not drawn, here.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/world.h"
+
+namespace skerry::sandbox {
+
+/// The part of the world that the picture shows.
+struct View {
+  Vec2 centre;        ///< [m]
+  double height = 0;  ///< [m]
+  double width = 0;   ///< [m]; 0: follows from the picture's shape
+};
+
+/// A number, or one of several words, that the command line and the window may change.
+struct Parameter {
+  std::string name;
+  std::string unit;
+  double value = 0, standard = 0, low = 0, high = 0;
+  std::vector<std::string> choices;  ///< when not empty: the words; `value` is the index from 0
+
+  /// The value as people write it.
+  std::string text() const;
+};
+
+enum class CheckState : std::uint8_t { Waiting, Holds, Fails };
+
+/// One `expect` of a script.
+struct Check {
+  std::string what;
+  std::string unit;
+  std::string place;         ///< file:line of the `expect`
+  std::optional<double> at;  ///< [s]; without it: at the end of the run
+  bool always = false;       ///< after every step
+  std::optional<double> below, above, equals;
+  double within = 0;  ///< tolerance of `equals`
+  int function = 0;   ///< registry reference
+  CheckState state = CheckState::Waiting;
+  double value = 0;  ///< last measured, or (always) the first that fails
+  double time = 0;   ///< when [s]
+
+  bool accepts(double measured) const;
+  /// For example "below 1e-06 m".
+  std::string condition() const;
+};
+
+/// A column of the CSV series and of plots.
+struct Watch {
+  std::string what;
+  std::string unit;
+  int function = 0;
+};
+
+/// Words shown in the picture from a moment on.
+struct Note {
+  double time = 0;  ///< [s]
+  std::string text;
+};
+
+/// What the command line changes.
+struct DemoOptions {
+  std::uint64_t seed = 1;
+  std::optional<double> dt{};       ///< [s]
+  std::optional<double> seconds{};  ///< length of the run
+  std::optional<std::uint64_t> steps{};
+  std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
+  std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed
+  std::function<void(std::string_view)> print{};                  ///< lines that the script prints
+};
+
+/// How a script wants to be shown.
+struct Picture {
+  std::optional<View> view;
+  std::vector<std::string> overlays;    ///< of `show`
+  std::optional<double> impulse_scale;  ///< impact arrows [N s / m]
+  std::optional<double> force_scale;    ///< arrows of resting forces [N / m]
+  std::vector<int> colors;              ///< by body slot: index into the palette, -1: the usual colour
+};
+
+/// How the bodies can be coloured in a script; the index is what `Picture::colors` holds.
+const std::vector<std::string>& color_names();
+
+class Demo {
+ public:
+  /// Runs the script at `path`. @throws ScriptError for a missing file or an error in it, UsageError for
+  /// options that it does not have or values outside their range.
+  Demo(const std::string& path, const DemoOptions& options);
+  ~Demo();
+  Demo(Demo&&) noexcept;
+
+  const std::string& name() const;  ///< file name without folder and `.lua`
+  const std::string& path() const;
+  const std::string& title() const;
+  const std::string& lesson() const;  ///< one sentence
+  double seconds() const;             ///< length of the run
+  double dt() const;                  ///< length of a step [s]
+  std::uint64_t total_steps() const;  ///< in `seconds`
+  const Picture& picture() const;
+  const std::vector<Parameter>& parameters() const;
+  const std::vector<Check>& checks() const;
+  const std::vector<Watch>& watches() const;
+  /// Notes up to now, in the order of time.
+  const std::vector<Note>& notes() const;
+
+  const World& world() const;
+  /// Turns observers on for overlays; those that the script needs stay on.
+  void observe(Observe what);
+  /// Callbacks of the script, one step of the world, then the checks that are due. @throws ScriptError
+  void step();
+  std::uint64_t steps_done() const;
+  double time() const;  ///< steps times dt [s]
+  /// Evaluates what waits for the end. Checks at a later time stay `Waiting`, and all of them when the run is
+  /// shorter than the script says.
+  void finish();
+  /// Whether a check fails or the world had to stop a body whose state was not finite.
+  bool failed() const;
+  /// Current values of the watches.
+  std::vector<double> watch_values();
+
+ private:
+  std::unique_ptr<struct Script> script_;
+};
+
+}  // namespace skerry::sandbox

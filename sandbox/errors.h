@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+//
+// The ways in which a call of `skerry` can go wrong, and the exit code of each.
+#pragma once
+
+#include <stdexcept>
+
+namespace skerry::sandbox {
+
+/// What the process returns; scripts may rely on these numbers.
+enum ExitCode : int {
+  kGood = 0,
+  kCheckFailed = 1,       ///< an `expect` does not hold, or a body had to be stopped
+  kUsage = 2,             ///< unknown option, value, command or demo parameter
+  kScriptOrFile = 3,      ///< a demo that is not there or has an error; a file that cannot be read or written
+  kEnvironmentError = 4,  ///< no EGL, no encoder, disk full
+};
+
+/// Wrong words on the command line; exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A demo or file that is missing or wrong; exit code 3. For scripts the message begins with `file:line:`.
+class ScriptError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "sandbox/layout.h"
+
+#include <cmath>
+
+#include "render/gl_renderer.h"
+#include "sandbox/lua_args.h"
+
+namespace skerry::sandbox {
+
+namespace {
+
+double round_down_to(double value, std::initializer_list<double> mantissas) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  double result = power;
+  // 4.9999999 is 5 that was rounded.
+  for (const double mantissa : mantissas)
+    if (value / power >= mantissa * (1 - 1e-9)) result = mantissa * power;
+  return result;
+}
+
+}  // namespace
+
+double round_down_125(double value) {
+  return round_down_to(value, {1, 2, 5, 10});
+}
+
+double round_down(double value) {
+  return round_down_to(value, {1, 1.5, 2, 3, 5, 7, 10});
+}
+
+render::Camera place_camera(const View& view, int width_px, int height_px, bool column) {
+  const double ui = render::ui_scale(height_px);
+  const double left = 0;
+  const double right = width_px - (column ? (kColumnPx + 2 * kMarginPx) * ui : 0);
+  const double top = kHeaderPx * ui;
+  const double bottom = height_px - kFooterPx * ui;
+  double scale = (bottom - top) / view.height;  // [px/m]
+  if (view.width > 0) scale = std::min(scale, (right - left) / view.width);
+  render::Camera camera;
+  camera.width_px = width_px;
+  camera.height_px = height_px;
+  camera.height = height_px / scale;
+  camera.centre = {view.centre.x - (0.5 * (left + right) - 0.5 * width_px) / scale,
+                   view.centre.y + (0.5 * (top + bottom) - 0.5 * height_px) / scale};
+  return camera;
+}
+
+View fitted_view(const World& world) {
+  Aabb all{{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
+  for (const ShapeRecord& shape : world.shapes()) {
+    if (!shape.alive || shape.shape.kind == ShapeKind::HalfPlane) continue;
+    const Aabb box = bounding_box(shape.shape, world.pose(shape.body));
+    all = united(all, box);
+  }
+  if (!(all.lower.x <= all.upper.x)) return {{0, 0}, 10, 0};
+  const Vec2 size = all.upper - all.lower;
+  // A fifth of air around, and something to see around a single tiny body.
+  return {0.5 * (all.lower + all.upper), std::max(1.2 * size.y, 0.1), 1.2 * size.x};
+}
+
+Legend::Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer)
+    : camera_(camera), style_(style), layer_(layer), scale_(render::ui_scale(camera.height_px)) {
+  x_ = kMarginPx * scale_;
+  y_ = camera.height_px - 0.5 * kFooterPx * scale_;
+}
+
+void Legend::text(const std::string& text) {
+  layer_.labels.push_back({.at = at(x_, y_),
+                           .text = text,
+                           .color = style_.text,
+                           .halo = style_.halo,
+                           .size_px = style_.small_text_px,
+                           .anchor = render::Anchor::Right,
+                           .offset_px = 0});
+  x_ += (render::text_width(text, style_.small_text_px) + 26) * scale_;
+}
+
+void Legend::arrow(render::Color color, double length_px, const std::string& words) {
+  layer_.arrows.push_back({.from = at(x_, y_),
+                           .to = at(x_ + length_px, y_),
+                           .color = color,
+                           .width_px = style_.arrow_px,
+                           .head_px = style_.arrow_head_px});
+  x_ += length_px + 8 * scale_;
+  text(words);
+}
+
+void Legend::marker(render::Color fill, render::Color outline, const std::string& words) {
+  x_ += 4 * scale_;
+  layer_.markers.push_back(
+      {.at = at(x_, y_), .fill = fill, .outline = outline, .radius_px = style_.contact_px});
+  x_ += 10 * scale_;
+  text(words);
+}
+
+void Legend::swatch(render::Paint paint, const std::string& words) {
+  const double size = 12 * scale_;
+  const render::Point corners[] = {at(x_, y_ + 0.5 * size), at(x_ + size, y_ + 0.5 * size),
+                                   at(x_ + size, y_ - 0.5 * size), at(x_, y_ - 0.5 * size)};
+  layer_.polygon(corners, 4, paint.fill, paint.outline);
+  x_ += size + 7 * scale_;
+  text(words);
+}
+
+void Legend::length_bar(double metres, double right_edge_px) {
+  const double length = metres * camera_.pixels_per_metre();
+  const double right = right_edge_px - kMarginPx * scale_;
+  const double left = right - length;
+  const double tick = 4 * scale_;
+  const auto line = [&](render::Point from, render::Point to) {
+    layer_.lines.push_back({.from = from, .to = to, .color = style_.text_dim, .width_px = 1.5f});
+  };
+  line(at(left, y_), at(right, y_));
+  line(at(left, y_ - tick), at(left, y_ + tick));
+  line(at(right, y_ - tick), at(right, y_ + tick));
+  layer_.labels.push_back({.at = at(left, y_),
+                           .text = format_number(metres) + " m",
+                           .color = style_.text_dim,
+                           .halo = style_.halo,
+                           .size_px = style_.small_text_px,
+                           .anchor = render::Anchor::Left,
+                           .offset_px = 6});
+}
+
+}  // namespace skerry::sandbox

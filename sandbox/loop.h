@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+//
+// The one loop of the app: steps a demo and calls out for each step and each frame. A run without pictures
+// has no frames; a capture has them at fixed times.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "sandbox/demo.h"
+
+namespace skerry::sandbox {
+
+struct LoopClock {
+  double fps = 0;    ///< frames a second of the video; 0: no frames
+  double speed = 1;  ///< seconds of the world in a second of the video
+};
+
+struct LoopCallbacks {
+  /// After each step.
+  std::function<void(Demo&)> step;
+  /// For each frame in order. @param moved false: no step since the last frame
+  std::function<void(const Demo&, bool moved)> frame;
+};
+
+/// Number of frames of the whole demo.
+std::uint64_t frame_count(const Demo& demo, const LoopClock& clock);
+
+/// Runs the demo to its end, then evaluates what waits for the end. Frame k shows the world at or before time
+/// k * speed / fps. Stops early on Ctrl-C.
+/// @return whether it came to the end
+bool run_loop(Demo& demo, const LoopClock& clock, const LoopCallbacks& callbacks);
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: MIT
+//
+// Script functions that make bodies (ground, box, disc, polygon, capsule), and the body object.
+#include <algorithm>
+#include <stdexcept>
+
+#include "sandbox/lua_args.h"
+#include "sandbox/names.h"
+#include "sandbox/script.h"
+
+namespace skerry::sandbox {
+namespace {
+
+constexpr const char* kBodyType = "body";
+
+std::vector<std::string> with_common(std::vector<std::string> keys) {
+  for (const char* key :
+       {"at", "angle", "velocity", "omega", "mass", "density", "friction", "restitution",
+        "rolling_resistance", "surface_speed", "type", "gravity_scale", "group", "name", "color"})
+    keys.emplace_back(key);
+  return keys;
+}
+
+Material read_material(const Args& args, const Material& standard) {
+  Material material = standard;
+  material.friction = args.number_from("friction", 0).value_or(standard.friction);
+  material.restitution = args.number_from("restitution", 0).value_or(standard.restitution);
+  material.rolling_resistance =
+      args.number_from("rolling_resistance", 0).value_or(standard.rolling_resistance);
+  material.surface_velocity = args.number("surface_speed", standard.surface_velocity);
+  return material;
+}
+
+BodyType read_type(const Args& args) {
+  static const std::vector<std::string> names{"static", "kinematic", "dynamic"};
+  const std::string type = args.text("type").value_or("dynamic");
+  const auto found = std::find(names.begin(), names.end(), type);
+  if (found == names.end())
+    throw std::invalid_argument(args.function() + ": no type \"" + type + '"' + suggestion(type, names));
+  return static_cast<BodyType>(found - names.begin());
+}
+
+int read_color(const Args& args) {
+  const std::optional<std::string> name = args.text("color");
+  if (!name) return -1;
+  const std::vector<std::string>& names = color_names();
+  const auto found = std::find(names.begin(), names.end(), *name);
+  if (found == names.end())
+    throw std::invalid_argument(args.function() + ": no color \"" + *name + '"' + suggestion(*name, names));
+  return static_cast<int>(found - names.begin());
+}
+
+// Makes a body of one shape, given in the body's frame, from the common arguments; leaves it on the stack.
+int make_body(lua_State* L, const Args& args, Shape shape) {
+  Script& script = script_with_world(L, args.function().c_str());
+  BodyDef def;
+  def.type = read_type(args);
+  def.position = args.pair("at").value_or(Vec2{});
+  def.angle = args.number("angle", 0);
+  def.velocity = args.pair("velocity").value_or(Vec2{});
+  def.omega = args.number("omega", 0);
+  def.mass = args.number("mass");
+  def.gravity_scale = args.number("gravity_scale", 1);
+  def.name = args.text("name").value_or("");
+  if (def.mass && *def.mass <= 0)
+    throw std::invalid_argument(args.function() + ": mass must be positive, got " + format_number(*def.mass));
+  ShapeDef part;
+  part.shape = std::move(shape);
+  part.density = args.number("density", part.density);
+  if (part.density <= 0)
+    throw std::invalid_argument(args.function() + ": density must be positive, got " +
+                                format_number(part.density));
+  part.material = read_material(args, script.material);
+  part.filter.group = static_cast<std::int32_t>(args.number("group", 0));
+  const int color = read_color(args);
+
+  World& world = *script.world;
+  const BodyId body = world.create_body(def);
+  try {
+    world.add_shape(body, part);
+  } catch (...) {
+    world.destroy(body);
+    throw;
+  }
+  std::vector<int>& colors = script.picture.colors;
+  if (colors.size() <= body.index) colors.resize(body.index + 1, -1);
+  colors[body.index] = color;
+  push_body(L, body);
+  return 1;
+}
+
+int box(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"size", "rounding"});
+  const Args args(L, "box", keys);
+  const Vec2 size = args.required_pair("size", "{w, h}");
+  if (size.x <= 0 || size.y <= 0)
+    throw std::invalid_argument("box: size must be positive, got {" + format_number(size.x) + ", " +
+                                format_number(size.y) + "}");
+  return make_body(L, args, make_box(size, {}, 0, args.number_from("rounding", 0).value_or(0)));
+}
+
+int disc(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"radius"});
+  const Args args(L, "disc", keys);
+  const double radius = args.required_number("radius");
+  if (radius <= 0) throw std::invalid_argument("disc: radius must be positive, got " + format_number(radius));
+  return make_body(L, args, make_disc(radius));
+}
+
+int polygon(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"corners", "rounding"});
+  const Args args(L, "polygon", keys);
+  return make_body(L, args,
+                   make_polygon(args.points("corners"), args.number_from("rounding", 0).value_or(0)));
+}
+
+int capsule(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"from", "to", "radius"});
+  const Args args(L, "capsule", keys);
+  const double radius = args.required_number("radius");
+  if (radius <= 0)
+    throw std::invalid_argument("capsule: radius must be positive, got " + format_number(radius));
+  return make_body(L, args, make_capsule(args.required_pair("from"), args.required_pair("to"), radius));
+}
+
+// ground{ y = 0, tilt = 0 }: everything below a line
+int ground(lua_State* L) {
+  static const std::vector<std::string> keys{
+      "y", "x", "tilt", "friction", "restitution", "rolling_resistance", "surface_speed", "name"};
+  const Args args(L, "ground", keys);
+  Script& script = script_with_world(L, "ground");
+  const SinCos sc = sin_cos(args.number("tilt", 0));
+  ShapeDef part;
+  part.shape = make_half_plane({args.number("x", 0), args.number("y", 0)}, {-sc.sin, sc.cos});
+  part.material = read_material(args, script.material);
+  BodyDef def;
+  def.type = BodyType::Static;
+  def.name = args.text("name").value_or("ground");
+  const BodyId body = script.world->create_body(def);
+  script.world->add_shape(body, part);
+  push_body(L, body);
+  return 1;
+}
+
+// --- The body object
+
+BodyId self(lua_State* L, const char* what) {
+  const std::optional<BodyId> body = to_body(L, 1);
+  if (!body)
+    throw std::invalid_argument(std::string(what) + ": call it with a colon, as in body:" + what + "(...)");
+  return *body;
+}
+
+using Getter = double (*)(const World&, BodyId);
+using Setter = void (*)(World&, BodyId, double);
+
+struct Field {
+  const char* name;
+  Getter get;
+  Setter set;  ///< null: read only
+};
+
+constexpr Field kFields[] = {
+    {"x", [](const World& w, BodyId b) { return w.position(b).x; },
+     [](World& w, BodyId b, double v) {
+       w.set_pose(b, {v, w.position(b).y}, w.angle(b));
+     }},
+    {"y", [](const World& w, BodyId b) { return w.position(b).y; },
+     [](World& w, BodyId b, double v) {
+       w.set_pose(b, {w.position(b).x, v}, w.angle(b));
+     }},
+    {"angle", [](const World& w, BodyId b) { return w.angle(b); },
+     [](World& w, BodyId b, double v) { w.set_pose(b, w.position(b), v); }},
+    {"vx", [](const World& w, BodyId b) { return w.velocity(b).x; },
+     [](World& w, BodyId b, double v) {
+       w.set_velocity(b, {v, w.velocity(b).y}, w.omega(b));
+     }},
+    {"vy", [](const World& w, BodyId b) { return w.velocity(b).y; },
+     [](World& w, BodyId b, double v) {
+       w.set_velocity(b, {w.velocity(b).x, v}, w.omega(b));
+     }},
+    {"omega", [](const World& w, BodyId b) { return w.omega(b); },
+     [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }},
+    {"speed", [](const World& w, BodyId b) { return length(w.velocity(b)); }, nullptr},
+    {"mass", [](const World& w, BodyId b) { return w.mass(b); }, nullptr},
+    {"inertia", [](const World& w, BodyId b) { return w.inertia(b); }, nullptr},
+    {"kinetic_energy",
+     [](const World& w, BodyId b) {
+       const double spin = w.omega(b);
+       return 0.5 * (w.mass(b) * length_squared(w.velocity(b)) + w.inertia(b) * spin * spin);
+     },
+     nullptr},
+};
+
+std::vector<std::string> field_names() {
+  std::vector<std::string> names;
+  for (const Field& field : kFields) names.emplace_back(field.name);
+  for (const char* name : {"name", "alive", "force", "torque", "impulse", "point", "remove"})
+    names.emplace_back(name);
+  return names;
+}
+
+// The point of application: a third argument {x, y} in the world frame, else the centre of mass.
+Vec2 point_of_application(lua_State* L, const World& world, BodyId body, const char* function) {
+  if (lua_isnoneornil(L, 4)) return world.position(body);
+  const std::optional<Vec2> point = to_pair(L, 4);
+  if (!point)
+    throw std::invalid_argument(std::string(function) + ": point expected {x, y}, got " + describe(L, 4));
+  return *point;
+}
+
+int body_force(lua_State* L) {
+  World& world = *script_with_world(L, "force").world;
+  const BodyId body = self(L, "force");
+  const Vec2 force{number_argument(L, 2, "force", "x"), number_argument(L, 3, "force", "y")};
+  world.apply_force(body, force, point_of_application(L, world, body, "force"));
+  return 0;
+}
+
+int body_impulse(lua_State* L) {
+  World& world = *script_with_world(L, "impulse").world;
+  const BodyId body = self(L, "impulse");
+  const Vec2 impulse{number_argument(L, 2, "impulse", "x"), number_argument(L, 3, "impulse", "y")};
+  world.apply_impulse(body, impulse, point_of_application(L, world, body, "impulse"));
+  return 0;
+}
+
+int body_torque(lua_State* L) {
+  World& world = *script_with_world(L, "torque").world;
+  world.apply_torque(self(L, "torque"), number_argument(L, 2, "torque", "torque"));
+  return 0;
+}
+
+// Where a point of the body, given in its frame from the centre of mass, is now.
+int body_point(lua_State* L) {
+  const World& world = *script_with_world(L, "point").world;
+  const BodyId body = self(L, "point");
+  const Vec2 local{number_argument(L, 2, "point", "x"), number_argument(L, 3, "point", "y")};
+  const Vec2 point = to_world(world.pose(body), local);
+  lua_pushnumber(L, point.x);
+  lua_pushnumber(L, point.y);
+  return 2;
+}
+
+int body_remove(lua_State* L) {
+  World& world = *script_with_world(L, "remove").world;
+  const BodyId body = self(L, "remove");
+  if (world.alive(body)) world.destroy(body);
+  return 0;
+}
+
+int body_index(lua_State* L) {
+  const World& world = *script_with_world(L, "body").world;
+  const BodyId body = self(L, "field");
+  const std::string key = text_argument(L, 2, "body", "field");
+  for (const Field& field : kFields) {
+    if (key != field.name) continue;
+    lua_pushnumber(L, field.get(world, body));
+    return 1;
+  }
+  if (key == "alive") {
+    lua_pushboolean(L, world.alive(body));
+    return 1;
+  }
+  if (key == "name") {
+    const std::string_view name = world.name(body);
+    lua_pushlstring(L, name.data(), name.size());
+    return 1;
+  }
+  // Methods are upvalue 1.
+  if (lua_getfield(L, lua_upvalueindex(1), key.c_str()) != LUA_TNIL) return 1;
+  throw std::invalid_argument("body: no field \"" + key + '"' + suggestion(key, field_names()));
+}
+
+int body_newindex(lua_State* L) {
+  World& world = *script_with_world(L, "body").world;
+  const BodyId body = self(L, "field");
+  const std::string key = text_argument(L, 2, "body", "field");
+  std::vector<std::string> settable;
+  for (const Field& field : kFields) {
+    if (!field.set) continue;
+    settable.emplace_back(field.name);
+    if (key != field.name) continue;
+    field.set(world, body, number_argument(L, 3, "body", key));
+    return 0;
+  }
+  throw std::invalid_argument("body: \"" + key + "\" cannot be set; these can: " + join(settable));
+}
+
+int body_tostring(lua_State* L) {
+  const Script& script = script_with_world(L, "body");
+  const BodyId body = self(L, "tostring");
+  std::string name = script.world->alive(body) ? std::string(script.world->name(body)) : "removed";
+  if (name.empty()) name = std::to_string(body.index);
+  lua_pushfstring(L, "body %s", name.c_str());
+  return 1;
+}
+
+int body_equal(lua_State* L) {
+  lua_pushboolean(L, to_body(L, 1) == to_body(L, 2));
+  return 1;
+}
+
+}  // namespace
+
+std::optional<BodyId> to_body(lua_State* state, int index) {
+  const void* object = luaL_testudata(state, index, kBodyType);
+  if (!object) return {};
+  return *static_cast<const BodyId*>(object);
+}
+
+void push_body(lua_State* state, BodyId body) {
+  *static_cast<BodyId*>(lua_newuserdatauv(state, sizeof(BodyId), 0)) = body;
+  luaL_setmetatable(state, kBodyType);
+}
+
+void add_body_functions(lua_State* state) {
+  luaL_newmetatable(state, kBodyType);
+  lua_newtable(state);
+  const luaL_Reg methods[] = {{"force", guarded<body_force>},     {"torque", guarded<body_torque>},
+                              {"impulse", guarded<body_impulse>}, {"point", guarded<body_point>},
+                              {"remove", guarded<body_remove>},   {nullptr, nullptr}};
+  luaL_setfuncs(state, methods, 0);
+  lua_pushcclosure(state, guarded<body_index>, 1);
+  lua_setfield(state, -2, "__index");
+  const luaL_Reg meta[] = {{"__newindex", guarded<body_newindex>},
+                           {"__tostring", guarded<body_tostring>},
+                           {"__eq", guarded<body_equal>},
+                           {nullptr, nullptr}};
+  luaL_setfuncs(state, meta, 0);
+  lua_pop(state, 1);
+
+  const luaL_Reg functions[] = {{"ground", guarded<ground>},
+                                {"box", guarded<box>},
+                                {"disc", guarded<disc>},
+                                {"polygon", guarded<polygon>},
+                                {"capsule", guarded<capsule>}};
+  for (const luaL_Reg& entry : functions) lua_register(state, entry.name, entry.func);
+}
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+//
+// Contact points and normals. Full points carry an impulse, hollow ones only come near.
+#include "sandbox/layout.h"
+#include "sandbox/overlays/registry.h"
+#include "sandbox/scene_view.h"
+
+namespace skerry::sandbox {
+namespace {
+
+constexpr double kNormalPx = 26;  // long enough to show a direction, shorter than most bodies
+
+void add_contact(const OverlayContext& context, Vec2 point, Vec2 normal, bool loaded, double brightness,
+                 render::DrawLayer& layer) {
+  const render::Style& style = context.style;
+  const double length =
+      kNormalPx * render::ui_scale(context.camera.height_px) / context.camera.pixels_per_metre();
+  layer.arrows.push_back({.from = to_point(point),
+                          .to = to_point(point + length * normal),
+                          .color = render::faded(style.normal, brightness),
+                          .width_px = style.normal_px,
+                          .head_px = 0.6f * style.arrow_head_px});
+  layer.markers.push_back({.at = to_point(point),
+                           .fill = render::faded(loaded ? style.contact : style.background, brightness),
+                           .outline = render::faded(style.contact, brightness),
+                           .radius_px = style.contact_px});
+}
+
+}  // namespace
+
+void draw_contacts(const OverlayContext& context, render::DrawList& list) {
+  render::DrawLayer& layer = list[render::Layer::Contacts];
+  for (const ContactReport& contact : context.world.report().contacts_list) {
+    for (int i = 0; i < contact.count; ++i) {
+      const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
+      const bool loaded = point.normal_impulse > 0 || point.impact_impulse > 0;
+      add_contact(context, point.position, contact.normal, loaded, 1, layer);
+    }
+  }
+  // Impacts last one step; where the contact has gone they fade.
+  for (const Flash& flash : context.history.flashes()) {
+    const double brightness = context.history.brightness(flash);
+    if (flash.time < context.history.now())
+      add_contact(context, flash.point, flash.normal, true, brightness, layer);
+  }
+  context.legend.marker(context.style.contact, context.style.contact, "contact");
+  context.legend.arrow(context.style.normal, kNormalPx * render::ui_scale(context.camera.height_px),
+                       "normal (direction only)");
+}
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include "sandbox/scene_view.h"
+
+#include <cmath>
+
+#include "sandbox/layout.h"
+
+namespace skerry::sandbox {
+namespace {
+
+using render::Layer;
+
+// Lines at whole metres, or at a power of ten of them when the view is much larger or smaller.
+void draw_grid(const OverlayContext& context, render::DrawLayer& layer) {
+  const render::Camera& camera = context.camera;
+  const double step = std::pow(10.0, std::floor(std::log10(camera.height / 3)));
+  const auto lines = [&](double middle, double extent, auto&& add) {
+    const auto first = static_cast<long long>(std::floor((middle - 0.5 * extent) / step));
+    const auto last = static_cast<long long>(std::ceil((middle + 0.5 * extent) / step));
+    for (long long i = first; i <= last; ++i) {
+      const bool major = i % 10 == 0;
+      add(static_cast<double>(i) * step, major ? context.style.grid_major : context.style.grid);
+    }
+  };
+  const double left = camera.centre.x - 0.5 * camera.width();
+  const double low = camera.centre.y - 0.5 * camera.height;
+  // Beyond 2^40 steps from the origin the line numbers lose their meaning.
+  if (std::abs(left / step) > 1e12 || std::abs(low / step) > 1e12) return;
+  lines(camera.centre.x, camera.width(), [&](double x, render::Color color) {
+    layer.lines.push_back(
+        {.from = {x, low}, .to = {x, low + camera.height}, .color = color, .width_px = 1.0f});
+  });
+  lines(camera.centre.y, camera.height, [&](double y, render::Color color) {
+    layer.lines.push_back(
+        {.from = {left, y}, .to = {left + camera.width(), y}, .color = color, .width_px = 1.0f});
+  });
+}
+
+void draw_half_plane(const OverlayContext& context, const Shape& shape, const Transform& pose,
+                     render::Paint paint, render::DrawLayer& layer) {
+  const Vec2 normal = rotate(pose.q, shape.normals.front());
+  const Vec2 anchor = to_world(pose, shape.vertices.front());
+  const render::Camera& camera = context.camera;
+  // The part of its edge that is nearest to the middle of the picture, long enough to leave it on both sides.
+  const Vec2 along = -perp(normal);
+  const Vec2 centre{camera.centre.x, camera.centre.y};
+  const Vec2 foot = anchor + dot(centre - anchor, along) * along;
+  const double reach = 2 * (camera.width() + camera.height) + std::abs(dot(centre - anchor, normal));
+  const Vec2 left = foot - reach * along;
+  const Vec2 right = foot + reach * along;
+  const Vec2 down = -reach * normal;
+  const render::Point corners[] = {to_point(left + down), to_point(right + down), to_point(right),
+                                   to_point(left)};
+  layer.polygon(corners, 4, paint.fill, paint.outline);
+}
+
+void draw_shape(const OverlayContext& context, const ShapeRecord& record, const Transform& pose,
+                render::Paint paint, double angle, render::DrawLayer& layer) {
+  const Shape& shape = record.shape;
+  if (record.sensor) paint.fill = render::faded(paint.fill, 0.25);
+  const float outline = context.style.outline_px;
+  switch (shape.kind) {
+    case ShapeKind::Disc:
+      layer.discs.push_back({.centre = to_point(to_world(pose, shape.vertices.front())),
+                             .radius = shape.radius,
+                             .fill = paint.fill,
+                             .outline = paint.outline,
+                             .outline_px = outline,
+                             .angle = angle,
+                             .spoke = true});
+      break;
+    case ShapeKind::Capsule:
+      layer.capsules.push_back({.from = to_point(to_world(pose, shape.vertices[0])),
+                                .to = to_point(to_world(pose, shape.vertices[1])),
+                                .radius = shape.radius,
+                                .fill = paint.fill,
+                                .outline = paint.outline,
+                                .outline_px = outline});
+      break;
+    case ShapeKind::Polygon: {
+      std::vector<render::Point> corners;
+      for (const Vec2 corner : shape.vertices) corners.push_back(to_point(to_world(pose, corner)));
+      layer.polygon(corners.data(), corners.size(), paint.fill, paint.outline, shape.radius, outline);
+      break;
+    }
+    case ShapeKind::HalfPlane:
+      draw_half_plane(context, shape, pose, paint, layer);
+      break;
+    case ShapeKind::Chain:
+      for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
+        const std::size_t next = (i + 1) % shape.vertices.size();
+        if (next == 0 && !shape.closed) break;
+        layer.lines.push_back({.from = to_point(to_world(pose, shape.vertices[i])),
+                               .to = to_point(to_world(pose, shape.vertices[next])),
+                               .color = paint.outline,
+                               .width_px = 2 * outline});
+      }
+      break;
+  }
+}
+
+void draw_joint(const OverlayContext& context, const JointRecord& joint, render::DrawLayer& layer) {
+  const World& world = context.world;
+  const auto anchor = [&](BodyId body, Vec2 local) {
+    return body ? to_world(world.pose(body), local) : local;
+  };
+  const Vec2 a = anchor(joint.def.a, joint.local_a);
+  const Vec2 b = anchor(joint.def.b, joint.local_b);
+  const render::Style& style = context.style;
+  const auto pin = [&](Vec2 at) {
+    layer.markers.push_back(
+        {.at = to_point(at), .fill = style.background, .outline = style.joint, .radius_px = 4.5f});
+  };
+  if (joint.def.kind != JointKind::Revolute) {
+    // A slack rope is dashed: it pulls only when it is straight.
+    const bool slack = joint.def.kind == JointKind::Rope && length(b - a) < joint.length * (1 - 1e-6);
+    layer.lines.push_back({.from = to_point(a),
+                           .to = to_point(b),
+                           .color = style.joint,
+                           .width_px = style.joint_px,
+                           .dash_px = slack ? 6.0f : 0.0f});
+    pin(a);
+  }
+  pin(b);
+}
+
+}  // namespace
+
+render::Paint paint_of(const OverlayContext& context, std::size_t body) {
+  const BodyArrays& bodies = context.world.bodies();
+  const std::vector<int>& colors = context.demo.picture().colors;
+  if (body < colors.size() && colors[body] >= 0) return render::body_paint(context.style, colors[body]);
+  if (bodies.type[body] != BodyType::Dynamic) return context.style.ground;
+  return render::body_paint(context.style, 0);
+}
+
+void draw_world(const OverlayContext& context, render::DrawList& list) {
+  list.background = context.style.background;
+  draw_grid(context, list[Layer::Background]);
+  const BodyArrays& bodies = context.world.bodies();
+  // The endless ground first: it lies behind everything else, whenever it was made.
+  for (const bool ground : {true, false}) {
+    for (const ShapeRecord& shape : context.world.shapes()) {
+      if (!shape.alive || (shape.shape.kind == ShapeKind::HalfPlane) != ground) continue;
+      const std::size_t body = shape.body.index;
+      draw_shape(context, shape, bodies.pose(body), paint_of(context, body), bodies.angle[body],
+                 list[Layer::Bodies]);
+    }
+  }
+  for (const JointRecord& joint : context.world.joints())
+    if (joint.alive) draw_joint(context, joint, list[Layer::Structure]);
+
+  context.legend.length_bar(round_down_125(context.camera.height / 5), context.camera.width_px);
+}
+
+}  // namespace skerry::sandbox

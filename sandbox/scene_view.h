@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+//
+// From a world to a picture: the only place, with the overlays, where physics and drawing meet.
+#pragma once
+
+#include "render/draw_list.h"
+#include "sandbox/overlays/overlay.h"
+
+namespace skerry::sandbox {
+
+/// Draws a metre grid, all shapes and all joints.
+void draw_world(const OverlayContext& context, render::DrawList& list);
+
+inline render::Point to_point(Vec2 v) {
+  return {v.x, v.y};
+}
+
+/// Colours of a body: static ones are ground, others as the script says.
+render::Paint paint_of(const OverlayContext& context, std::size_t body);
+
+}  // namespace skerry::sandbox

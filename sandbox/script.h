@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+//
+// What the script functions build: the state behind a `Demo`. Included by demo.cpp and the lua_*.cpp files
+// only.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sandbox/demo.h"
+#include "sandbox/lua_host.h"
+
+namespace skerry::sandbox {
+
+/// A callback at a moment.
+struct Appointment {
+  double time = 0;
+  int function = 0;
+  bool done = false;
+};
+
+struct Script {
+  Script(const std::string& file, const DemoOptions& given)
+      : options(given), path(file), host(file, given.seed) {
+    host.attach(this);
+    host.on_print(given.print);
+  }
+
+  DemoOptions options;
+  std::string name, path, title, lesson;
+  double seconds = 5;       ///< length of the run
+  double full_seconds = 5;  ///< as the script says, whatever the command line
+  double dt = 1.0 / 60;
+  Picture picture;
+  std::vector<Parameter> parameters;
+  std::vector<Check> checks;
+  std::vector<Watch> watches;
+  std::vector<Note> notes;
+  std::vector<int> step_callbacks;
+  std::vector<Appointment> appointments;
+  std::optional<World> world;  ///< made by `demo{...}`
+  Material material;           ///< of shapes that do not say otherwise
+  std::vector<JointId> joints;
+  Observe needed;  ///< by the script's own sensors
+  Observe wanted;  ///< by the overlays
+  std::uint64_t steps = 0;
+  std::string usage_error;  ///< a `--set` value that the script refused
+  LuaHost host;
+
+  double time() const { return static_cast<double>(steps) * dt; }
+  void observe() {
+    if (!world) return;
+    world->observe({.contacts = needed.contacts || wanted.contacts,
+                    .systems = needed.systems || wanted.systems,
+                    .solve_traces = needed.solve_traces || wanted.solve_traces,
+                    .stage_times = needed.stage_times || wanted.stage_times});
+  }
+};
+
+/// The script of a state; its world must exist. @throws std::invalid_argument when `demo{...}` was not called
+/// yet.
+Script& script_with_world(lua_State* state, const char* function);
+/// The script of a state.
+Script& script_of(lua_State* state);
+
+/// Adds the functions of demos/README.md to a host, group by group.
+void add_scene_functions(lua_State* state);   ///< demo, param, choice, show, expect, watch, note, at, on_step
+void add_body_functions(lua_State* state);    ///< ground, box, disc, polygon, capsule
+void add_joint_functions(lua_State* state);   ///< rod, hinge, rope
+void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+//
+// The flags that `run`, `capture` and `test` have in common.
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "physics/broadphase/broadphase.h"
+#include "physics/solver/impact_law.h"
+#include "physics/solver/solver.h"
+#include "physics/stepping/stepper.h"
+#include "sandbox/cli.h"
+#include "sandbox/errors.h"
+#include "sandbox/names.h"
+
+namespace skerry::sandbox {
+namespace {
+
+// The names of a registry's rows.
+template <class Rows>
+std::vector<std::string> names_of(const Rows& rows) {
+  std::vector<std::string> names;
+  for (const auto& row : rows) names.emplace_back(row.name);
+  return names;
+}
+
+void check_name(const char* option, const std::optional<std::string>& value,
+                const std::vector<std::string>& names) {
+  if (value && std::find(names.begin(), names.end(), *value) == names.end())
+    throw UsageError(std::string(option) + ": no \"" + *value + '"' + suggestion(*value, names));
+}
+
+}  // namespace
+
+void add_folder_option(CLI::App& app, SharedOptions& options) {
+  app.add_option("--demos", options.folder, "Folder with the demos")->type_name("FOLDER");
+}
+
+void add_shared_options(CLI::App& app, SharedOptions& options, DemoCount count) {
+  CLI::Option* demos = app.add_option("DEMO", options.demos, "Demo by name or .lua file")->type_name("");
+  if (count == DemoCount::One)
+    demos->required()->expected(1);
+  else if (count == DemoCount::AtLeastOne)
+    demos->required()->expected(1, 1 << 20);
+  DemoOptions& demo = options.demo;
+  add_folder_option(app, options);
+  const std::string group = "Simulation";
+  app.add_option("--seed", demo.seed, "Seed of math.random in the script (default 1)")->group(group);
+  app.add_option("--dt", demo.dt, "Length of a step [s]")->check(CLI::PositiveNumber)->group(group);
+  CLI::Option* seconds = app.add_option("--seconds", demo.seconds, "Length of the run [s]")
+                             ->check(CLI::PositiveNumber)
+                             ->group(group);
+  app.add_option("--steps", demo.steps, "Length of the run in steps")
+      ->check(CLI::PositiveNumber)
+      ->excludes(seconds)
+      ->group(group);
+  // Each registry gives an option its values; with a single row there is nothing to choose.
+  const auto add_choice = [&](const char* flag, std::optional<std::string>& value, const char* what,
+                              const std::vector<std::string>& names) {
+    if (names.size() < 2) return;
+    app.add_option(flag, value, std::string(what) + ": " + join(names))->type_name("NAME")->group(group);
+  };
+  add_choice("--solver", demo.solver, "Solver of the islands", names_of(solvers()));
+  add_choice("--broadphase", demo.broad_phase, "Broad phase", names_of(broad_phases()));
+  add_choice("--impact", demo.impact_law, "Impact law", names_of(impact_laws()));
+  add_choice("--stepper", demo.stepper, "How time advances", names_of(steppers()));
+  app.add_option_function<std::vector<std::string>>(
+         "--set",
+         [&demo](const std::vector<std::string>& words) {
+           for (const std::string& word : words) {
+             const std::size_t equals = word.find('=');
+             if (equals == std::string::npos || equals == 0)
+               throw UsageError("--set expected name=value, got \"" + word + '"');
+             demo.parameters.emplace_back(word.substr(0, equals), word.substr(equals + 1));
+           }
+         },
+         "Parameter of the demo: --set \"mass ratio=10\"")
+      ->type_name("NAME=VALUE")
+      ->take_all()
+      ->expected(1)
+      ->group(group);
+}
+
+DemoOptions SharedOptions::checked(const Io& io) const {
+  DemoOptions options = demo;
+  check_name("--solver", options.solver, names_of(solvers()));
+  check_name("--broadphase", options.broad_phase, names_of(broad_phases()));
+  check_name("--impact", options.impact_law, names_of(impact_laws()));
+  check_name("--stepper", options.stepper, names_of(steppers()));
+  options.print = [&io](std::string_view line) { io.err << line << '\n'; };
+  return options;
+}
+
+}  // namespace skerry::sandbox

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "physics/narrowphase/chain.h"
+
+#include <gtest/gtest.h>
+
+#include "physics/narrowphase/collide.h"
+#include "physics/narrowphase/time_of_impact.h"
+#include "tests/narrowphase/oracle.h"
+
+namespace skerry {
+namespace {
+
+using oracle::Scenes;
+
+std::vector<Manifold> contacts(const Shape& chain, const Shape& other, const Transform& pose, double margin) {
+  std::vector<Manifold> out;
+  std::vector<int> near;
+  chain_segments_near(chain, {}, grown(bounding_box(other, pose), margin), near);
+  for (const int i : near) {
+    const Manifold m = collide_chain_segment(chain, i, {}, other, pose, margin);
+    if (m.count > 0) out.push_back(m);
+  }
+  return out;
+}
+
+TEST(Chain, ABoxThatSlidesOverAThousandFlatSegmentsFeelsTheFlatNormalOnly) {
+  for (const double slope : {0.0, 0.3}) {
+    const Rot turn = Rot::from_angle(slope);
+    std::vector<Vec2> corners;
+    for (int i = 0; i <= 1000; ++i) corners.push_back(rotate(turn, {0.37 * i, 0}));
+    const Shape chain = make_chain(corners);
+    const Vec2 up = rotate(turn, {0, 1});
+    for (const Shape& shape : {make_box({1, 1}), make_disc(0.5), make_capsule({-0.5, 0}, {0.5, 0}, 0.5)}) {
+      for (double x = 1; x < 368; x += 0.0713) {
+        for (const double depth : {1e-3, 1e-9, -1e-4}) {
+          const Transform pose{rotate(turn, {x, 0.5 - depth}), turn};
+          const auto list = contacts(chain, shape, pose, 0.005);
+          ASSERT_FALSE(list.empty()) << x;
+          int points = 0;
+          double left = kInfinity, right = -kInfinity;
+          for (const Manifold& m : list) {
+            ASSERT_NEAR(length(m.normal - up), 0, 1e-9) << x << " " << depth;
+            for (int i = 0; i < m.count; ++i) {
+              const auto& point = m.points[static_cast<std::size_t>(i)];
+              ASSERT_NEAR(point.separation, -depth, 1e-12);
+              const double along = dot(rotate(turn, {1, 0}), point.position);
+              left = std::min(left, along);
+              right = std::max(right, along);
+              ++points;
+            }
+          }
+          // The extremes of the contact are there, and inner corners are not.
+          const double half = shape.kind == ShapeKind::Disc ? 0 : 0.5;
+          ASSERT_NEAR(left, x - half, 1e-9) << x;
+          ASSERT_NEAR(right, x + half, 1e-9) << x;
+          // A corner of the box right above a corner of the chain is reported by both its segments.
+          ASSERT_LE(points, half > 0 ? 4 : 2);
+        }
+      }
+    }
+  }
+}
+
+TEST(Chain, SlidingOverAFlatChainIsNoImpact) {
+  std::vector<Vec2> corners;
+  for (int i = 0; i <= 1000; ++i) corners.push_back({0.1 * i, 0});
+  const Shape chain = make_chain(corners);
+  for (const Shape& shape : {make_box({1, 1}), make_disc(0.5)}) {
+    EXPECT_FALSE(time_of_impact(chain, {}, shape, {.p0 = {1, 0.5}, .v = {100, 0}}, 0.9).hit);
+    const ImpactTime lands = time_of_impact(chain, {}, shape, {.p0 = {1, 1.5}, .v = {30, -4}}, 1);
+    ASSERT_TRUE(lands.hit);
+    EXPECT_NEAR(lands.t, 0.25, 1e-12);
+    EXPECT_FALSE(time_of_impact(chain, {}, shape, {.p0 = {50, -5}, .v = {0, 10}}, 2).hit) << "from below";
+  }
+}
+
+TEST(Chain, AnswersARidgeOnceWithANormalBetweenItsSides) {
+  const Shape ridge = make_chain(std::vector<Vec2>{{-2, -1}, {0, 0}, {2, -1}});
+  for (double x = -0.2; x <= 0.2; x += 0.01) {
+    const double reach = 0.499;
+    const auto disc = contacts(ridge, make_disc(0.5), {{x, std::sqrt(reach * reach - x * x)}, {}}, 0.0);
+    ASSERT_EQ(disc.size(), 1u) << x;
+    EXPECT_NEAR(disc[0].normal.x, x / reach, 1e-12);
+    EXPECT_NEAR(disc[0].points[0].separation, -1e-3, 1e-12);
+    const auto box = contacts(ridge, make_box({1, 1}), {{x, 0.5 - 1e-3}, {}}, 0.0);
+    ASSERT_EQ(box.size(), 1u) << x;
+    EXPECT_NEAR(box[0].normal.y, 1, 1e-12);
+    EXPECT_NEAR(box[0].points[0].separation, -1e-3, 1e-12);
+    EXPECT_NEAR(box[0].points[0].position.x, 0, 1e-12);
+  }
+}
+
+TEST(Chain, ADiscInAValleyTouchesBothSides) {
+  const Shape valley = make_chain(std::vector<Vec2>{{-2, 2}, {0, 0}, {2, 2}});
+  const double rest = 0.5 * std::sqrt(2.0);
+  const auto list = contacts(valley, make_disc(0.5), {{0, rest - 1e-6}, {}}, 0.0);
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_NEAR(list[0].normal.x, std::sqrt(0.5), 1e-12);
+  EXPECT_NEAR(list[1].normal.x, -std::sqrt(0.5), 1e-12);
+}
+
+TEST(Chain, DoesNotPushFromItsSolidSideAndLetsRollOffItsEnds) {
+  const Shape chain = make_chain(std::vector<Vec2>{{0, 0}, {1, 0}});
+  EXPECT_TRUE(contacts(chain, make_disc(0.5), {{0.5, -0.3}, {}}, 0.0).empty());
+  EXPECT_TRUE(contacts(chain, make_box({1, 1}), {{0.5, -0.3}, {}}, 0.0).empty());
+  const auto end = contacts(chain, make_disc(0.5), {{1.3, 0.39}, {}}, 0.0);
+  ASSERT_EQ(end.size(), 1u);
+  EXPECT_NEAR(end[0].normal.x, 0.3 / std::hypot(0.3, 0.39), 1e-12);
+  EXPECT_THROW(collide_chain_segment(chain, 1, {}, make_disc(1), {}, 0), std::invalid_argument);
+  EXPECT_THROW(collide(chain, {}, make_disc(1), {}, 0), std::invalid_argument);
+}
+
+TEST(Chain, ADiscThatFollowsRandomTerrainIsNeverWithoutContactAndNeverSeesSteepNormals) {
+  Scenes scenes(17);
+  std::vector<Vec2> corners;
+  for (int i = 0; i <= 200; ++i) corners.push_back({0.5 * i, scenes.uniform(-0.1, 0.1)});
+  const Shape chain = make_chain(corners), disc = make_disc(0.4);
+  double steepest = 1;
+  for (const Vec2 n : chain.normals) steepest = std::min(steepest, n.y);
+  for (double x = 1; x < 99; x += 0.0173) {
+    // Lower the disc until it touches.
+    const ImpactTime lands = time_of_impact(chain, {}, disc, {.p0 = {x, 2}, .v = {0, -1}}, 5);
+    ASSERT_TRUE(lands.hit) << x;
+    const auto list = contacts(chain, disc, {{x, 2 - lands.t}, {}}, 1e-9);
+    ASSERT_FALSE(list.empty()) << x;
+    for (const Manifold& m : list) {
+      ASSERT_NEAR(m.points[0].separation, 0, 1e-9);
+      ASSERT_GE(m.normal.y, steepest - 1e-9);
+    }
+  }
+}
+
+TEST(Chain, ClosedChainsJoinTheirLastCornerToTheFirst) {
+  // Counter-clockwise around a room walks with the solid on the right, outside.
+  const Shape room = make_chain(std::vector<Vec2>{{0, 0}, {4, 0}, {4, 3}, {0, 3}}, true);
+  EXPECT_EQ(chain_segment_count(room), 4);
+  const Shape box = make_box({1, 1});
+  EXPECT_EQ(contacts(room, box, {{0.499, 0.499}, {}}, 0.0).size(), 2u);
+  EXPECT_EQ(contacts(room, box, {{2, 1.5}, {}}, 0.0).size(), 0u);
+  const auto left = contacts(room, box, {{0.499, 1.5}, {}}, 0.0);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left[0].normal, (Vec2{1, 0}));
+}
+
+}  // namespace
+}  // namespace skerry

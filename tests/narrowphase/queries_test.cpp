@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "physics/narrowphase/queries.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/narrowphase/oracle.h"
+
+namespace skerry {
+namespace {
+
+using oracle::Scenes;
+
+TEST(Distance, AgreesWithTheOracleAndItsPointsAreThatFarApart) {
+  const unsigned seed = 61;
+  Scenes scenes(seed);
+  for (int k = 0; k < test_scale(20000); ++k) {
+    const Shape a = scenes.shape(1), b = scenes.shape(scenes.uniform(0.2, 3));
+    const auto [pose_a, pose_b] = scenes.poses(1, 1, 100);
+    const ClosestPoints c = distance(a, pose_a, b, pose_b);
+    const oracle::Distance truth = oracle::brute_force(a, pose_a, b, pose_b);
+    ASSERT_NEAR(c.distance, static_cast<double>(truth.distance), 1e-13) << "case " << k << " seed " << seed;
+    ASSERT_NEAR(length(c.point_b - c.point_a - c.distance * c.normal), 0, 1e-12);
+    ASSERT_EQ(overlaps(a, pose_a, b, pose_b), c.distance <= 0);
+    // Each point lies on its own surface.
+    ASSERT_NEAR(closest_point(a, pose_a, c.point_a).distance, 0, 1e-12) << "case " << k << " seed " << seed;
+    ASSERT_NEAR(closest_point(b, pose_b, c.point_b).distance, 0, 1e-12) << "case " << k << " seed " << seed;
+  }
+}
+
+TEST(ClosestPoint, IsInsideWhereThePointIs) {
+  const Shape box = make_box({2, 2});
+  const Transform pose{{10, 0}, {}};
+  EXPECT_TRUE(contains(box, pose, {10.5, 0.5}));
+  EXPECT_TRUE(contains(box, pose, {11, 1}));
+  EXPECT_FALSE(contains(box, pose, {11.0001, 0}));
+  const ClosestPoint corner = closest_point(box, pose, {14, 5});
+  EXPECT_EQ(corner.point, (Vec2{11, 1}));
+  EXPECT_EQ(corner.distance, 5);
+  EXPECT_NEAR(length(corner.normal - Vec2{0.6, 0.8}), 0, 1e-15);
+  EXPECT_EQ(closest_point(box, pose, {10.75, 0}).distance, -0.25);
+  const Shape ground = make_half_plane({0, 1}, {0, 1});
+  EXPECT_EQ(closest_point(ground, {}, {5, 3}).distance, 2);
+  EXPECT_EQ(closest_point(ground, {}, {5, 3}).point, (Vec2{5, 1}));
+  EXPECT_TRUE(contains(ground, {}, {5, -3}));
+  const Shape chain = make_chain(std::vector<Vec2>{{0, 0}, {1, 0}, {2, 1}});
+  EXPECT_NEAR(closest_point(chain, {}, {0.5, 2}).distance, std::sqrt(0.5) * 2.5, 1e-15 * 4);
+  EXPECT_EQ(closest_point(chain, {}, {-3, 4}).distance, 5);
+  EXPECT_TRUE(contains(chain, {}, {0.5, 0}));
+}
+
+TEST(RayCast, HitsWhereFineSamplingEntersTheShape) {
+  const unsigned seed = 62;
+  Scenes scenes(seed);
+  int hits = 0;
+  for (int k = 0; k < test_scale(20000); ++k) {
+    const Shape shape =
+        scenes.below(8) == 0 ? make_half_plane(scenes.direction(), scenes.direction()) : scenes.shape(1);
+    const Transform pose{100 * scenes.direction(), Rot::from_angle(scenes.angle())};
+    Ray ray;
+    ray.origin = pose.p + 3 * scenes.direction();
+    ray.direction = pose.p + 0.5 * scenes.direction() - ray.origin;
+    ray.t_max = scenes.uniform(0.2, 2);
+    const auto hit = ray_cast(shape, pose, ray);
+    const auto height = [&](double t) {
+      return closest_point(shape, pose, ray.origin + t * ray.direction).distance;
+    };
+    if (height(0) <= 0) {
+      ASSERT_TRUE(hit && hit->t == 0);
+      continue;
+    }
+    // Before the hit outside, at it on the surface.
+    const double end = hit ? hit->t : ray.t_max;
+    for (int i = 0; i < 40; ++i) ASSERT_GT(height(end * i / 40), -1e-12) << "case " << k << " seed " << seed;
+    if (!hit) continue;
+    ++hits;
+    ASSERT_NEAR(height(hit->t), 0, 1e-12) << "case " << k << " seed " << seed;
+    ASSERT_LE(dot(hit->normal, ray.direction), 0);
+    ASSERT_NEAR(length(hit->normal), 1, 1e-12);
+    ASSERT_NEAR(length(hit->normal - closest_point(shape, pose, hit->point + 1e-6 * hit->normal).normal), 0,
+                1e-6);
+    ASSERT_NEAR(length(hit->point - (ray.origin + hit->t * ray.direction)), 0, 1e-13);
+  }
+  EXPECT_GT(hits, 1000);
+}
+
+TEST(RayCast, MeetsAChainOnItsFreeSideOnlyAndNeverSlipsThroughACorner) {
+  const Shape chain = make_chain(std::vector<Vec2>{{0, 0}, {1, 0.3}, {2, -0.1}, {3, 0}});
+  for (int i = 1; i < 300; ++i) {
+    const double x = i * 0.01;
+    const auto hit = ray_cast(chain, {}, {{x, 5}, {0, -1}, 10});
+    ASSERT_TRUE(hit) << x;
+    EXPECT_GT(hit->normal.y, 0.9);
+    EXPECT_FALSE(ray_cast(chain, {}, {{x, -5}, {0, 1}, 10})) << x;
+  }
+  const auto corner = ray_cast(chain, {}, {{1, 5}, {0, -1}, 10});
+  ASSERT_TRUE(corner);
+  EXPECT_NEAR(corner->t, 4.7, 1e-15);
+}
+
+TEST(RayCast, RefusesAZeroDirection) {
+  EXPECT_THROW(ray_cast(make_disc(1), {}, {{0, 0}, {0, 0}, 1}), std::invalid_argument);
+}
+
+TEST(ShapeCast, StopsAtTheFirstTouch) {
+  const unsigned seed = 63;
+  Scenes scenes(seed);
+  int hits = 0;
+  for (int k = 0; k < test_scale(5000); ++k) {
+    const Shape moving = scenes.shape(1), target = scenes.shape(1);
+    const Transform from{3 * scenes.direction(), Rot::from_angle(scenes.angle())};
+    const Transform pose{{}, Rot::from_angle(scenes.angle())};
+    const Vec2 way = scenes.uniform(0.5, 2) * (scenes.direction() - from.p);
+    const auto hit = shape_cast(moving, from, way, target, pose);
+    const auto gap = [&](double t) {
+      return distance(target, pose, moving, {from.p + t * way, from.q}).distance;
+    };
+    const double end = hit ? hit->t : 1;
+    for (int i = 0; i <= 20; ++i) ASSERT_GT(gap(end * i / 20), -1e-12) << "case " << k << " seed " << seed;
+    if (!hit || hit->t == 0) continue;
+    ++hits;
+    ASSERT_NEAR(gap(hit->t), 0, 1e-12) << "case " << k << " seed " << seed;
+    ASSERT_LT(dot(hit->normal, way), 1e-9);
+  }
+  EXPECT_GT(hits, 500);
+  const auto landed = shape_cast(make_disc(0.5), {{0, 3}, {}}, {0, -5}, make_half_plane({0, 0}, {0, 1}), {});
+  ASSERT_TRUE(landed);
+  EXPECT_EQ(landed->t, 0.5);
+  EXPECT_EQ(landed->normal, (Vec2{0, 1}));
+  const Shape chain = make_chain(std::vector<Vec2>{{-2, 0}, {0, 0}, {2, 0}});
+  const auto on_chain = shape_cast(make_box({1, 1}), {{0, 3}, {}}, {0.1, -5}, chain, {});
+  ASSERT_TRUE(on_chain);
+  EXPECT_NEAR(on_chain->t, 0.5, 1e-15);
+  EXPECT_THROW(shape_cast(chain, {}, {1, 0}, chain, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skerry

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <imgui.h>
+
+#include "render/doctor.h"
+#include "render/ui_host.h"
+#include "tests/render/support.h"
+
+namespace skerry::render {
+namespace {
+
+class Panels : public GlTest {
+ protected:
+  Panels() : GlTest(640, 360) {}
+
+  template <class Content>
+  Image frame(UiHost& ui, const Content& content, const UiInput& input = {}) {
+    Target target(640, 360);
+    renderer.draw(list, camera, target);
+    ui.begin_frame(640, 360, 1, 1.0 / 60, input);
+    content();
+    ui.end_frame(target);
+    Image image;
+    target.read(image);
+    return image;
+  }
+};
+
+TEST_F(Panels, DrawOverThePictureWhereTheyWerePut) {
+  UiHost ui(style(Theme::Light));
+  const auto panel = [&] {
+    ImGui::SetNextWindowPos({400, 40});
+    ImGui::SetNextWindowSize({200, 100});
+    ImGui::Begin("Matrix", nullptr, ImGuiWindowFlags_NoCollapse);
+    ImGui::TextUnformatted("W \xce\xbb = b");
+    ImGui::End();
+  };
+  for (int i = 0; i < 2; ++i) frame(ui, panel);
+  list.background = {10, 60, 10, 255};
+  const Image image = frame(ui, panel);
+  EXPECT_EQ(image.at(300, 200), list.background);
+  const Color inside = image.at(590, 120), panel_color = style(Theme::Light).panel;
+  EXPECT_NEAR(inside.r, panel_color.r, 20);  // the panel is nearly opaque
+  EXPECT_EQ(image.at(590, 320), list.background);
+  // Text: something dark inside of the window.
+  int dark = 0;
+  for (int y = 62; y < 90; ++y) {
+    for (int x = 405; x < 500; ++x) dark += image.at(x, y).r < 100;
+  }
+  EXPECT_GT(dark, 30);
+  EXPECT_EQ(image, frame(ui, panel));
+}
+
+TEST_F(Panels, CostNothingWhenThereAreNone) {
+  UiHost ui(style(Theme::Dark));
+  const Image image = frame(ui, [] {});
+  EXPECT_EQ(image, Image(640, 360, list.background));
+}
+
+TEST_F(Panels, ShowTexturesPixelByPixel) {
+  UiHost ui(style(Theme::Light));
+  UiTexture texture;
+  Image cells(3, 2, kRed);
+  cells.set(2, 1, kBlue);
+  texture.upload(cells);
+  const auto panel = [&] { ImGui::GetForegroundDrawList()->AddImage(texture.id(), {100, 100}, {160, 140}); };
+  const Image image = frame(ui, panel);
+  EXPECT_EQ(image.at(101, 101), kRed);
+  EXPECT_EQ(image.at(159, 139), kBlue);
+  EXPECT_EQ(image.at(141, 121), kBlue);
+  EXPECT_EQ(image.at(138, 121), kRed);
+  EXPECT_EQ(image.at(141, 118), kRed);
+}
+
+TEST_F(Panels, FollowTheThemeAndTheScale) {
+  UiHost ui(style(Theme::Light));
+  ui.begin_frame(640, 360, 1, 0.01);
+  const float small = ui.regular()->FontSize;
+  ui.end_frame();
+  ui.begin_frame(640, 360, 1.5, 0.01);
+  EXPECT_NEAR(ui.regular()->FontSize, 1.5f * small, 0.6f);
+  const ImVec4 light = ImGui::GetStyle().Colors[ImGuiCol_WindowBg];
+  ui.end_frame();
+  ui.set_style(style(Theme::Dark));
+  EXPECT_LT(ImGui::GetStyle().Colors[ImGuiCol_WindowBg].x, light.x);
+  EXPECT_NE(ui.bold(), ui.regular());
+  EXPECT_THROW(ui.begin_frame(0, 10, 1, 0.1), std::invalid_argument);
+  EXPECT_THROW(ui.begin_frame(10, 10, 1, 0), std::invalid_argument);
+}
+
+TEST_F(Panels, TakeMouseAndKeys) {
+  UiHost ui(style(Theme::Light));
+  int clicks = 0;
+  bool focus = false;
+  char text[32] = "";
+  const auto panel = [&] {
+    ImGui::SetNextWindowPos({0, 0});
+    ImGui::SetNextWindowSize({300, 200});
+    ImGui::Begin("p", nullptr, ImGuiWindowFlags_NoTitleBar);
+    clicks += ImGui::Button("press", {100, 30});
+    if (focus) ImGui::SetKeyboardFocusHere();
+    ImGui::InputText("t", text, sizeof text);
+    ImGui::End();
+  };
+  UiInput input;
+  input.mouse_x = 50;
+  input.mouse_y = 25;
+  for (int i = 0; i < 3; ++i) frame(ui, panel, input);
+  EXPECT_TRUE(ui.wants_mouse());
+  input.mouse_down[0] = true;
+  frame(ui, panel, input);
+  input.mouse_down[0] = false;
+  frame(ui, panel, input);
+  frame(ui, panel, input);
+  EXPECT_EQ(clicks, 1);
+  focus = true;
+  for (int i = 0; i < 3; ++i) frame(ui, panel);
+  focus = false;
+  input = {};
+  input.text = "ab";
+  frame(ui, panel, input);
+  frame(ui, panel);
+  EXPECT_STREQ(text, "ab");
+  EXPECT_FALSE(ui.wants_mouse());
+}
+
+TEST(Doctor, FindsWhatTheTestsNeedAndNamesRemediesForTheRest) {
+  bool gl = false, x264 = false;
+  for (const DoctorLine& line : examine()) {
+    EXPECT_FALSE(line.what.empty());
+    EXPECT_EQ(line.ok, line.remedy.empty()) << line.what;
+    if (line.required) {
+      EXPECT_TRUE(line.ok) << line.what << ": " << line.detail;
+    }
+    gl = gl || (line.ok && line.what == "OpenGL renderer");
+    x264 = x264 || (line.ok && line.what == "encoder libx264");
+  }
+  EXPECT_TRUE(gl);
+  EXPECT_TRUE(x264);
+}
+
+TEST(Cameras, MapPixelsAndWorldBackAndForth) {
+  Camera camera;
+  camera.centre = {3, -2};
+  camera.height = 7.2;
+  const Point p = camera.to_pixels({4, -1});
+  EXPECT_DOUBLE_EQ(p.x, 740);
+  EXPECT_DOUBLE_EQ(p.y, 260);
+  const Point w = camera.to_world({123, 456});
+  EXPECT_NEAR(camera.to_pixels(w).x, 123, 1e-9);
+  EXPECT_NEAR(camera.to_pixels(w).y, 456, 1e-9);
+  camera.zoom_at({123, 456}, 2.5);
+  EXPECT_NEAR(camera.to_pixels(w).x, 123, 1e-9);
+  EXPECT_NEAR(camera.to_pixels(w).y, 456, 1e-9);
+  EXPECT_NEAR(camera.height, 7.2 / 2.5, 1e-12);
+  camera.pan(10, 20);
+  EXPECT_NEAR(camera.to_pixels(w).x, 133, 1e-9);
+  EXPECT_NEAR(camera.to_pixels(w).y, 476, 1e-9);
+  camera.frame({-10, 0}, {10, 1}, 0.05);
+  EXPECT_NEAR(camera.to_pixels({-10, 0}).x, 64, 1e-9);
+  EXPECT_NEAR(camera.to_pixels({10, 0}).x, 1216, 1e-9);
+  camera.frame({5, 5}, {5, 5});
+  EXPECT_EQ(camera.height, 1);
+  EXPECT_THROW(camera.zoom_at({0, 0}, 0), std::invalid_argument);
+}
+
+/// Perceived distance of two colours: CIE 1976 L*a*b*, after an optional simulation of a colour blindness.
+struct Lab {
+  double l, a, b;
+};
+Lab lab(double r, double g, double b) {
+  const double x = (0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505, y = 0.2126 * r + 0.7152 * g + 0.0722 * b,
+               z = (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089;
+  const auto f = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116; };
+  return {116 * f(y) - 16, 500 * (f(x) - f(y)), 200 * (f(y) - f(z))};
+}
+
+// Machado, Oliveira, Fernandes 2009, severity 1.0: protanopia, deuteranopia, tritanopia.
+constexpr double kBlindness[4][9] = {
+    {1, 0, 0, 0, 1, 0, 0, 0, 1},
+    {0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998},
+    {0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881},
+    {1.255528, -0.076749, -0.178779, -0.078411, 0.930809, 0.147602, 0.004733, 0.691367, 0.303900}};
+
+Lab seen(Color color, const double (&m)[9]) {
+  const auto linear = [](int v) {
+    const double c = v / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
+  const double r = linear(color.r), g = linear(color.g), b = linear(color.b);
+  const auto clamp = [](double v) { return std::clamp(v, 0.0, 1.0); };
+  return lab(clamp(m[0] * r + m[1] * g + m[2] * b), clamp(m[3] * r + m[4] * g + m[5] * b),
+             clamp(m[6] * r + m[7] * g + m[8] * b));
+}
+
+double distance(Lab a, Lab b) {
+  return std::hypot(a.l - b.l, a.a - b.a, a.b - b.b);
+}
+
+TEST(Styles, BodiesAndArrowsCanBeToldApartWithAnyColourVision) {
+  for (const Theme theme : {Theme::Light, Theme::Dark}) {
+    const Style& s = style(theme);
+    for (const auto& blindness : kBlindness) {
+      const auto apart = [&](Color a, Color b) { return distance(seen(a, blindness), seen(b, blindness)); };
+      for (int i = 0; i < kHueCount; ++i) {
+        EXPECT_GT(apart(s.bodies[i].fill, s.background), 12) << to_string(theme) << i;
+        EXPECT_GT(apart(s.bodies[i].fill, s.bodies[i].outline), 20) << to_string(theme) << i;
+        for (int k = 0; k < i; ++k) {
+          // Fill and outline together tell two bodies apart.
+          EXPECT_GT(
+              apart(s.bodies[i].fill, s.bodies[k].fill) + apart(s.bodies[i].outline, s.bodies[k].outline), 14)
+              << to_string(theme) << ": " << i << " and " << k << " with matrix " << blindness[0];
+        }
+      }
+      EXPECT_GT(apart(s.impulse, s.friction), 25);
+      EXPECT_GT(apart(s.text, s.background), 60);
+      EXPECT_GT(apart(s.text_dim, s.background), 35);
+    }
+  }
+}
+
+TEST(Styles, HaveNamesAndWrapAround) {
+  EXPECT_EQ(parse_theme("light"), Theme::Light);
+  EXPECT_EQ(parse_theme(to_string(Theme::Dark)), Theme::Dark);
+  EXPECT_FALSE(parse_theme("pink").has_value());
+  const Style& s = style(Theme::Light);
+  EXPECT_EQ(body_paint(s, -1).fill, s.bodies[kHueCount - 1].fill);
+  EXPECT_EQ(body_paint(s, 17).fill, s.bodies[1].fill);
+  EXPECT_EQ(ui_scale(1080), 1.5);
+  EXPECT_EQ(ui_scale(100), 0.6);
+  EXPECT_EQ(faded({1, 2, 3, 200}, 0.5), (Color{1, 2, 3, 100}));
+  EXPECT_EQ(mixed({0, 0, 0, 0}, {200, 100, 50, 255}, 0.5), (Color{100, 50, 25, 128}));
+}
+
+}  // namespace
+}  // namespace skerry::render

@@ -1,0 +1,27 @@
+#!/bin/sh
+# Installs what is missing, builds, and runs every test through CTest: everything in Release, the unit tests
+# under the address and undefined-behaviour sanitizers as well. Ends with CTest's summaries.
+#
+#   tests/run.sh            everything
+#   tests/run.sh release    Release only
+#   tests/run.sh asan-ubsan sanitizers only
+set -eu
+cd "$(dirname "$0")/.."
+. .ci/setup.sh
+
+# shellcheck disable=SC2086  # the lists are meant to be split
+install_missing $SKERRY_BUILD_PACKAGES $SKERRY_TEST_PACKAGES
+
+presets=${1:-release asan-ubsan}
+status=0
+for preset in $presets; do
+  case $preset in
+  release | asan-ubsan) ;;
+  *) die "no preset \"$preset\"; there are release and asan-ubsan" ;;
+  esac
+  configure "$preset"
+  build "$preset"
+  say "testing build/$preset"
+  ctest --preset "$preset" --parallel "$(nproc)" || status=$?
+done
+exit $status

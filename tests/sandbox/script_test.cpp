@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+//
+// The script functions: what they build, and what they say when they are used wrongly.
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sandbox/demo.h"
+#include "sandbox/errors.h"
+#include "tests/sandbox/temporary.h"
+
+namespace skerry::sandbox {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+
+constexpr const char* kHead = "demo{ title = 'T', seconds = 1, gravity = {0, 0}, friction = 0 }\n";
+
+class Script : public testing::Test {
+ protected:
+  Demo load(const std::string& body, const DemoOptions& options = {}) {
+    return Demo(folder_.write("arch.lua", kHead + body), options);
+  }
+  // The message without the folder: it begins with "arch.lua:".
+  std::string error_of(const std::string& body) {
+    try {
+      load(body);
+    } catch (const ScriptError& error) {
+      const std::string text = error.what();
+      const std::size_t at = text.find("arch.lua");
+      return at == std::string::npos ? text : text.substr(at);
+    }
+    return "no error";
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Script, NamesFileLineFunctionArgumentAndWhatItGot) {
+  EXPECT_EQ(error_of("\nbox{ at = {0, 1}, size = 3 }"),
+            "arch.lua:3: box: size expected {w, h}, got the number 3");
+  EXPECT_EQ(error_of("disc{ at = {0, 1} }"), "arch.lua:2: disc: radius expected a number, got nothing");
+  EXPECT_EQ(error_of("disc{ radius = -1 }"), "arch.lua:2: disc: radius must be positive, got -1");
+  EXPECT_EQ(error_of("box{ size = {1, 0} }"), "arch.lua:2: box: size must be positive, got {1, 0}");
+  EXPECT_EQ(error_of("box{ siez = {1, 1} }"),
+            "arch.lua:2: box: no argument \"siez\"; did you mean \"size\"?");
+  EXPECT_EQ(error_of("box(3)"),
+            "arch.lua:2: box: expected a table, as in box{ size = ... }, got the number 3");
+  EXPECT_EQ(error_of("disc{ radius = 1, mass = 0 / 0 }"),
+            "arch.lua:2: disc: mass expected a finite number, got the number -nan");
+  EXPECT_EQ(error_of("disc{ radius = 1, mass = 0 }"), "arch.lua:2: disc: mass must be positive, got 0");
+  EXPECT_EQ(error_of("disc{ radius = 1, type = 'statik' }"),
+            "arch.lua:2: disc: no type \"statik\"; did you mean \"static\"?");
+  EXPECT_EQ(error_of("disc{ radius = 1, color = 'blu' }"),
+            "arch.lua:2: disc: no color \"blu\"; did you mean \"blue\"?");
+  EXPECT_EQ(error_of("disc{ 1, 2 }"),
+            "arch.lua:2: disc: the arguments have names, as in radius = ...; got one without: the number 1");
+  EXPECT_THAT(error_of("polygon{ corners = {{0, 0}, {1, 0}, 5} }"),
+              HasSubstr("polygon: corners[3] expected {x, y}, got the number 5"));
+  EXPECT_EQ(error_of("show{ 'contcats' }"),
+            "arch.lua:2: show: no overlay \"contcats\"; did you mean \"contacts\"?");
+  EXPECT_THAT(error_of("expect('x', function() return 1 end, {})"), HasSubstr("one of below, above, equals"));
+  EXPECT_THAT(error_of("rod{ from = 3, to = {0, 1} }"), HasSubstr("rod: from expected {x, y}, a body, or"));
+  EXPECT_THAT(error_of("local b = disc{ radius = 1 }\nb.colour = 3"),
+              HasSubstr("arch.lua:3: body: \"colour\""));
+  EXPECT_THAT(error_of("local b = disc{ radius = 1 }\nprint(b.vz)"),
+              HasSubstr("no field \"vz\"; did you mean"));
+}
+
+TEST_F(Script, GeometryErrorsOfTheLibraryGetAFileAndALineToo) {
+  EXPECT_THAT(error_of("\npolygon{ corners = {{0, 0}, {1, 0}} }"), testing::StartsWith("arch.lua:3: "));
+  EXPECT_THAT(error_of("capsule{ from = {0, 0}, to = {0, 0}, radius = 1 }"),
+              testing::StartsWith("arch.lua:2: "));
+}
+
+TEST_F(Script, NeedsDemoFirstAndOnce) {
+  const std::string path = folder_.write("a.lua", "disc{ radius = 1 }");
+  EXPECT_THROW(Demo(path, {}), ScriptError);
+  EXPECT_THAT(error_of("demo{ title = 'again' }"), HasSubstr("called a second time"));
+  EXPECT_THROW(Demo(folder_.write("b.lua", "local x = 1"), {}), ScriptError);
+  EXPECT_THROW(Demo(folder_ / "absent.lua", {}), ScriptError);
+}
+
+TEST_F(Script, BodiesHaveTheGivenState) {
+  Demo demo = load(
+      "b = box{ at = {1, 2}, size = {2, 1}, angle = 0.5, velocity = {3, 4}, omega = 5, mass = 6 }\n"
+      "print(b.x, b.y, b.angle, b.vx, b.vy, b.omega, b.mass)");
+  const World& world = demo.world();
+  const BodyId body = world.body_id(0);
+  EXPECT_EQ(world.position(body), (Vec2{1, 2}));
+  EXPECT_EQ(world.angle(body), 0.5);
+  EXPECT_EQ(world.velocity(body), (Vec2{3, 4}));
+  EXPECT_EQ(world.omega(body), 5);
+  EXPECT_EQ(world.mass(body), 6);
+  EXPECT_NEAR(world.inertia(body), 6 * (4 + 1) / 12.0, 1e-12);
+}
+
+TEST_F(Script, ForceOffCentreGivesBothAccelerations) {
+  // F = 3 N upwards at arm 0.5 m: a = F/m, alpha = r F / I with I = m r^2 / 2.
+  Demo demo = load("local b = disc{ radius = 1, mass = 2 }\nb:force(0, 3, {0.5, 0})", {.dt = 0.01});
+  demo.step();
+  const BodyId body = demo.world().body_id(0);
+  EXPECT_NEAR(demo.world().velocity(body).y, 3.0 / 2 * 0.01, 1e-15);
+  EXPECT_NEAR(demo.world().omega(body), 0.5 * 3 / 1.0 * 0.01, 1e-15);
+}
+
+TEST_F(Script, CallbacksComeAtTheirTimes) {
+  std::string text;
+  DemoOptions options{.dt = 0.25};
+  options.print = [&](std::string_view line) { text += std::string(line) + ';'; };
+  Demo demo =
+      load("at(0.5, function() print('at', time()) end)\non_step(function(t, h) print(t, h) end)", options);
+  for (int i = 0; i < 4; ++i) demo.step();
+  EXPECT_EQ(text, "0.0\t0.25;0.25\t0.25;at\t0.5;0.5\t0.25;0.75\t0.25;");
+}
+
+TEST_F(Script, ChecksAreJudgedAtTheirTimes) {
+  Demo demo = load(
+      "local b = disc{ radius = 1, velocity = {1, 0} }\n"
+      "expect('early', function() return b.x end, { at = 0.5, equals = 0.5, within = 1e-12 })\n"
+      "expect('end', function() return b.x end, { above = 0.9, below = 1.1 })\n"
+      "expect('wrong', function() return b.x end, { at = 1, below = 0.5, unit = 'm' })\n"
+      "expect('always', function() return b.x end, { always = true, below = 0.7 })\n"
+      "expect('nan', function() return 0 / 0 end, { above = 0 })",
+      {.dt = 0.1, .seconds = 1.0});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  const std::vector<Check>& checks = demo.checks();
+  EXPECT_EQ(checks[0].state, CheckState::Holds);
+  EXPECT_EQ(checks[1].state, CheckState::Holds);
+  EXPECT_EQ(checks[2].state, CheckState::Fails);
+  EXPECT_EQ(checks[2].condition(), "below 0.5 m");
+  EXPECT_THAT(checks[2].place, EndsWith("arch.lua:5"));
+  EXPECT_EQ(checks[3].state, CheckState::Fails);
+  EXPECT_NEAR(checks[3].time, 0.7, 0.11);
+  EXPECT_EQ(checks[4].state, CheckState::Fails);
+  EXPECT_TRUE(demo.failed());
+}
+
+TEST_F(Script, ARunThatIsCutShortReachesNeitherTheEndNorLaterTimes) {
+  Demo demo = load(
+      "expect('late', function() return 1 end, { at = 0.9, below = 0 })\n"
+      "expect('end', function() return 1 end, { below = 0 })",
+      {.dt = 0.1, .seconds = 0.5});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  EXPECT_EQ(demo.checks()[0].state, CheckState::Waiting);
+  EXPECT_EQ(demo.checks()[1].state, CheckState::Waiting);
+  EXPECT_FALSE(demo.failed());
+  EXPECT_THAT(error_of("expect('x', function() return 1 end, { at = 1.5, below = 0 })"),
+              HasSubstr("at = 1.5 s is after the end, 1 s"));
+}
+
+TEST_F(Script, ParametersTakeValuesFromOutside) {
+  DemoOptions options;
+  options.parameters = {{"mass ratio", "10"}, {"law", "poisson"}};
+  Demo demo = load(
+      "local m = param('mass ratio', 1000, 1, 1e6)\nlocal law = choice('law', {'reflections', 'poisson'})\n"
+      "disc{ radius = 1, mass = m }\nassert(law == 'poisson')",
+      options);
+  EXPECT_EQ(demo.world().mass(demo.world().body_id(0)), 10);
+  EXPECT_EQ(demo.parameters()[1].text(), "poisson");
+  for (const char* wrong : {"0.5", "1e7", "abc", "", "nan", "10x"}) {
+    options.parameters = {{"mass ratio", wrong}};
+    EXPECT_THROW(load("param('mass ratio', 1000, 1, 1e6)", options), UsageError) << wrong;
+  }
+  options.parameters = {{"mas ratio", "10"}};
+  EXPECT_THROW(load("param('mass ratio', 1000, 1, 1e6)", options), UsageError);
+}
+
+TEST_F(Script, SameSeedGivesTheSameBits) {
+  const std::string source =
+      "for i = 1, 20 do disc{ at = {3 * i, 0}, radius = 0.1 + math.random(), "
+      "velocity = {math.random(), math.sin(i)} } end";
+  const auto hash = [&](std::uint64_t seed) {
+    Demo demo = load(source, {.seed = seed});
+    for (int i = 0; i < 10; ++i) demo.step();
+    return demo.world().state_hash();
+  };
+  EXPECT_EQ(hash(1), hash(1));
+  EXPECT_NE(hash(1), hash(2));
+}
+
+TEST_F(Script, ContactSensorReadsTheWeightOfABox) {
+  const std::string path =
+      folder_.write("w.lua",
+                    "demo{ title = 'T', seconds = 0.2 }\nlocal g = ground{ y = 0 }\n"
+                    "local b = box{ at = {0, 0.5}, size = {1, 1}, mass = 2 }\n"
+                    "local c = contact(b, g)\n"
+                    "expect('weight', function() return c.force end, { equals = 2 * 9.81, within = 1e-9 })\n"
+                    "expect('points', function() return c.points end, { equals = 2, within = 0 })");
+  Demo demo(path, {.seconds = 0.2});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  EXPECT_FALSE(demo.failed()) << demo.checks()[0].value;
+}
+
+TEST_F(Script, JointsPullWithTheWeightTheyCarry) {
+  const std::string path = folder_.write(
+      "j.lua",
+      "demo{ title = 'T', seconds = 0.6 }\nlocal b = disc{ at = {0, -2}, radius = 0.5, mass = 3 }\n"
+      "local r = rod{ from = {0, 0}, to = b }\n"
+      "expect('length', function() return r.length end, { at = 0.2, equals = 2, within = 0 })\n"
+      "expect('pull', function() return r.fy end, { at = 0.2, equals = 3 * 9.81, within = 1e-9 })\n"
+      "at(0.3, function() r:remove() end)\n"
+      "expect('gone', function() return r.alive and 1 or 0 end, { at = 0.5, equals = 0, within = 0 })");
+  Demo demo(path, {});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  EXPECT_EQ(demo.checks()[0].state, CheckState::Holds);
+  EXPECT_EQ(demo.checks()[1].state, CheckState::Holds) << demo.checks()[1].value;
+  EXPECT_EQ(demo.checks()[2].state, CheckState::Holds);
+}
+
+}  // namespace
+}  // namespace skerry::sandbox

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/auto.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <gtest/gtest.h>
+
+#include "tests/support/island_scenes.h"
+
+namespace skerry {
+namespace {
+
+using scenes::Scene;
+using scenes::SceneOptions;
+
+Solution solve(const IslandSystem& system, const SolveOptions& options = {}) {
+  return solve_auto(system, {}, options, nullptr);
+}
+
+bool has_note(const Solution& solution, const char* text) {
+  return solution.trace && std::any_of(solution.trace->notes.begin(), solution.trace->notes.end(),
+                                       [&](const std::string& n) { return n.find(text) != n.npos; });
+}
+
+TEST(Auto, TakesTheRungThatFits) {
+  const Solution nothing = solve(IslandSystem{}, {.trace = true});
+  EXPECT_EQ(nothing.status, SolveStatus::Solved);
+  EXPECT_EQ(nothing.method, "none");
+  EXPECT_TRUE(has_note(nothing, "no rows"));
+
+  const Scene one = scenes::stack(1, {.friction = 0.5, .points_per_edge = 1});
+  EXPECT_EQ(solve(one.system).method, "closed_form");
+
+  EXPECT_EQ(solve(scenes::stack(3).system).method, "small_exact");
+  EXPECT_EQ(solve(scenes::chain(50).system).method, "tridiagonal");
+
+  const Scene pyramid = scenes::pyramid(8);
+  EXPECT_EQ(solve(pyramid.system).method, "body_space");
+}
+
+TEST(Auto, EveryAnswerIsVerified) {
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const int bodies = 1 + static_cast<int>(seed % 5), contacts = 1 + static_cast<int>(seed % 7);
+    const Scene scene =
+        scenes::random_island({.bodies = bodies, .contacts = contacts, .pins = static_cast<int>(seed % 2)},
+                              {.friction = 0.2, .noise = 1, .seed = seed});
+    const Solution solution = solve(scene.system);
+    EXPECT_NEAR(solution.residual, natural_map_residual(scene.system, solution.lambda), 1e-12);
+    if (solution.status == SolveStatus::Solved) {
+      EXPECT_LE(solution.residual, std::max(1.01e-10, 16 * residual_floor(scene.system, solution.lambda)));
+    }
+    EXPECT_EQ(solution.status, SolveStatus::Solved);
+  }
+}
+
+TEST(Auto, ASmallBudgetStillGivesAFiniteAnswerAndSaysWhichRung) {
+  const Scene scene = scenes::pyramid(15, {.noise = 1});
+  const Solution rich = solve(scene.system);
+  for (const int limit : {1, 3, 10}) {
+    const Solution poor = solve(scene.system, {.max_iterations = limit, .trace = true});
+    for (const double z : poor.lambda) ASSERT_TRUE(std::isfinite(z));
+    EXPECT_EQ(poor.residual, natural_map_residual(scene.system, poor.lambda));
+    EXPECT_TRUE(has_note(poor, "convex step"));
+    EXPECT_TRUE(has_note(poor, "sweeps"));
+    EXPECT_GE(poor.residual, rich.residual);
+  }
+}
+
+TEST(Auto, ATimeBudgetIsKeptWithinReason) {
+  const Scene scene = scenes::pyramid(40, {.noise = 1});
+  const Solution solution = solve(scene.system, {.time_budget = 1e-3});
+  for (const double z : solution.lambda) ASSERT_TRUE(std::isfinite(z));
+  EXPECT_LT(solution.work.factorisations, 100);
+}
+
+TEST(Auto, KeepsFactorsBetweenCallsAndGivesTheSameBits) {
+  const Scene scene = scenes::pyramid(10, {.noise = 0.05});
+  std::unique_ptr<SolverMemory> memory;
+  const Solution first = solve_auto(scene.system, {}, {}, &memory);
+  const Solution second = solve_auto(scene.system, first.lambda, {}, &memory);
+  EXPECT_EQ(second.work.factorisations, 0);
+  EXPECT_EQ(first.lambda, second.lambda);
+  EXPECT_EQ(first.lambda, solve(scene.system).lambda);
+}
+
+}  // namespace
+}  // namespace skerry

@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::smooth;
+using test::weightless;
+
+template <class Call>
+std::string message_of(Call&& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "no exception";
+}
+
+TEST(Force, OffTheCentreAcceleratesByFOverMAndTurnsByRCrossFOverI) {
+  World world(weightless());
+  const auto box = world.create_body({.position = {1, 2}, .mass = 3.0});
+  world.add_shape(box, smooth(make_box({2, 1})));
+  const Vec2 force{4, -5};
+  const Vec2 point{1.7, 2.4};
+  const double h = 0.01;
+  world.apply_force(box, force, point);
+  world.step(h);
+  const double inertia = 3.0 * (4 + 1) / 12;
+  EXPECT_NEAR(world.inertia(box), inertia, 1e-14);
+  EXPECT_NEAR(world.velocity(box).x, h * force.x / 3, 1e-16);
+  EXPECT_NEAR(world.velocity(box).y, h * force.y / 3, 1e-16);
+  EXPECT_NEAR(world.omega(box), h * cross(Vec2{0.7, 0.4}, force) / inertia, 1e-15);
+  // The force acted for one step only.
+  world.step(h);
+  EXPECT_NEAR(world.velocity(box).x, h * force.x / 3, 1e-16);
+}
+
+TEST(Force, TorqueAndImpulseFollowTheirDefinitions) {
+  World world(weightless());
+  const auto disc = add(world, {0, 0}, smooth(make_disc(0.5)), 2);
+  world.apply_torque(disc, 0.3);
+  world.step(0.1);
+  EXPECT_NEAR(world.omega(disc), 0.03 / 0.25, 1e-15);
+  world.apply_impulse(disc, {0, 4}, {0.5, world.position(disc).y});
+  EXPECT_NEAR(world.velocity(disc).y, 2, 1e-15);
+  EXPECT_NEAR(world.omega(disc), 0.03 / 0.25 + 2 / 0.25, 1e-13);
+}
+
+TEST(Flight, IsAParabolaWhateverTheStep) {
+  for (const double h : {1.0 / 10, 1.0 / 60, 1.0 / 1000}) {
+    World world;
+    const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {3, 20}, 2);
+    const int steps = static_cast<int>(std::lround(2 / h));
+    for (int i = 0; i < steps; ++i) world.step(h);
+    EXPECT_NEAR(world.position(ball).x, 6, 1e-11);
+    EXPECT_NEAR(world.position(ball).y, 40 - 0.5 * 9.81 * 4, 1e-11);
+    EXPECT_NEAR(world.angle(ball), 4, 1e-11);
+    EXPECT_EQ(world.report().islands_in_flight, 1);
+    EXPECT_EQ(world.report().rows, 0);
+  }
+}
+
+TEST(Flight, BouncingBallKeepsItsHeightForAHundredBounces) {
+  World world;
+  add_ground(world, smooth(make_disc(1), 1));
+  const auto ball = add(world, {0, 1.5}, smooth(make_disc(0.5), 1));
+  const double energy = world.kinetic_energy() + world.potential_energy();
+  double top = 0;
+  int bounces = 0;
+  while (bounces < 100) {
+    bounces += world.step(1.0 / 60).impacts;
+    top = world.position(ball).y + world.velocity(ball).y * world.velocity(ball).y / (2 * 9.81);
+  }
+  EXPECT_NEAR(top, 1.5, 1e-9);
+  EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy, 1e-9);
+}
+
+TEST(Rest, BoxOnTheGroundStaysWhereItIs) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  const auto box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5), 2);
+  world.observe({.contacts = true});
+  for (int i = 0; i < 600; ++i) world.step(1.0 / 60);
+  EXPECT_NEAR(world.position(box).y, 0.5, 1e-12);
+  EXPECT_NEAR(world.position(box).x, 0, 1e-12);
+  EXPECT_NEAR(world.angle(box), 0, 1e-12);
+  ASSERT_EQ(world.report().contacts_list.size(), 1u);
+  const ContactReport& contact = world.report().contacts_list[0];
+  EXPECT_EQ(contact.count, 2);
+  EXPECT_NEAR(contact.points[0].normal_impulse + contact.points[1].normal_impulse, 2 * 9.81 / 60, 1e-12);
+  EXPECT_NEAR(contact.points[0].normal_impulse, contact.points[1].normal_impulse, 1e-12);
+}
+
+TEST(Rest, ContactOfAStackCarriesTheWeightAboveIt) {
+  World world;
+  add_ground(world, smooth(make_disc(1)));
+  const int count = 10;
+  for (int i = 0; i < count; ++i) add(world, {0, i + 0.5}, smooth(make_box({1, 1})), 1 + i);
+  world.observe({.contacts = true});
+  for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+  ASSERT_EQ(world.report().contacts_list.size(), static_cast<std::size_t>(count));
+  for (int k = 0; k < count; ++k) {
+    double above = 0;
+    for (int i = k; i < count; ++i) above += 1 + i;
+    const ContactReport& contact = world.report().contacts_list[k];
+    EXPECT_NEAR(contact.points[0].normal_impulse + contact.points[1].normal_impulse, above * 9.81 / 60, 1e-10)
+        << k;
+  }
+  EXPECT_LE(world.report().worst_penetration, 1e-10);
+  EXPECT_EQ(world.report().inexact_islands, 0);
+}
+
+TEST(Rest, PlankOnTwoSupportsSharesItsWeightByMomentsAndTheFarContactOpens) {
+  // Plank of length 4 on supports at x = -1 and x = 1; a heavy weight on its right overhang tips it about x
+  // = 1.
+  World world;
+  const auto supports = world.create_body({.type = BodyType::Static});
+  world.add_shape(supports, smooth(make_disc(0.1, {-1, -0.1})));
+  world.add_shape(supports, smooth(make_disc(0.1, {1, -0.1})));
+  const auto plank = add(world, {0.25, 0.05}, smooth(make_box({4, 0.1})), 8);
+  world.observe({.contacts = true});
+  world.step(1e-3);
+  const auto forces = [&] {
+    double left = 0, right = 0;
+    for (const ContactReport& c : world.report().contacts_list) {
+      for (int i = 0; i < c.count; ++i) {
+        EXPECT_GE(c.points[i].normal_impulse, 0);
+        (c.points[i].position.x < 0 ? left : right) += c.points[i].normal_impulse / 1e-3;
+      }
+    }
+    return std::pair(left, right);
+  };
+  // Moments about the supports: R_left = m g (1 - 0.25) / 2.
+  EXPECT_NEAR(forces().first, 8 * 9.81 * 0.75 / 2, 1e-9);
+  EXPECT_NEAR(forces().second, 8 * 9.81 * 1.25 / 2, 1e-9);
+
+  world.apply_force(plank, {0, -200}, {2.2, 0.1});
+  world.step(1e-3);
+  EXPECT_EQ(forces().first, 0);
+  EXPECT_GT(forces().second, 200);
+  EXPECT_LT(world.omega(plank), 0);
+}
+
+TEST(Building, RefusesBadArgumentsWithTheirValues) {
+  World world;
+  EXPECT_NE(message_of([&] {
+              world.create_body({.position = {NAN, 0}});
+            }).find("(nan, 0)"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] { world.create_body({.mass = -2.0}); }).find("-2"), std::string::npos);
+  EXPECT_NE(message_of([&] { world.step(0); }).find("got 0"), std::string::npos);
+  EXPECT_NE(message_of([&] { world.step(NAN); }).find("nan"), std::string::npos);
+  const auto body = world.create_body({});
+  ShapeDef def = smooth(make_disc(1));
+  def.material.restitution = 1.5;
+  EXPECT_NE(message_of([&] { world.add_shape(body, def); }).find("1.5"), std::string::npos);
+  EXPECT_NE(message_of([&] {
+              world.add_shape(body, smooth(make_half_plane({0, 0}, {0, 1})));
+            }).find("dynamic"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] { world.step(0.1); }).find("no mass"), std::string::npos);
+  EXPECT_NE(message_of([&] { World({.solver = "magic"}); }).find("magic"), std::string::npos);
+  EXPECT_NE(message_of([&] { World({.broad_phase = "magic"}); }).find("magic"), std::string::npos);
+  EXPECT_NE(message_of([&] { World({.stepper = "magic"}); }).find("time_stepping"), std::string::npos);
+}
+
+TEST(Building, CentreOfMassBecomesTheOriginOfTheBody) {
+  World world(weightless());
+  const auto body = world.create_body({.position = {10, 0}});
+  ShapeDef disc = smooth(make_disc(0.5, {0, 0}));
+  disc.density = 1;
+  const auto first = world.add_shape(body, disc);
+  EXPECT_EQ(world.position(body), (Vec2{10, 0}));
+  disc.shape = make_disc(0.5, {2, 0});
+  world.add_shape(body, disc);
+  // The second shape was given in the frame of the definition, not in the moved one.
+  EXPECT_NEAR(world.position(body).x, 11, 1e-15);
+  const double area = kPi * 0.25;
+  EXPECT_NEAR(world.mass(body), 2 * area, 1e-14);
+  EXPECT_NEAR(world.inertia(body), 2 * area * (0.125 + 1), 1e-13);
+  world.destroy(first);
+  EXPECT_NEAR(world.position(body).x, 12, 1e-14);
+  EXPECT_NEAR(world.mass(body), area, 1e-14);
+}
+
+TEST(Handles, OfRemovedThingsAreRefused) {
+  World world;
+  const auto body = add(world, {0, 0}, smooth(make_disc(1)));
+  world.destroy(body);
+  EXPECT_FALSE(world.alive(body));
+  EXPECT_NE(message_of([&] { world.position(body); }).find("does not exist"), std::string::npos);
+  const auto next = add(world, {0, 0}, smooth(make_disc(1)));
+  EXPECT_EQ(next.index, body.index);
+  EXPECT_FALSE(world.alive(body));
+  EXPECT_TRUE(world.alive(next));
+}
+
+TEST(Handles, RemovingABodyInAStackLetsTheOthersFall) {
+  World world;
+  add_ground(world, smooth(make_disc(1)));
+  const auto low = add(world, {0, 0.5}, smooth(make_box({1, 1})));
+  const auto high = add(world, {0, 1.5}, smooth(make_box({1, 1})));
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  world.destroy(low);
+  for (int i = 0; i < 120; ++i) world.step(1.0 / 60);
+  EXPECT_NEAR(world.position(high).y, 0.5, 1e-9);
+}
+
+TEST(Events, BeginHitAndEndAreReportedOnce) {
+  World world;
+  add_ground(world, smooth(make_disc(1), 0.5));
+  add(world, {0, 1.0}, smooth(make_disc(0.5), 0.5));
+  int begins = 0, ends = 0, hits = 0;
+  for (int i = 0; i < 40; ++i) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      begins += event.kind == ContactEventKind::Begin;
+      ends += event.kind == ContactEventKind::End;
+      if (event.kind == ContactEventKind::Hit && hits++ == 0) {
+        EXPECT_NEAR(event.approach_speed, std::sqrt(2 * 9.81 * 0.5), 1e-9);
+      }
+    }
+  }
+  EXPECT_GE(hits, 1);
+  EXPECT_LE(ends, begins + 1);
+}
+
+TEST(Events, SensorsReportAndDoNotPush) {
+  World world;
+  const auto gate = world.create_body({.type = BodyType::Static});
+  ShapeDef sensor = smooth(make_box({1, 1}));
+  sensor.sensor = true;
+  world.add_shape(gate, sensor);
+  const auto ball = add(world, {0, 3}, smooth(make_disc(0.25)));
+  int begins = 0, ends = 0;
+  for (int i = 0; i < 120; ++i) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      EXPECT_TRUE(event.sensor);
+      begins += event.kind == ContactEventKind::Begin;
+      ends += event.kind == ContactEventKind::End;
+    }
+  }
+  EXPECT_EQ(begins, 1);
+  EXPECT_EQ(ends, 1);
+  EXPECT_NEAR(world.position(ball).y, 3 - 0.5 * 9.81 * 4, 1e-10);
+}
+
+TEST(Terrain, BoxSlidesOverTheJointsOfAFlatChainAsOverAPlane) {
+  World world;
+  std::vector<Vec2> corners;
+  for (int i = 0; i <= 200; ++i) corners.push_back({0.1 * i, 0});
+  const auto ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(corners)));
+  const auto box = add(world, {1, 0.25}, smooth(make_box({0.5, 0.5})), 1, {3, 0});
+  for (int i = 0; i < 300; ++i) {
+    const StepReport& report = world.step(1.0 / 60);
+    ASSERT_EQ(report.impacts, 0) << "step " << i;
+  }
+  EXPECT_NEAR(world.velocity(box).x, 3, 1e-12);
+  EXPECT_NEAR(world.position(box).y, 0.25, 1e-9);
+  EXPECT_NEAR(world.angle(box), 0, 1e-9);
+}
+
+TEST(Terrain, BallStaysInAValleyAndNeverFallsThrough) {
+  World world;
+  const std::vector<Vec2> corners{{-3, 2}, {-1, 0}, {1, 0}, {3, 2}};
+  const auto ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(corners), 0.2));
+  const auto ball = add(world, {-1.5, 3}, smooth(make_disc(0.3), 0.2));
+  for (int i = 0; i < 600; ++i) {
+    world.step(1.0 / 60);
+    const Vec2 p = world.position(ball);
+    ASSERT_GT(p.y, std::max(0.0, std::abs(p.x) - 1) * 0.99) << "step " << i;
+  }
+}
+
+TEST(Filters, DecideWhoMeets) {
+  World world;
+  ShapeDef ground = smooth(make_half_plane({0, 0}, {0, 1}));
+  ground.filter.category = 2;
+  world.add_shape(world.create_body({.type = BodyType::Static}), ground);
+  ShapeDef ghost = smooth(make_disc(0.5));
+  ghost.filter.mask = ~2u;
+  const auto through = add(world, {0, 1}, ghost);
+  const auto stopped = add(world, {5, 1}, smooth(make_disc(0.5)));
+  for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+  EXPECT_LT(world.position(through).y, -1);
+  EXPECT_NEAR(world.position(stopped).y, 0.5, 1e-9);
+}
+
+TEST(Kinematic, PlatformCarriesAndLiftsWhatStandsOnIt) {
+  World world;
+  const auto platform =
+      world.create_body({.type = BodyType::Kinematic, .position = {0, 0}, .velocity = {0, 0.5}});
+  world.add_shape(platform, rough(make_box({4, 0.2}), 0.8));
+  const auto box = add(world, {0, 0.6}, rough(make_box({1, 1}), 0.8), 1, {0, 0.5});
+  for (int i = 0; i < 120; ++i) world.step(1.0 / 60);
+  EXPECT_NEAR(world.position(platform).y, 1, 1e-12);
+  EXPECT_NEAR(world.position(box).y, 1.6, 1e-9);
+  EXPECT_NEAR(world.velocity(box).y, 0.5, 1e-10);
+}
+
+TEST(Robustness, ABodyThatWouldBecomeInfiniteIsContainedAndTheOthersGoOn) {
+  World world;
+  const auto wild = add(world, {0, 0}, smooth(make_disc(0.5)), 1, {1e308, 0});
+  const auto tame = add(world, {100, 0}, smooth(make_disc(0.5)));
+  world.apply_force(wild, {1e308, 0}, {0, 0});
+  for (int i = 0; i < 5; ++i) world.step(10);
+  EXPECT_TRUE(is_finite(world.position(wild)));
+  EXPECT_TRUE(std::isfinite(world.velocity(wild).x));
+  EXPECT_NEAR(world.position(tame).y, -0.5 * 9.81 * 2500, 1e-6);
+}
+
+TEST(Determinism, SameInputGivesTheSameBits) {
+  const auto run = [] {
+    World world;
+    add_ground(world, rough(make_disc(1), 0.4, 0.3));
+    for (int i = 0; i < 12; ++i) {
+      add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i},
+          rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * i, 0}, 0.5);
+    }
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
+    return hashes;
+  };
+  EXPECT_EQ(run(), run());
+}
+
+TEST(Determinism, AnyNumberOfThreadsGivesTheSameBits) {
+  const auto run = [](int threads) {
+    WorldConfig config;
+    config.threads = threads;
+    config.broad_phase = "uniform_grid";
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.4, 0.3));
+    for (int i = 0; i < 60; ++i) {
+      add(world, {1.7 * (i % 12), 1 + 1.3 * (i / 12) + 0.01 * i},
+          rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * (i % 5), 0}, 0.5);
+    }
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
+    return hashes;
+  };
+  const auto expected = run(1);
+  for (const int threads : {2, 4, 8}) EXPECT_EQ(run(threads), expected) << threads;
+}
+
+TEST(Resting, IslandsAreNotSteppedAgainAndStillReportTheirForces) {
+  const auto run = [](bool reuse, int& reused) {
+    WorldConfig config;
+    config.reuse_resting = reuse;
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.5));
+    for (int i = 0; i < 6; ++i) add(world, {0.1 * (i % 2), i + 0.5}, rough(make_box({1, 1}), 0.5));
+    world.observe({.contacts = true});
+    std::vector<double> trail;
+    for (int i = 0; i < 120; ++i) {
+      if (i == 60) world.apply_impulse(world.body_id(6), {0.5, 0}, world.position(world.body_id(6)));
+      if (i == 90) world.set_gravity({0, -5});
+      const StepReport& report = world.step(1.0 / 60);
+      reused += report.islands_at_rest;
+      trail.push_back(static_cast<double>(report.state_hash >> 12));
+      for (const ContactReport& contact : report.contacts_list) {
+        for (int k = 0; k < contact.count; ++k) trail.push_back(contact.points[k].normal_impulse);
+      }
+    }
+    return trail;
+  };
+  int with = 0, without = 0;
+  EXPECT_EQ(run(true, with), run(false, without));
+  EXPECT_GT(with, 40);
+  EXPECT_EQ(without, 0);
+}
+
+TEST(Resting, MovingTheGroundAwayEndsTheRest) {
+  World world;
+  const auto table = world.create_body({.type = BodyType::Static});
+  world.add_shape(table, smooth(make_box({4, 1}, {0, -0.5})));
+  const auto box = add(world, {0, 0.5}, smooth(make_box({1, 1})));
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  EXPECT_EQ(world.report().islands_at_rest, 1);
+  world.set_pose(table, {0, -3}, 0);
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  EXPECT_LT(world.position(box).y, 0.4);
+}
+
+TEST(Determinism, EveryBroadPhaseGivesTheSameBits) {
+  const auto run = [](std::string_view broad_phase) {
+    WorldConfig config;
+    config.broad_phase = broad_phase;
+    World world(config);
+    add_ground(world, smooth(make_disc(1), 0.3));
+    for (int i = 0; i < 20; ++i) {
+      add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i},
+          smooth(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.3));
+    }
+    std::uint64_t all = 0;
+    for (int i = 0; i < 60; ++i) all = all * 31 + world.step(1.0 / 60).state_hash;
+    return all;
+  };
+  const std::uint64_t expected = run("brute_force");
+  for (const BroadPhaseEntry& entry : broad_phases()) EXPECT_EQ(run(entry.name), expected) << entry.name;
+}
+
+}  // namespace
+}  // namespace skerry
