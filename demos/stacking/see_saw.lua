@@ -3,7 +3,7 @@ demo{
   title = "Contacts push, they never pull",
   lesson = "The weight on the overhang turns the plank about the near support; the far contact opens, because no contact can pull.",
   seconds = 3,
-  view = { x = 0.4, y = 1.2, height = 3.4 },
+  view = { x = 0.2, y = 1.2, height = 3.4, width = 5.2 },
   friction = 0.4,
 }
 local weight = param("weight", 12, 10, 40, "kg")

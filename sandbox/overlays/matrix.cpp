@@ -18,6 +18,7 @@ constexpr double kDecades = 4;         // magnitudes below 1e-4 of the largest g
 constexpr int kVectorRows = 10;        // with more, there is no room for vectors beside the names
 constexpr double kTextCellPx = 15;     // smallest cell beside which a line of text fits
 constexpr double kLargestMapPx = 270;  // side of a matrix without vectors
+constexpr double kPlainCellPx = 20;    // largest cell of it: leaves room for other panels
 constexpr double kLargestCellPx = 46;
 constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
 constexpr double kLeastNamePx = 60;   // column of row names
@@ -29,7 +30,9 @@ constexpr double kFootPx = 34;  // colour scale
 std::string number(double value, int digits = 3) {
   char text[32];
   // Rounding noise of a cancelled sum is zero to people.
-  std::snprintf(text, sizeof text, "%.*g", digits, std::abs(value) < 1e-12 ? 0.0 : value);
+  const double size = std::abs(value);
+  if (size >= 1e-12 && size < 1e-3) digits = 1;
+  std::snprintf(text, sizeof text, "%.*g", digits, size < 1e-12 ? 0.0 : value);
   std::string result = text;
   if (result.rfind("0.", 0) == 0) result.erase(0, 1);
   if (result.rfind("-0.", 0) == 0) result.erase(1, 1);
@@ -155,11 +158,12 @@ void show_matrix(const PanelContext& context) {
     return;
   }
   const int n = record->system.size();
-  const bool vectors = n <= kVectorRows;
   const double inner = kColumnPx - 24;
   const double name_px = name_column(*record, context.scale);
-  const double room =
-      vectors ? inner - name_px - 3 * kVectorPx - 12 : std::min(kLargestMapPx, inner - name_px);
+  // The vectors stand beside the matrix only where its rows are as high as a line of text.
+  const double beside = inner - name_px - 3 * kVectorPx - 12;
+  const bool vectors = n <= kVectorRows && beside / n >= kTextCellPx;
+  const double room = vectors ? beside : std::min({kLargestMapPx, kPlainCellPx * n, inner - name_px});
   const CellGrid grid = delassus_cells(record->system, static_cast<int>(kLargestMapPx / 2));
   const double cell_px = std::min(kLargestCellPx, room / grid.size);
   const bool names = !record->row_names.empty() && cell_px >= kTextCellPx - 2;
