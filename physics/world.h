@@ -42,7 +42,7 @@ struct ShapeDef {
 
 struct WorldConfig {
   Vec2 gravity{0, -9.81};  ///< [m/s^2]
-  std::string broad_phase = "brute_force";
+  std::string broad_phase = "auto";
   BroadPhaseOptions broad_phase_options{};
   std::string solver = "auto";
   std::string impact_law = "reflections";

@@ -74,6 +74,7 @@ struct DemoOptions {
   std::optional<double> dt{};       ///< [s]
   std::optional<double> seconds{};  ///< length of the run
   std::optional<std::uint64_t> steps{};
+  int threads = 1;
   std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
   std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed
   std::function<void(std::string_view)> print{};                  ///< lines that the script prints

@@ -133,7 +133,10 @@ class IslandStep {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) continue;
       PointMemory& memory = state_.contacts[origin.index].points[origin.point];
-      if (origin.kind == RowKind::Normal) memory.total_impact += impact.lambda[i];
+      if (origin.kind == RowKind::Normal && impact.lambda[i] != 0) {
+        memory.total_impact += impact.lambda[i];
+        memory.impact_position = state_.contacts[origin.index].manifold.points[origin.point].position;
+      }
       if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
     }
     ++result_.impacts;
