@@ -8,6 +8,12 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
+
+// Parameters are named, not dumped, in the names of tests.
+static void PrintTo(const DemoFile& demo, std::ostream* out) {
+  *out << demo.name;
+}
+
 namespace {
 
 class EveryDemo : public testing::TestWithParam<DemoFile> {};
@@ -27,6 +33,10 @@ struct Variant {
   const char* name;
   std::vector<std::string> arguments;
 };
+
+void PrintTo(const Variant& variant, std::ostream* out) {
+  *out << variant.name;
+}
 
 class DemoVariant : public testing::TestWithParam<Variant> {};
 
