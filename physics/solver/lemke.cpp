@@ -355,10 +355,22 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
     // 1e-12: joints of one loop repeat each other to rounding; nothing regular in a mechanism is that small.
     elimination.inverse.setThreshold(1e-12);
     elimination.inverse.compute(W(J, J));
+  }
+  if (!J.empty() && !C.empty()) {
     const Eigen::MatrixXd columns = W(J, C);
     const Eigen::VectorXd wanted = b(J);
     reduced -= W(C, J) * Eigen::MatrixXd(elimination.inverse.solve(columns));
     reduced_b -= W(C, J) * Eigen::VectorXd(elimination.inverse.solve(wanted));
+  }
+
+  if (C.empty()) {
+    // Joints alone: a linear system.
+    const Eigen::VectorXd wanted = b(J);
+    const Eigen::VectorXd lambda = elimination.inverse.solve(wanted);
+    solution.lambda.assign(problem.rows.size(), 0.0);
+    solution.status = lambda.allFinite() ? SolveStatus::Inexact : SolveStatus::Failed;
+    if (lambda.allFinite()) std::copy(lambda.begin(), lambda.end(), solution.lambda.begin());
+    return;
   }
 
   Formulation lcp = formulate(reduced, reduced_b, rows);
