@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "physics/broadphase/pair_finder.h"
+#include "physics/registry.h"
 
 namespace skerry {
 
@@ -65,13 +66,7 @@ std::span<const BroadPhaseEntry> broad_phases() {
 }
 
 std::unique_ptr<BroadPhase> make_broad_phase(std::string_view name, const BroadPhaseOptions& options) {
-  for (const BroadPhaseEntry& entry : kEntries) {
-    if (entry.name == name) return entry.make(options);
-  }
-  std::ostringstream text;
-  text << "there is no broad phase '" << name << "'; there are";
-  for (const BroadPhaseEntry& entry : kEntries) text << ' ' << entry.name;
-  throw std::invalid_argument(text.str());
+  return find_entry("broad phase", name, broad_phases()).make(options);
 }
 
 }  // namespace skerry

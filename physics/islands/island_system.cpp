@@ -9,20 +9,6 @@
 namespace skerry {
 namespace {
 
-double along(const std::array<double, 3>& J, const std::array<double, 3>& v) {
-  return J[0] * v[0] + J[1] * v[1] + J[2] * v[2];
-}
-
-void push(const InverseMass& body, const std::array<double, 3>& J, double impulse, std::array<double, 3>& v) {
-  v[0] += body.linear * J[0] * impulse;
-  v[1] += body.linear * J[1] * impulse;
-  v[2] += body.angular * J[2] * impulse;
-}
-
-double inverse_mass_along(const InverseMass& body, const std::array<double, 3>& J) {
-  return body.linear * (J[0] * J[0] + J[1] * J[1]) + body.angular * J[2] * J[2];
-}
-
 double compliance_of(const IslandSystem& system, std::size_t i) {
   return system.compliance.empty() ? 0 : system.compliance[i];
 }

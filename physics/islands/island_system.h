@@ -55,6 +55,24 @@ struct IslandSystem {
   int size() const { return static_cast<int>(rows.size()); }
 };
 
+/// Velocity of a body along a Jacobian block: J . v.
+inline double along(const std::array<double, 3>& J, const std::array<double, 3>& v) {
+  return J[0] * v[0] + J[1] * v[1] + J[2] * v[2];
+}
+
+/// v += M^-1 J^T impulse for one body.
+inline void push(const InverseMass& body, const std::array<double, 3>& J, double impulse,
+                 std::array<double, 3>& v) {
+  v[0] += body.linear * J[0] * impulse;
+  v[1] += body.linear * J[1] * impulse;
+  v[2] += body.angular * J[2] * impulse;
+}
+
+/// J M^-1 J^T of one body: its share of a diagonal entry of W.
+inline double inverse_mass_along(const InverseMass& body, const std::array<double, 3>& J) {
+  return body.linear * (J[0] * J[0] + J[1] * J[1]) + body.angular * J[2] * J[2];
+}
+
 /// Adds `J^T lambda` times the inverse masses to `velocity` (one (vx, vy, omega) a body).
 void apply_impulses(const IslandSystem& system, const std::vector<double>& lambda,
                     std::vector<std::array<double, 3>>& velocity);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <stdexcept>
-#include <string>
 
+#include "physics/registry.h"
 #include "physics/solver/impact_laws.h"
 
 namespace skerry {
@@ -24,13 +23,7 @@ std::span<const ImpactLawEntry> impact_laws() {
 }
 
 const ImpactLawEntry& find_impact_law(std::string_view name) {
-  std::string known;
-  for (const ImpactLawEntry& law : kLaws) {
-    if (law.name == name) return law;
-    known += known.empty() ? "" : ", ";
-    known += law.name;
-  }
-  throw std::invalid_argument("unknown impact law '" + std::string(name) + "'; known: " + known);
+  return find_entry("impact law", name, impact_laws());
 }
 
 }  // namespace skerry

@@ -7,20 +7,6 @@
 namespace skerry::impact {
 namespace {
 
-double along(const std::array<double, 3>& j, const std::array<double, 3>& v) {
-  return j[0] * v[0] + j[1] * v[1] + j[2] * v[2];
-}
-
-void push(const InverseMass& mass, const std::array<double, 3>& j, double impulse, std::array<double, 3>& v) {
-  v[0] += mass.linear * j[0] * impulse;
-  v[1] += mass.linear * j[1] * impulse;
-  v[2] += mass.angular * j[2] * impulse;
-}
-
-double resistance(const InverseMass& mass, const std::array<double, 3>& j) {
-  return mass.linear * (j[0] * j[0] + j[1] * j[1]) + mass.angular * j[2] * j[2];
-}
-
 /// Solves the sub-system and books its work, status and residual.
 std::vector<double> solve(const ImpactProblem& problem, const IslandSystem& system, ImpactResult& result) {
   SolveOptions options;
@@ -54,8 +40,8 @@ void apply_row(const IslandSystem& system, int i, double impulse, Velocities& v)
 double inverse_mass(const IslandSystem& system, int i) {
   const Row& row = system.rows[i];
   double w = 0;
-  if (row.a >= 0) w += resistance(system.bodies[row.a], row.Ja);
-  if (row.b >= 0) w += resistance(system.bodies[row.b], row.Jb);
+  if (row.a >= 0) w += inverse_mass_along(system.bodies[row.a], row.Ja);
+  if (row.b >= 0) w += inverse_mass_along(system.bodies[row.b], row.Jb);
   return w;
 }
 

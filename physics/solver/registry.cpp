@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <stdexcept>
+#include "physics/registry.h"
 
 #include "physics/solver/solver.h"
 
@@ -55,13 +55,7 @@ std::span<const SolverEntry> solvers() {
 }
 
 const SolverEntry& find_solver(std::string_view name) {
-  std::string names;
-  for (const SolverEntry& entry : solvers()) {
-    if (entry.name == name) return entry;
-    names += names.empty() ? "" : ", ";
-    names += entry.name;
-  }
-  throw std::invalid_argument("unknown solver \"" + std::string(name) + "\"; there are: " + names);
+  return find_entry("solver", name, solvers());
 }
 
 }  // namespace skerry

@@ -7,10 +7,6 @@
 namespace skerry {
 namespace {
 
-double along(const std::array<double, 3>& j, const Velocity& v) {
-  return j[0] * v[0] + j[1] * v[1] + j[2] * v[2];
-}
-
 Velocity body_velocity(const WorldState& state, std::uint32_t body) {
   return {state.bodies.velocity[body].x, state.bodies.velocity[body].y, state.bodies.omega[body]};
 }
