@@ -50,8 +50,8 @@ struct WorldConfig {
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
-  /// Local error that `event_driven` allows in an inner step, relative for values above 0.1 (SI), else 0.1
-  /// times this; 1e-14 to 1e-2. time_stepping does not use it.
+  /// Local error that `event_driven` allows in an inner step, relative for values above 1 (SI units),
+  /// else absolute; 1e-14 to 1e-2. time_stepping does not use it.
   double accuracy = 1e-13;
   int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
   /// Islands that a step did not change by a bit are not stepped again until something does.

@@ -80,7 +80,7 @@ ContactKinematics point_on_edge(const ContactFeatures& f, Vec2 start, Vec2 point
   const double distance = dot(n, d);
   const double s = dot(along, d);
   k.gap = distance - radius_e - radius_f;
-  k.range = std::min(s, f.length - s);
+  if (std::isfinite(f.length)) k.range = std::min(s, f.length - s);
   const Vec2 foot = (p.p - e.p) + (r - distance * n);  // material point of E below the point
   const Vec2 v_point = p.v + p.omega * perp(r);
   const Vec2 apart = v_point - (e.v + e.omega * perp(foot));

@@ -6,6 +6,7 @@
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/acceleration.h"
+#include "physics/stepping/island_backup.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -25,8 +26,8 @@ using State = AccelerationProblem::State;
 constexpr int kMaxEvents = 16;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
-// Quantities below this [m, m/s, rad] are accurate absolutely, not relatively.
-constexpr double kUnit = 0.1;
+// Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
+constexpr double kUnit = 1;
 // A contact has passed a corner when it is this far beyond [m]: then the narrow phase sees it, too.
 constexpr double kBeyond = 1e-10;
 
@@ -687,41 +688,6 @@ class EventStep {
   double inner_step_ = 0;
   int inner_steps_ = 0;
   int events_ = 0;
-};
-
-/// What a step of an island may change.
-class IslandBackup {
- public:
-  IslandBackup(const WorldState& state, const Island& island) {
-    const BodyArrays& all = state.bodies;
-    for (const std::uint32_t i : island.bodies) {
-      bodies_.push_back({all.position[i], all.angle[i], all.rotation[i], all.velocity[i], all.omega[i]});
-      travelled_.push_back(state.travelled[i]);
-    }
-    for (const std::uint32_t i : island.contacts) contacts_.push_back(state.contacts[i]);
-    for (const std::uint32_t i : island.joints) joints_.push_back(state.joints[i]);
-  }
-
-  void restore(WorldState& state, const Island& island) const {
-    BodyArrays& all = state.bodies;
-    for (std::size_t k = 0; k < bodies_.size(); ++k) {
-      const std::uint32_t i = island.bodies[k];
-      all.position[i] = bodies_[k].position;
-      all.angle[i] = bodies_[k].angle;
-      all.rotation[i] = bodies_[k].rotation;
-      all.velocity[i] = bodies_[k].velocity;
-      all.omega[i] = bodies_[k].omega;
-      state.travelled[i] = travelled_[k];
-    }
-    for (std::size_t k = 0; k < contacts_.size(); ++k) state.contacts[island.contacts[k]] = contacts_[k];
-    for (std::size_t k = 0; k < joints_.size(); ++k) state.joints[island.joints[k]] = joints_[k];
-  }
-
- private:
-  std::vector<BodyBackup> bodies_;
-  std::vector<double> travelled_;
-  std::vector<Contact> contacts_;
-  std::vector<JointRecord> joints_;
 };
 
 }  // namespace

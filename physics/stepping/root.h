@@ -15,10 +15,13 @@ template <class F>
 double falling_root(F&& f, double low, double f_low, double high, double f_high) {
   const double width = 1e-15 * high;
   int side = 0;
+  double last = high;
   for (int i = 0; i < 100 && high - low > width && f_high != 0; ++i) {
     const bool bisect = i % 8 == 7 || !std::isfinite(f_low) || !std::isfinite(f_high);
     double t = bisect ? 0.5 * (low + high) : (low * f_high - high * f_low) / (f_high - f_low);
     t = std::clamp(t, low, high);
+    if (std::abs(t - last) <= width) return t;
+    last = t;
     const double value = f(t);
     if (value > 0) {
       if (t == low) break;
