@@ -127,6 +127,7 @@ class EventStep {
   /// Which contacts are closed from here on, and how.
   bool begin_mode() {
     mode_ = {};
+    forces_known_ = false;
     const double fastest = speed_bound();
     const double still = 1e-11 * (1 + fastest);
     const State y = problem_.gather(mode_);
@@ -190,6 +191,7 @@ class EventStep {
   bool is_consistent() {
     if (mode_.free()) return true;
     if (!problem_.evaluate(mode_, elapsed_, problem_.gather(mode_), forces_)) return false;
+    forces_known_ = true;
     const double slack = 1e-8 * forces_.scale;
     for (std::size_t p = 0; p < mode_.points.size(); ++p) {
       if (forces_.point_force[p] < -slack) return false;
@@ -418,7 +420,8 @@ class EventStep {
 
   bool integrate() {
     State y = problem_.gather(mode_), dy, at_event;
-    if (!problem_.evaluate(mode_, elapsed_, y, forces_)) return false;
+    if (!forces_known_ && !problem_.evaluate(mode_, elapsed_, y, forces_)) return false;
+    forces_known_ = false;
     problem_.derivative(y, forces_, dy);
     ModeForces latest;
     RungeKutta method(
@@ -560,21 +563,22 @@ class EventStep {
 
   /// Applies what the event says where the forces go on smoothly; otherwise the mode is chosen anew.
   void change_mode(const Event& event, const std::vector<Watch>& watched) {
-    note_event(event);
+    note_event(event.watch, event.landing);
     if (event.watch.kind != MotionEventKind::Release && event.watch.kind != MotionEventKind::Slip) return;
     keep_mode_ = true;
     const double zero = 1e-11 * forces_.scale;
     for (const Watch& watch : watched) {
       const bool same = watch.kind == event.watch.kind && watch.index == event.watch.index;
-      if (!same && !(value(watch, forces_) <= zero)) continue;
+      const bool smooth = watch.kind == MotionEventKind::Release || watch.kind == MotionEventKind::Slip;
+      if (!same && !(smooth && value(watch, forces_) <= zero)) continue;
+      if (!same) note_event(watch, nullptr);
       if (watch.kind == MotionEventKind::Release) mode_.points[watch.index].closed = false;
       if (watch.kind != MotionEventKind::Slip) continue;
       mode_.grips[watch.index].sign = forces_.grip_force[watch.index] > 0 ? -1 : 1;
     }
   }
 
-  void note_event(const Event& event) {
-    const Watch& watch = event.watch;
+  void note_event(const Watch& watch, const Contact* landing) {
     switch (watch.kind) {
       case MotionEventKind::Release:
       case MotionEventKind::Feature:
@@ -583,7 +587,7 @@ class EventStep {
       case MotionEventKind::Stick:
         return note(watch.kind, elapsed_, contact_at(mode_.grips[watch.index].contact));
       case MotionEventKind::Landing:
-        return note(watch.kind, elapsed_, *event.landing);
+        return note(watch.kind, elapsed_, *landing);
       default: {
         const JointRecord& joint = state_.joints[island_.joints[watch.index]];
         note(mode_.taut[watch.index] != 0 ? MotionEventKind::Release : MotionEventKind::Limit, elapsed_,
@@ -684,7 +688,8 @@ class EventStep {
   ContactMode mode_;
   ModeForces forces_;  ///< at the beginning of the inner step
   bool keep_mode_ = false;
-  double elapsed_ = 0;  ///< since the beginning of the step [s]
+  bool forces_known_ = false;  ///< `forces_` are those of the mode and the present state
+  double elapsed_ = 0;         ///< since the beginning of the step [s]
   double inner_step_ = 0;
   int inner_steps_ = 0;
   int events_ = 0;

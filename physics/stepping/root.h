@@ -9,11 +9,11 @@
 
 namespace skerry {
 
-/// Root of `f` between `low` with f > 0 and `high` with f <= 0, to 1e-15 of `high`: false position with
+/// Root of `f` between `low` with f > 0 and `high` with f <= 0, to 1e-14 of `high`: false position with
 /// halving [Dowell & Jarratt 1971], and bisection where that is slow.
 template <class F>
 double falling_root(F&& f, double low, double f_low, double high, double f_high) {
-  const double width = 1e-15 * high;
+  const double width = 1e-14 * high;
   int side = 0;
   double last = high;
   for (int i = 0; i < 100 && high - low > width && f_high != 0; ++i) {
