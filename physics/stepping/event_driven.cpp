@@ -432,7 +432,7 @@ class EventStep {
         },
         static_cast<int>(6 * island_.bodies.size()));
     const std::vector<Watch> watched = watches();
-    if (!(inner_step_ > 0)) inner_step_ = 0.3 / rate();
+    if (!(inner_step_ > 0)) inner_step_ = 0.2 / rate();
 
     for (;;) {
       const double left = h_ - elapsed_;

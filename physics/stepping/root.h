@@ -10,10 +10,15 @@
 namespace skerry {
 
 /// Root of `f` between `low` with f > 0 and `high` with f <= 0, to 1e-14 of `high`: false position with
-/// halving [Dowell & Jarratt 1971], and bisection where that is slow.
+/// reduced values at the end that stays [Anderson & Bjorck 1973], and bisection where that is slow.
 template <class F>
 double falling_root(F&& f, double low, double f_low, double high, double f_high) {
   const double width = 1e-14 * high;
+  // When the same end moves twice the other's value is reduced, by as much as the last value fell.
+  const auto shrink = [](double value, double before) {
+    const double fall = 1 - value / before;
+    return fall > 0 ? fall : 0.5;
+  };
   int side = 0;
   double last = high;
   for (int i = 0; i < 100 && high - low > width && f_high != 0; ++i) {
@@ -25,15 +30,15 @@ double falling_root(F&& f, double low, double f_low, double high, double f_high)
     const double value = f(t);
     if (value > 0) {
       if (t == low) break;
+      if (side > 0) f_high *= shrink(value, f_low);
       low = t;
       f_low = value;
-      if (side > 0) f_high *= 0.5;
       side = 1;
     } else {
       if (t == high) break;
+      if (side < 0) f_low *= shrink(value, f_high);
       high = t;
       f_high = value;
-      if (side < 0) f_low *= 0.5;
       side = -1;
     }
   }
