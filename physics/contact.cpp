@@ -65,6 +65,7 @@ void match_points(Contact& contact) {
     next[0].total_normal += old[j].total_normal;
     next[0].total_friction += old[j].total_friction;
     next[0].total_impact += old[j].total_impact;
+    if (old[j].total_impact > 0) next[0].impact_position = old[j].impact_position;
   }
   contact.points = next;
 }

@@ -26,6 +26,7 @@ struct PointMemory {
   bool sticking = false;  ///< the friction impulse was strictly inside its bounds
   // Sums over the step, for the report.
   double total_normal = 0, total_friction = 0, total_impact = 0;
+  Vec2 impact_position;  ///< where the last impact of the step acted, world frame [m]
 };
 
 /// A pair of shapes (for chains: a segment and a shape).

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kBoxLimit = 1.0e12;       // stands for infinity in boxes [m]
 constexpr double kLargestLength = 1.0e12;  // coordinates beyond this are refused: their squares lose too much
+constexpr double kSmallestLength = 1.0e-100;  // shorter ones have squares that underflow: no direction
 constexpr std::size_t kMaxCorners = 64;
 // Two edges count as collinear below this sine. Slivers of a ratio 1e-11 are still accepted; corners that
 // were meant to lie on a line and differ by rounding are not.
@@ -129,7 +130,7 @@ Shape make_capsule(Vec2 from, Vec2 to, double radius) {
   require_point(to, "make_capsule: second end");
   require_length(radius, "make_capsule: radius");
   const double len = length(to - from);
-  if (!(len > 0)) refuse("make_capsule: the ends coincide at ", from);
+  if (!(len > kSmallestLength)) refuse("make_capsule: the ends coincide at ", from);
   Shape shape;
   shape.kind = ShapeKind::Capsule;
   shape.radius = radius;
@@ -167,7 +168,7 @@ Shape make_polygon(std::span<const Vec2> corners, double rounding) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t next = i + 1 < n ? i + 1 : 0;
     const double len = length(v[next] - v[i]);
-    if (!(len > 0)) {
+    if (!(len > kSmallestLength)) {
       const auto [low, high] = std::minmax(order[i], order[next]);
       refuse("make_polygon: corner ", high, " repeats corner ", low, ", ", v[i]);
     }
@@ -214,7 +215,7 @@ Shape make_box(Vec2 size, Vec2 centre, double angle, double rounding) {
 Shape make_half_plane(Vec2 point, Vec2 normal) {
   require_point(point, "make_half_plane: point");
   const double len = length(normal);
-  if (!(std::isfinite(len) && len > 0)) {
+  if (!(std::isfinite(len) && len > kSmallestLength)) {
     refuse("make_half_plane: normal must be finite and not zero, got ", normal);
   }
   Shape shape;
@@ -240,7 +241,7 @@ Shape make_chain(std::span<const Vec2> corners, bool closed) {
     const std::size_t next = i + 1 < n ? i + 1 : 0;
     const Vec2 edge = corners[next] - corners[i];
     const double len = length(edge);
-    if (!(len > 0)) {
+    if (!(len > kSmallestLength)) {
       refuse("make_chain: corner ", next, " repeats corner ", i, ", ", corners[i]);
     }
     shape.normals.push_back(perp(edge / len));

@@ -61,6 +61,7 @@ struct ContactPointReport {
   double normal_impulse = 0;    ///< of all sub-steps, without impacts [N s]; it acts on b along the normal
   double friction_impulse = 0;  ///< acts on b along perp(normal) [N s]
   double impact_impulse = 0;    ///< normal impulse of impacts in the step [N s]
+  Vec2 impact_position;         ///< where that acted: the bodies have moved on since [m]
 };
 
 /// A touching (or speculative) pair in the last step.
@@ -88,7 +89,7 @@ struct IslandReport {
 struct IslandTrace {
   int island = -1;
   bool impact = false;         ///< the impact problem (velocity before the kick) rather than the resting one
-  double time = 0;             ///< [s] when it was solved
+  double time = 0;             ///< [s] of the world when it was solved
   std::vector<BodyId> bodies;  ///< bodies of the system, in its order
   IslandSystem system;
   std::vector<double> lambda;

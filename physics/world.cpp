@@ -99,6 +99,12 @@ std::uint32_t new_body_slot(WorldState& s) {
   return static_cast<std::uint32_t>(b.position.size() - 1);
 }
 
+/// Queries look at these shapes themselves until the next step gives them boxes.
+void make_loose(WorldState& s, std::uint32_t body) {
+  s.stale_boxes[body] = 1;
+  s.loose_shapes.insert(s.loose_shapes.end(), s.shapes_of[body].begin(), s.shapes_of[body].end());
+}
+
 /// Mass, centre and inertia of a body from its shapes, and the shapes moved so that the centre of mass is the
 /// origin.
 void update_mass(WorldState& s, std::uint32_t body) {
@@ -131,7 +137,7 @@ void update_mass(WorldState& s, std::uint32_t body) {
   double inertia = mass > 0 ? std::max(0.0, second - mass * length_squared(centre)) : 0;
   if (weightless && !s.given_mass[body]) mass = inertia = 0;
 
-  s.stale_boxes[body] = 1;
+  make_loose(s, body);
   if (centre != Vec2{}) {
     for (const std::uint32_t i : s.shapes_of[body])
       s.shapes[i].shape = translated(s.shapes[i].shape, -centre);
@@ -410,7 +416,7 @@ void World::set_pose(BodyId id, Vec2 position, double angle) {
   state_->bodies.position[i] = position;
   state_->bodies.angle[i] = angle;
   state_->bodies.rotation[i] = Rot::from_angle(angle);
-  state_->stale_boxes[i] = 1;
+  make_loose(*state_, i);
 }
 
 void World::set_velocity(BodyId id, Vec2 velocity, double omega) {

@@ -24,6 +24,7 @@
 #include "physics/body.h"
 #include "physics/broadphase/broadphase.h"
 #include "physics/joint.h"
+#include "physics/narrowphase/queries.h"
 #include "physics/shape.h"
 #include "physics/step_report.h"
 
@@ -41,7 +42,7 @@ struct ShapeDef {
 
 struct WorldConfig {
   Vec2 gravity{0, -9.81};  ///< [m/s^2]
-  std::string broad_phase = "brute_force";
+  std::string broad_phase = "auto";
   BroadPhaseOptions broad_phase_options{};
   std::string solver = "auto";
   std::string impact_law = "reflections";
@@ -53,7 +54,9 @@ struct WorldConfig {
   /// Local error that `event_driven` allows in an inner step, relative for values above 1 (SI units),
   /// else absolute; 1e-14 to 1e-2. time_stepping does not use it.
   double accuracy = 1e-13;
-  int max_impacts_per_step = 64;  ///< of one island; then the rest of the step takes landings as plastic
+  /// Of one island, fewer for large ones (512 over its contact points, at least 4); then the rest of the step
+  /// treats landings as plastic.
+  int max_impacts_per_step = 64;
   /// Islands that a step did not change by a bit are not stepped again until something does.
   bool reuse_resting = true;
   int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
@@ -85,6 +88,16 @@ struct JointRecord {
   Vec2 impulse;             ///< on b, world frame, of the last step [N s]
   double row_force[2]{};    ///< of each row in the last force solve [N]; for warm starts
   double row_impulse[2]{};  ///< of each row, summed over the step [N s]
+};
+
+/// What a query found.
+struct QueryHit {
+  ShapeId shape;
+  BodyId body;
+  double t = 0;         ///< ray: parameter; shape cast: share of the translation
+  double distance = 0;  ///< closest point: from the given point [m], negative inside
+  Vec2 point;           ///< on the surface, world frame [m]
+  Vec2 normal;          ///< of the surface, unit
 };
 
 struct WorldState;
@@ -155,6 +168,27 @@ class World {
   /// FNV-1a over the bits of all positions, angles and velocities of live bodies, in slot order.
   std::uint64_t state_hash() const;
   const BroadPhase& broad_phase() const;
+
+  // --- Queries --------------------------------------------------------------------------------------------
+  // Shapes whose filter lets them meet `filter` are considered; sensors are found like the rest. Results that
+  // list shapes ascend by slot, so they do not depend on the broad phase.
+  std::vector<ShapeId> shapes_at(Vec2 point, const Filter& filter = {}) const;
+  /// Shapes that overlap `shape` at `pose`.
+  std::vector<ShapeId> shapes_overlapping(const Shape& shape, const Transform& pose,
+                                          const Filter& filter = {}) const;
+  /// Shapes whose bounding boxes overlap `box`.
+  std::vector<ShapeId> shapes_in_box(const Aabb& box, const Filter& filter = {}) const;
+  /// First shape that the ray meets; of several at the same t the one with the lowest slot.
+  std::optional<QueryHit> ray_cast(const Ray& ray, const Filter& filter = {}) const;
+  /// All shapes that the ray meets, by t.
+  std::vector<QueryHit> ray_cast_all(const Ray& ray, const Filter& filter = {}) const;
+  /// First shape that `shape` touches when it is moved along `translation` without turning.
+  std::optional<QueryHit> shape_cast(const Shape& shape, const Transform& pose, Vec2 translation,
+                                     const Filter& filter = {}) const;
+  /// The shape nearest to `point` within `max_distance` [m].
+  std::optional<QueryHit> closest(Vec2 point, double max_distance, const Filter& filter = {}) const;
+  /// Closest points of two shapes of the world.
+  ClosestPoints distance(ShapeId a, ShapeId b) const;
 
  private:
   std::unique_ptr<WorldState> state_;

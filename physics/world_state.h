@@ -60,6 +60,7 @@ struct WorldState {
   std::vector<BoxUpdate> box_updates;
   std::vector<std::uint8_t> shape_moved;  ///< by shape: its box is new in this round
   std::vector<std::uint8_t> stale_boxes;  ///< by body: static, but moved or changed since its boxes were made
+  std::vector<std::uint32_t> loose_shapes;  ///< shapes whose box in the broad phase is missing or out of date
 
   // Looked up by name once, when the world is made.
   const SolverEntry* solver = nullptr;

@@ -129,6 +129,7 @@ class Step {
       s_.shape_moved[i] = 1;
     }
     std::fill(s_.stale_boxes.begin(), s_.stale_boxes.end(), 0);
+    s_.loose_shapes.clear();
     if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
     s_.broad_phase->moved_pairs(s_.pairs);
     merge_pairs();
@@ -265,8 +266,17 @@ class Step {
         !refresh_manifold(contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
                           s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, count.narrow);
     count.reused += contact.manifold_reused;
-    contact.linked = contact.manifold.count > 0;
-    if (contact.linked && !first) count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
+    if (first) {
+      contact.linked = contact.manifold.count > 0;
+      return;
+    }
+    // The paths are known now: shapes that were farther apart than both went cannot have met.
+    double gap = margin;
+    for (int i = 0; i < contact.manifold.count; ++i)
+      gap = std::min(gap, contact.manifold.points[i].separation);
+    const double paths = s_.travelled[contact.body_a] + s_.travelled[contact.body_b];
+    contact.linked = gap <= paths + s_.config.touch_tolerance && contact.manifold.count > 0;
+    if (contact.linked) count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
   }
 
   void step_islands(std::vector<std::uint8_t>& dirty, std::vector<SteppedIsland>& stepped) {
@@ -354,7 +364,7 @@ class Step {
     }
   }
 
-  /// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it can
+  /// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did
   /// meet more than was known shows in the next round. Reaches only grow and islands only merge, so this
   /// ends.
   bool extend_reach(std::vector<std::uint8_t>& dirty) {
@@ -363,7 +373,7 @@ class Step {
     for (std::size_t i = 0; i < s_.bodies.size(); ++i) {
       if (!(s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin)) continue;
       if (!std::isfinite(s_.travelled[i])) continue;
-      s_.reach[i] = 1.5 * s_.travelled[i];
+      s_.reach[i] = 1.25 * s_.travelled[i];
       dirty[i] = 1;
       any = true;
     }

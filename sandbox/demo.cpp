@@ -95,6 +95,7 @@ Demo::Demo(const std::string& path, const DemoOptions& options)
     if (std::find(names.begin(), names.end(), name) == names.end())
       throw UsageError("--set: " + script.name + " has no parameter \"" + name + '"' +
                        (names.empty() ? std::string() : suggestion(name, names)));
+  script.full_seconds = script.seconds;
   if (options.seconds) script.seconds = *options.seconds;
   if (options.steps) script.seconds = static_cast<double>(*options.steps) * script.dt;
 }
@@ -188,6 +189,8 @@ void Demo::step() {
 
 void Demo::finish() {
   Script& script = *script_;
+  // The numbers of the end belong to the whole demo; a run that was cut short does not reach them.
+  if (script.time() + 1e-6 * script.dt < script.full_seconds) return;
   for (Check& check : script.checks) {
     if (check.at || check.always || check.state != CheckState::Waiting) continue;
     check.value = measure(script.host, check.function, check.place, check.what);

@@ -71,12 +71,13 @@ struct Note {
 /// What the command line changes.
 struct DemoOptions {
   std::uint64_t seed = 1;
-  std::optional<double> dt;       ///< [s]
-  std::optional<double> seconds;  ///< length of the run
-  std::optional<std::uint64_t> steps;
-  std::optional<std::string> solver, broad_phase, impact_law, stepper;
-  std::vector<std::pair<std::string, std::string>> parameters;  ///< name, value as typed
-  std::function<void(std::string_view)> print;                  ///< lines that the script prints
+  std::optional<double> dt{};       ///< [s]
+  std::optional<double> seconds{};  ///< length of the run
+  std::optional<std::uint64_t> steps{};
+  int threads = 1;
+  std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
+  std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed
+  std::function<void(std::string_view)> print{};                  ///< lines that the script prints
 };
 
 /// How a script wants to be shown.
@@ -120,7 +121,8 @@ class Demo {
   void step();
   std::uint64_t steps_done() const;
   double time() const;  ///< steps times dt [s]
-  /// Evaluates what waits for the end. Checks at a later time stay `Waiting`.
+  /// Evaluates what waits for the end. Checks at a later time stay `Waiting`, and all of them when the run is
+  /// shorter than the script says.
   void finish();
   /// Whether a check fails or the world had to stop a body whose state was not finite.
   bool failed() const;

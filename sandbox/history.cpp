@@ -85,7 +85,7 @@ void History::update(const Demo& demo) {
         largest_force_ = std::max(largest_force_, point.normal_impulse / report.h);
       if (point.impact_impulse <= 0) continue;
       const std::vector<BodyType>& types = world.bodies().type;
-      flashes_.push_back({now_, point.position, contact.normal, point.impact_impulse,
+      flashes_.push_back({now_, point.impact_position, contact.normal, point.impact_impulse,
                           types[contact.body_a.index] != BodyType::Dynamic,
                           types[contact.body_b.index] != BodyType::Dynamic});
       largest_impulse_ = std::max(largest_impulse_, point.impact_impulse);

@@ -58,6 +58,7 @@ int demo(lua_State* L) {
   WorldConfig config;
   config.gravity = args.pair("gravity").value_or(config.gravity);
   config.solver = chosen(args, "solver", given.solver, config.solver);
+  config.threads = given.threads;
   config.broad_phase = chosen(args, "broad_phase", given.broad_phase, config.broad_phase);
   config.impact_law = chosen(args, "impact_law", given.impact_law, config.impact_law);
   config.stepper = chosen(args, "stepper", given.stepper, config.stepper);

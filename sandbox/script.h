@@ -29,7 +29,8 @@ struct Script {
 
   DemoOptions options;
   std::string name, path, title, lesson;
-  double seconds = 5;
+  double seconds = 5;       ///< length of the run
+  double full_seconds = 5;  ///< as the script says, whatever the command line
   double dt = 1.0 / 60;
   Picture picture;
   std::vector<Parameter> parameters;

@@ -63,6 +63,9 @@ void add_shared_options(CLI::App& app, SharedOptions& options, DemoCount count) 
   add_choice("--broadphase", demo.broad_phase, "Broad phase", names_of(broad_phases()));
   add_choice("--impact", demo.impact_law, "Impact law", names_of(impact_laws()));
   add_choice("--stepper", demo.stepper, "How time advances", names_of(steppers()));
+  app.add_option("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->group(group);
   app.add_option_function<std::vector<std::string>>(
          "--set",
          [&demo](const std::vector<std::string>& words) {

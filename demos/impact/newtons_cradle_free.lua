@@ -4,7 +4,7 @@ demo{
   lesson = "k discs arrive, k discs leave with the same speed, exactly; momentum and energy allow other outcomes, nature does not take them.",
   seconds = 3,
   gravity = {0, 0},
-  view = { x = 0, y = 0, width = 9, height = 3 },
+  view = { x = 0, y = 0, width = 7, height = 2.4 },
   friction = 0,
   restitution = 1,
 }
@@ -23,7 +23,7 @@ for i = 1, count do
     color = i <= moving and "vermilion" or i > count - moving and "blue" or "sky",
   }
 end
-show{ "contacts", "impulses", "velocities", "matrix" }
+show{ "contacts", "impulses", "velocities", "matrix", impulse_scale = math.min(moving, count - moving) * speed / (0.9 * r) }
 
 expect("worst velocity error", function()
   local worst = 0

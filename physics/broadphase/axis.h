@@ -36,10 +36,10 @@ struct Axis {
   }
 };
 
-/// The axes that the options name; by default two orthogonal ones at 29.7 degrees to x and y. Boxes in rows
-/// and columns, which is how they pile up, share their x or y intervals, so that a sorted axis along x or y
-/// reports whole columns and a small motion exchanges many end points at once. No two neighbours of a lattice
-/// share an interval on an axis whose slope is not close to a ratio of small integers.
+/// The axes that the options name; by default two orthogonal ones at 29.7 degrees to x and y. Boxes pile up
+/// in rows and columns, and all boxes of a column share one x interval: an axis along x proposes the whole
+/// column as pairs, and its equal end points change places at every tremble. An oblique axis, whose slope is
+/// not close to a ratio of small integers, puts the boxes of a row or column one after another.
 inline std::vector<Axis> make_axes(const std::vector<double>& angles) {
   constexpr double kDefaultAngle = 0.518;
   std::vector<Axis> axes;

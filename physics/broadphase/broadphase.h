@@ -45,7 +45,9 @@ struct Ray {
 
 /// Settings that implementations may use; the defaults let each choose from the boxes.
 struct BroadPhaseOptions {
-  double cell_size = 0;      ///< grids: edge of a (finest) cell [m]; 0: chosen from the boxes
+  /// Grids and hash sorts: edge of a (finest) cell [m]; 0: chosen from the boxes. Cells of one size are
+  /// doubled while their lists would exceed eight entries a box, so that memory stays linear.
+  double cell_size = 0;
   std::vector<double> axes;  ///< axis methods: directions as angles [rad], 1 to 4; empty: two oblique ones
   int threads = 1;           ///< pair finding may use this many threads; the result does not depend on it
 };
@@ -66,10 +68,10 @@ class StructureVisitor {
 /// Work of the last `moved_pairs` call.
 struct BroadPhaseStats {
   std::uint64_t box_tests = 0;    ///< exact box against box tests
-  std::uint64_t false_pairs = 0;  ///< tests that found no overlap
+  std::uint64_t false_pairs = 0;  ///< tests that gave no pair
   std::uint64_t swaps = 0;        ///< exchanges of sorted end points, a measure of lost coherence
   std::uint64_t pairs = 0;        ///< pairs reported
-  std::uint64_t bytes = 0;        ///< memory held by the structure
+  std::uint64_t bytes = 0;        ///< memory held by the boxes, the structure and the sort
 };
 
 /// A set of boxes that finds its overlapping pairs. Not thread-safe; one call at a time.
@@ -98,11 +100,13 @@ class BroadPhase {
   /// Reports all overlapping pairs, in the same form.
   virtual void all_pairs(std::vector<Pair>& pairs) = 0;
 
-  /// Boxes that overlap `box`, ascending. @param found cleared, then filled
+  /// Boxes that overlap `box`, which may be unbounded; ascending. @param found cleared, then filled
+  /// @throws std::invalid_argument if `box` is inverted, not a number, or all at infinity
   virtual void query(const Aabb& box, std::vector<ProxyIndex>& found) const = 0;
   /// Boxes that contain `point`, ascending.
   virtual void query(Vec2 point, std::vector<ProxyIndex>& found) const = 0;
-  /// Boxes that the ray meets, ascending by number.
+  /// Boxes that the ray meets, ascending by number. @throws std::invalid_argument if the origin or the
+  /// direction is not finite, the direction is zero, or t_max is negative or not a number
   virtual void ray_cast(const Ray& ray, std::vector<ProxyIndex>& found) const = 0;
 
   virtual std::size_t size() const = 0;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Every box against every other, in packed blocks that the compiler vectorises: the oracle for the rest, and
-// the fastest of all for some dozens of boxes.
+// Every box against every other, four numbers in one comparison: the oracle for the rest, and the fastest of
+// all for some dozens of boxes. Boxes are compared in single precision and, where that leaves a doubt, in
+// double.
+#include "physics/broadphase/float_box.h"
 #include "physics/broadphase/pair_finder.h"
 
 namespace skerry {
 
 namespace {
-
-constexpr std::size_t kBlock = 32;
 
 class BruteForce final : public PairFinder {
  public:
@@ -17,7 +17,7 @@ class BruteForce final : public PairFinder {
     for (const ProxyIndex proxy : dirty) {
       if (boxes.is_present(proxy)) {
         if (slot_[proxy] == kNoSlot) append(proxy);
-        write(slot_[proxy], boxes.box(proxy));
+        store(packed_[slot_[proxy]], boxes.box(proxy), kOrigin);
       } else if (slot_[proxy] != kNoSlot) {
         erase(proxy);
       }
@@ -30,28 +30,27 @@ class BruteForce final : public PairFinder {
     if (request.all || boxes.moved().size() == boxes.size()) {
       // Each box against those after it.
       for (std::size_t i = 0; i < proxies_.size(); ++i) {
-        for_each_overlap(boxes.box(proxies_[i]), i + 1, stats, [&](ProxyIndex other) {
+        for_each_overlap(boxes, boxes.box(proxies_[i]), i + 1, stats, [&](ProxyIndex other) {
           if (request.keeps(proxies_[i], other)) out.add(proxies_[i], other);
         });
       }
       return;
     }
     for (const ProxyIndex proxy : boxes.moved()) {
-      for_each_overlap(boxes.box(proxy), 0, stats, [&](ProxyIndex other) {
+      for_each_overlap(boxes, boxes.box(proxy), 0, stats, [&](ProxyIndex other) {
         if (request.reports(proxy, other)) out.add(proxy, other);
       });
     }
   }
 
-  void query(const BoxSet&, const Aabb& region, std::vector<ProxyIndex>& found) const override {
+  void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
     BroadPhaseStats unused;
-    for_each_overlap(region, 0, unused, [&](ProxyIndex proxy) { found.push_back(proxy); });
+    for_each_overlap(boxes, region, 0, unused, [&](ProxyIndex proxy) { found.push_back(proxy); });
   }
 
   std::size_t bytes() const override {
     return (proxies_.capacity() + slot_.capacity()) * sizeof(ProxyIndex) +
-           (lower_x_.capacity() + lower_y_.capacity() + upper_x_.capacity() + upper_y_.capacity()) *
-               sizeof(double);
+           packed_.capacity() * sizeof(FloatBox);
   }
 
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override {
@@ -60,55 +59,36 @@ class BruteForce final : public PairFinder {
 
  private:
   static constexpr std::uint32_t kNoSlot = ~std::uint32_t{0};
+  static constexpr Vec2 kOrigin{};
 
   void append(ProxyIndex proxy) {
     slot_[proxy] = static_cast<std::uint32_t>(proxies_.size());
     proxies_.push_back(proxy);
-    for (std::vector<double>* column : {&lower_x_, &lower_y_, &upper_x_, &upper_y_}) column->emplace_back();
+    packed_.emplace_back();
   }
   void erase(ProxyIndex proxy) {
     const std::uint32_t slot = slot_[proxy];
-    for (std::vector<double>* column : {&lower_x_, &lower_y_, &upper_x_, &upper_y_}) {
-      (*column)[slot] = column->back();
-      column->pop_back();
-    }
+    packed_[slot] = packed_.back();
+    packed_.pop_back();
     proxies_[slot] = proxies_.back();
     slot_[proxies_[slot]] = slot;
     proxies_.pop_back();
     slot_[proxy] = kNoSlot;
   }
-  void write(std::uint32_t slot, const Aabb& box) {
-    lower_x_[slot] = box.lower.x;
-    lower_y_[slot] = box.lower.y;
-    upper_x_[slot] = box.upper.x;
-    upper_y_[slot] = box.upper.y;
-  }
 
   /// Calls `visit` for every box from slot `begin` on that overlaps `box`.
   template <class Visit>
-  void for_each_overlap(const Aabb& box, std::size_t begin, BroadPhaseStats& stats, Visit visit) const {
+  void for_each_overlap(const BoxSet& boxes, const Aabb& box, std::size_t begin, BroadPhaseStats& stats,
+                        Visit visit) const {
+    const FloatLimits limits(box, kOrigin);
     const std::size_t count = proxies_.size();
     std::uint64_t overlaps = 0;
-    for (std::size_t first = begin; first < count; first += kBlock) {
-      // The comparisons have no branches, so a block is a few vector instructions.
-      const std::size_t length = std::min(kBlock, count - first);
-      const double* lx = lower_x_.data() + first;
-      const double* ly = lower_y_.data() + first;
-      const double* ux = upper_x_.data() + first;
-      const double* uy = upper_y_.data() + first;
-      std::uint64_t hit[kBlock];
-      std::uint64_t any = 0;
-      for (std::size_t k = 0; k < length; ++k) {
-        hit[k] = static_cast<std::uint64_t>((lx[k] <= box.upper.x) & (box.lower.x <= ux[k]) &
-                                            (ly[k] <= box.upper.y) & (box.lower.y <= uy[k]));
-        any |= hit[k];
-      }
-      if (any == 0) continue;
-      for (std::size_t k = 0; k < length; ++k) {
-        if (hit[k] == 0) continue;
-        ++overlaps;
-        visit(proxies_[first + k]);
-      }
+    for (std::size_t slot = begin; slot < count; ++slot) {
+      const FloatOverlap found = limits.compare(packed_[slot]);
+      if (!found.maybe) continue;
+      if (!found.certain && !overlap(box, boxes.box(proxies_[slot]))) continue;
+      ++overlaps;
+      visit(proxies_[slot]);
     }
     if (begin < count) {
       stats.box_tests += count - begin;
@@ -116,7 +96,7 @@ class BruteForce final : public PairFinder {
     }
   }
 
-  std::vector<double> lower_x_, lower_y_, upper_x_, upper_y_;
+  std::vector<FloatBox> packed_;     ///< by slot
   std::vector<ProxyIndex> proxies_;  ///< by slot
   std::vector<std::uint32_t> slot_;  ///< by proxy
 };

@@ -3,6 +3,8 @@
 // Hierarchical grid: the searches. The build is in hierarchical_grid_build.cpp.
 #include "physics/broadphase/hierarchical_grid.h"
 
+#include <array>
+#include <bit>
 #include <future>
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <immintrin.h>
@@ -17,6 +19,12 @@ namespace {
 
 /// Below so many boxes a second thread costs more than it finds.
 constexpr std::size_t kBoxesPerThread = 10000;
+
+inline void prefetch([[maybe_unused]] const void* address) {
+#if defined(__SSE2__)
+  _mm_prefetch(static_cast<const char*>(address), _MM_HINT_T0);
+#endif
+}
 
 }  // namespace
 
@@ -53,7 +61,7 @@ struct HierarchicalGrid::Search {
 
   /// Tests the slots [from, to).
   void test(std::uint32_t from, std::uint32_t to) {
-    if (next + (to - from) + kPadding > limit) make_room(to - from + kPadding);
+    if (next + (to - from + kPadding) > limit) make_room(to - from + kPadding);
     tests += to - from;
 #if defined(SKERRY_WIDE_TESTS)
     if (wide) return test_wide(from, to);
@@ -134,16 +142,31 @@ struct HierarchicalGrid::Search {
   }
 #endif
 
+  /// Tests one slot, which need not have any after it.
+  void test_one(std::uint32_t slot) {
+    if (next == limit) make_room(1);
+    ++tests;
+    const FloatOverlap overlaps = limits.compare(box[slot]);
+    if (!overlaps.maybe) return;
+    *next++ = pair_key(id[slot] & kNumber, own & kNumber);
+    ties |= !overlaps.certain;
+  }
+
   /// Ends the search of one box: where single precision could not tell, doubles do.
   void finish() {
-    if (ties != 0) {
-      std::uint64_t* kept = first;
-      for (const std::uint64_t* k = first; k < next; ++k) {
-        const auto low = static_cast<ProxyIndex>(*k >> 32), high = static_cast<ProxyIndex>(*k);
-        if (overlap(boxes.box(low), boxes.box(high))) *kept++ = *k;
-      }
-      next = kept;
+    if (ties == 0) return;
+    filter([&](ProxyIndex low, ProxyIndex high) { return overlap(boxes.box(low), boxes.box(high)); });
+  }
+
+  /// Keeps those pairs of the present box for which `keep(low, high)`.
+  template <class Keep>
+  void filter(Keep keep) {
+    std::uint64_t* kept = first;
+    for (const std::uint64_t* k = first; k < next; ++k) {
+      *kept = *k;
+      kept += keep(static_cast<ProxyIndex>(*k >> 32), static_cast<ProxyIndex>(*k)) ? 1 : 0;
     }
+    next = kept;
   }
 
   void close(BroadPhaseStats& stats) {
@@ -207,6 +230,21 @@ void HierarchicalGrid::for_each_range(const GridLevel& level, const Aabb& region
   }
 }
 
+/// Calls `visit(slot)` for the overflow of the cells from `first` to `last`.
+template <class Visit>
+void HierarchicalGrid::for_each_overflow(std::uint32_t first, std::uint32_t last, Visit visit) const {
+  if (!places_ready_ || next_.empty()) return;
+  for (std::uint32_t word = first / 64; word <= last / 64; ++word) {
+    std::uint64_t bits = has_overflow_[word];
+    if (word == first / 64) bits &= ~std::uint64_t{0} << first % 64;
+    if (word == last / 64) bits &= ~std::uint64_t{0} >> (63 - last % 64);
+    for (; bits != 0; bits &= bits - 1) {
+      const std::uint32_t cell = 64 * word + static_cast<std::uint32_t>(std::countr_zero(bits));
+      for (std::uint32_t slot = head_[cell]; slot != kNone; slot = next_[slot - packed_]) visit(slot);
+    }
+  }
+}
+
 /// Calls `visit(proxy)` for every box that overlaps `region`.
 template <class Visit>
 void HierarchicalGrid::for_each_overlap(const BoxSet& boxes, const Aabb& region, BroadPhaseStats& stats,
@@ -221,18 +259,14 @@ void HierarchicalGrid::for_each_overlap(const BoxSet& boxes, const Aabb& region,
     ++overlaps;
     visit(proxy);
   };
-  const bool has_overflow = places_ready_ && !next_.empty();
   for (const GridLevel& level : levels_) {
     for_each_range(level, region, [&](std::uint32_t first, std::uint32_t last) {
       tests += start_[last + 1] - start_[first];
       for (std::uint32_t slot = start_[first]; slot < start_[last + 1]; ++slot) test(slot);
-      if (!has_overflow) return;
-      for (std::uint32_t cell = first; cell <= last; ++cell) {
-        for (std::uint32_t slot = head_[cell]; slot != kNone; slot = next_[slot - packed_]) {
-          ++tests;
-          test(slot);
-        }
-      }
+      for_each_overflow(first, last, [&](std::uint32_t slot) {
+        ++tests;
+        test(slot);
+      });
     });
   }
   stats.box_tests += tests;
@@ -337,6 +371,45 @@ void HierarchicalGrid::find_all(const PairRequest& request, std::vector<PairBuff
   }
 }
 
+/// Few boxes moved: a search around each, then a look at which of what it met is to be reported from here.
+void HierarchicalGrid::find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const {
+  const BoxSet& boxes = request.boxes;
+  Search search(*this, boxes, true, out);
+  // The boxes are scattered in memory. A batch is looked up first and tested then, so that the processor can
+  // wait for many cache lines at a time.
+  constexpr std::size_t kBatch = 16;
+  std::vector<Run>& runs = runs_;
+  std::array<std::size_t, kBatch + 1> ends{};
+  const std::span<const ProxyIndex> moved = boxes.moved();
+  for (std::size_t base = 0; base < moved.size(); base += kBatch) {
+    const std::span<const ProxyIndex> batch = moved.subspan(base, std::min(kBatch, moved.size() - base));
+    runs.clear();
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      for (const GridLevel& level : levels_) {
+        for_each_range(level, boxes.box(batch[i]), [&](std::uint32_t first, std::uint32_t last) {
+          runs.push_back({start_[first], start_[last + 1], first, last});
+          prefetch(&box_[runs.back().begin]);
+          prefetch(&id_[runs.back().begin]);
+        });
+      }
+      ends[i + 1] = runs.size();
+    }
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const ProxyIndex proxy = batch[i];
+      search.begin(proxy, FloatLimits(boxes.box(proxy), origin_));
+      for (std::size_t r = ends[i]; r < ends[i + 1]; ++r) {
+        search.test(runs[r].begin, runs[r].end);
+        for_each_overflow(runs[r].first_cell, runs[r].last_cell,
+                          [&](std::uint32_t slot) { search.test_one(slot); });
+      }
+      search.finish();
+      search.filter(
+          [&](ProxyIndex low, ProxyIndex high) { return request.reports(proxy, low == proxy ? high : low); });
+    }
+  }
+  search.close(stats);
+}
+
 void HierarchicalGrid::find(const PairRequest& request, std::vector<PairBuffer>& parts,
                             BroadPhaseStats& stats) {
   const BoxSet& boxes = request.boxes;
@@ -345,12 +418,7 @@ void HierarchicalGrid::find(const PairRequest& request, std::vector<PairBuffer>&
     if (built_version_ != boxes.version()) rebuild(boxes);
     return find_all(request, parts, stats);
   }
-  PairBuffer& out = parts.front();
-  for (const ProxyIndex proxy : boxes.moved()) {
-    for_each_overlap(boxes, boxes.box(proxy), stats, [&](ProxyIndex other) {
-      if (request.reports(proxy, other)) out.add(proxy, other);
-    });
-  }
+  find_moved(request, parts.front(), stats);
 }
 
 void HierarchicalGrid::query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const {
@@ -361,7 +429,7 @@ void HierarchicalGrid::query(const BoxSet& boxes, const Aabb& region, std::vecto
 std::size_t HierarchicalGrid::bytes() const {
   return (box_.capacity() + new_box_.capacity()) * sizeof(FloatBox) +
          (start_.capacity() + id_.capacity() + cell_.capacity() + slot_of_.capacity() + head_.capacity() +
-          next_.capacity() + new_id_.capacity() + new_cell_.capacity()) *
+          2 * has_overflow_.capacity() + next_.capacity() + new_id_.capacity() + new_cell_.capacity()) *
              sizeof(std::uint32_t);
 }
 

@@ -10,7 +10,7 @@
 // sort in the order of the last build, which is almost sorted already; when few did, they are moved one by
 // one, into a free place of their cell or into its overflow list.
 //
-// A table of cells is as large as the world while that is at most four cells a box; beyond, rows and columns
+// A table of cells is as large as the world while that is at most eight cells a box; beyond, rows and columns
 // are wrapped around (a hash that keeps neighbours together), so that memory is linear whatever the extent.
 #pragma once
 
@@ -74,6 +74,10 @@ class HierarchicalGrid final : public PairFinder {
 
  private:
   struct Search;
+  /// Slots to test, and the cells that they belong to.
+  struct Run {
+    std::uint32_t begin, end, first_cell, last_cell;
+  };
 
   // Build (hierarchical_grid_build.cpp).
   void rebuild(const BoxSet& boxes);
@@ -92,7 +96,10 @@ class HierarchicalGrid final : public PairFinder {
   template <class Visit>
   void for_each_range(const GridLevel& level, const Aabb& region, Visit visit) const;
   template <class Visit>
+  void for_each_overflow(std::uint32_t first, std::uint32_t last, Visit visit) const;
+  template <class Visit>
   void for_each_overlap(const BoxSet& boxes, const Aabb& region, BroadPhaseStats& stats, Visit visit) const;
+  void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const;
   void find_all(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats);
   void find_part(const BoxSet& boxes, bool all, int part, int parts, PairBuffer& out,
                  BroadPhaseStats& stats) const;
@@ -122,12 +129,14 @@ class HierarchicalGrid final : public PairFinder {
   std::uint32_t packed_ = 0;
   // For changes of few boxes.
   bool places_ready_ = false;
-  std::vector<std::uint32_t> slot_of_;  ///< by proxy
-  std::vector<std::uint32_t> head_;     ///< first overflow slot by cell
-  std::vector<std::uint32_t> next_;     ///< by slot - packed_
+  std::vector<std::uint32_t> slot_of_;       ///< by proxy
+  std::vector<std::uint32_t> head_;          ///< first overflow slot by cell
+  std::vector<std::uint64_t> has_overflow_;  ///< a bit a cell: small enough for the first-level cache
+  std::vector<std::uint32_t> next_;          ///< by slot - packed_
   std::size_t unused_ = 0;
   std::uint64_t built_version_ = 0, built_membership_ = 0;
-  // Kept between builds.
+  // Kept between calls.
+  mutable std::vector<Run> runs_;
   std::vector<FloatBox> new_box_;
   std::vector<std::uint32_t> new_id_, new_cell_;
 };

@@ -140,6 +140,8 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
     smallest = std::min(smallest, extent);
     heights += box.upper.y - box.lower.y;
   }
+  // A box that moves changes its extent by rounding; that must not ask for another level.
+  largest *= 1 + 1.0 / 1024;
   origin_ = lower;
   const Vec2 world = upper - lower;
   last_octave_ = kOctaves - 1;
@@ -266,6 +268,7 @@ void HierarchicalGrid::prepare_places(const BoxSet& boxes) {
     slot_of_[id_[slot]] = slot;
   }
   head_.assign(start_.size(), kNone);
+  has_overflow_.assign(start_.size() / 64 + 1, 0);
   next_.clear();
   places_ready_ = true;
 }
@@ -291,6 +294,7 @@ std::uint32_t HierarchicalGrid::free_place(std::uint32_t cell) {
   cell_.push_back(cell);
   next_.push_back(head_[cell]);
   head_[cell] = slot;
+  has_overflow_[cell / 64] |= std::uint64_t{1} << cell % 64;
   return slot;
 }
 

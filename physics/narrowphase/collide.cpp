@@ -20,10 +20,11 @@ void discs(const Shape& a, const Transform& pose_a, const Shape& b, const Transf
   const Vec2 d = (pose_b.p - pose_a.p) + (cb - ca);
   const double radii = a.radius + b.radius;
   const double square = dot(d, d);
-  if (square > (radii + margin) * (radii + margin)) return;
+  if (!(square <= (radii + margin) * (radii + margin))) return;
   const double distance = std::sqrt(square);
-  const bool down = distance == 0 && narrow::second_comes_first(a, pose_a, b, pose_b);
-  const Vec2 n = distance > 0 ? d / distance : Vec2{0, down ? -1.0 : 1.0};
+  const bool along = distance > narrow::kNoDirection;
+  const bool down = !along && narrow::second_comes_first(a, pose_a, b, pose_b);
+  const Vec2 n = along ? d / distance : Vec2{0, down ? -1.0 : 1.0};
   // The middle of the two surface points; the sum is symmetric too.
   const Vec2 middle = 0.5 * ((pose_a.p + ca) + (pose_b.p + cb));
   m.count = 1;

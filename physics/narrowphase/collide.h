@@ -3,8 +3,6 @@
 // From two shapes at their poses to a contact manifold.
 #pragma once
 
-#include <vector>
-
 #include "physics/narrowphase/manifold.h"
 #include "physics/shape.h"
 
@@ -15,11 +13,18 @@ namespace skerry {
 /// Separating axes with last step's axis first [Gottschalk 1996; Ericson 2005, sec. 5.2], then clipping of
 /// the incident edge against the reference edge. Swapping the arguments mirrors the result exactly.
 ///
-/// @param margin  largest separation that is still reported [m], >= 0
-/// @param cache   kept between steps; may be null
+/// If two faces lie on each other, or two axes are equal within 1e-14 of the coordinates, the first one is
+/// taken, so the choice does not flicker. A point's feature names a corner and an edge (or two corners, where
+/// they face each other within 1e-7 of the edge), so it is the same whichever face was the reference.
+///
+/// @param margin  largest separation that is still reported [m], >= 0; separated pairs meet at their closest
+///                features, so the normal of two corners is the line between them
+/// @param cache   kept between steps; may be null; the manifold is the same to the bit with and without it
 /// @param stats   counters to add to; may be null
 /// @return points with separation <= margin: two for edge on edge, one for vertex on edge; none when farther
-/// apart
+///         apart, for two half-planes, or if a position is not finite
+/// @pre the rotations are finite
+/// @throws std::invalid_argument for a chain (see collide_chain_segment)
 Manifold collide(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
                  double margin, SatCache* cache = nullptr, NarrowPhaseStats* stats = nullptr);
 

@@ -26,6 +26,9 @@ inline constexpr double kAxisBias = 1.0e-14;
 // aligned stacks keep their feature ids. It changes the label only, never a number.
 inline constexpr double kCornerOnCorner = 1.0e-7;
 
+// Shorter vectors have squares that underflow, so no direction [m].
+inline constexpr double kNoDirection = 1.0e-100;
+
 /// A core and its radius; points into a Shape. A half-plane has its point and normal.
 struct Hull {
   ShapeKind kind = ShapeKind::Disc;

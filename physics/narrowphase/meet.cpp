@@ -10,7 +10,7 @@ void discs(const Hull& a, const Hull& b, const Transform& relative, double margi
   const Vec2 gap = (relative.p + rotate(relative.q, b.v[0])) - a.v[0];
   const double distance = length(gap), radii = a.radius + b.radius;
   if (!(distance <= radii + margin)) return;
-  const Vec2 n = distance > 0 ? gap / distance : Vec2{0, 1};
+  const Vec2 n = distance > kNoDirection ? gap / distance : Vec2{0, 1};
   out.normal(n, NormalFrom::Corners);
   out.point(0, a.v[0] + (0.5 * (distance + a.radius - b.radius)) * n, distance - radii,
             make_feature(corner_code(0), corner_code(0)));

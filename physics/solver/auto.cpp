@@ -15,6 +15,8 @@ namespace {
 
 // Sweeps of the last rung; each costs about a tenth of a factorisation.
 constexpr int kLastSweeps = 100;
+// A relative residual above which another start of the sweeps is tried.
+constexpr double kPoor = 1e-2;
 
 struct AutoMemory : SolverMemory {
   std::unique_ptr<SolverMemory> body_space, convex;
@@ -133,6 +135,11 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     remaining();
     rest.max_iterations = kLastSweeps;
     take_better(solution, sweeps.solve(system, solution.lambda, rest, nullptr));
+    // An iterate that was cut off by the budget can be worse than none: sweeps from nothing never are.
+    if (solution.residual > kPoor) {
+      note(solution, "sweeps from nothing");
+      take_better(solution, sweeps.solve(system, {}, rest, nullptr));
+    }
   }
   return solution;
 }

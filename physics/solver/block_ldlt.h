@@ -76,7 +76,6 @@ class BlockFactor {
   /// Solves in place: `x` holds the right-hand side, one vector a position, then the solution.
   /// @pre the last `factor` returned true
   void solve(BodyVector* x) const;
-  bool general() const { return general_; }
 
  private:
   struct Kernels;

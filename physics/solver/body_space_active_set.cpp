@@ -349,7 +349,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       if (!refine(options, 12, work)) return accepted();
       const double residual = offer(lambda_.data());
       if (residual <= options.target) return true;
-      floor = model_.rounding_floor(best_.data());
+      floor = model_.rounding_floor(lambda_.data());
       if (residual <= floor) return true;
       if (fine && change_states(floor, floor, false) == 0) return accepted();
       fine = true;

@@ -18,20 +18,27 @@
 #include <stdexcept>
 #include <string>
 
-#include "physics/solver/contact_states.h"
+#include "physics/solver/independent_parts.h"
 
 namespace skerry {
 namespace {
+
+/// Covering vectors tried after a ray.
+constexpr int kCoverings = 8;
+/// Sizes up to which all complementary bases are tried in the end: 16384 small systems, some 30 ms.
+constexpr int kEnumerated = 14;
 
 /// The tableau w = M z + d z0 + q in the form  [w-columns | z-columns | z0 | rhs], one row a basic variable.
 template <typename Scalar>
 class Tableau {
  public:
-  Tableau(const Eigen::MatrixXd& M, const Eigen::VectorXd& q) : n_(M.rows()), table_(n_, 2 * n_ + 2) {
+  /// @param cover  d > 0
+  Tableau(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, const Eigen::VectorXd& cover)
+      : n_(M.rows()), table_(n_, 2 * n_ + 2) {
     table_.setZero();
     table_.leftCols(n_).setIdentity();
     table_.middleCols(n_, n_) = -M.cast<Scalar>();
-    table_.col(artificial()).setConstant(Scalar(-1));
+    table_.col(artificial()) = -cover.cast<Scalar>();
     table_.col(rhs()) = q.cast<Scalar>();
     basis_.resize(static_cast<std::size_t>(n_));
     for (Eigen::Index i = 0; i < n_; ++i) basis_[i] = i;
@@ -70,14 +77,14 @@ class Tableau {
   Eigen::Index artificial() const { return 2 * n_; }
   Eigen::Index rhs() const { return 2 * n_ + 1; }
 
-  /// Lexicographically least of the rows (q, basis inverse): with d = 1 the ratios are the rows themselves.
+  /// Lexicographically least of the rows (q, basis inverse) / d.
   Eigen::Index first_row() const {
     Eigen::Index best = 0;
     for (Eigen::Index i = 1; i < n_; ++i) {
-      if (table_(i, rhs()) < table_(best, rhs())) best = i;
-      // Of tied rows the last: the identity's 1 stands later, so the row is lexicographically smaller.
-      else if (table_(i, rhs()) == table_(best, rhs()))
-        best = i;
+      // Cross-multiplied by d. Of tied rows the last: the identity's 1 stands later in it.
+      const Scalar x = table_(i, rhs()) * table_(best, artificial());
+      const Scalar y = table_(best, rhs()) * table_(i, artificial());
+      if (x >= y) best = i;
     }
     return best;
   }
@@ -164,6 +171,32 @@ void refine(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, DenseLcpResult& 
   }
 }
 
+/// Tries every complementary basis: 2^n linear systems, the answer where a ray says nothing (bimatrix games,
+/// whose matrix is copositive but not copositive-plus).
+void enumerate_bases(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, DenseLcpResult& result) {
+  const auto n = static_cast<int>(q.size());
+  for (unsigned mask = 0; mask < 1u << n; ++mask) {
+    std::vector<Eigen::Index> basic;
+    for (int i = 0; i < n; ++i) {
+      if (mask >> i & 1) basic.push_back(i);
+    }
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
+    if (!basic.empty()) {
+      const Eigen::VectorXd wanted = -q(basic);
+      z(basic) = Eigen::VectorXd(Eigen::PartialPivLU<Eigen::MatrixXd>(M(basic, basic)).solve(wanted));
+    }
+    if (!z.allFinite() || !((M * z + q).cwiseMin(z).minCoeff() >= -1e-12 * (1 + z.cwiseAbs().maxCoeff())))
+      continue;
+    z = z.cwiseMax(0);
+    const double residual = lcp_residual(M, q, z);
+    if (!(residual < result.residual)) continue;
+    result.z = z;
+    result.residual = residual;
+    result.solved = residual <= 1e-10;
+    if (result.solved) return;
+  }
+}
+
 /// Lemke's method on data of unit size.
 DenseLcpResult solve_scaled(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, int max_pivots) {
   const Eigen::Index n = q.size();
@@ -174,9 +207,10 @@ DenseLcpResult solve_scaled(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, 
     best.residual = 0;
     return best;
   }
+  Eigen::VectorXd cover = Eigen::VectorXd::Ones(n);
   const auto attempt = [&](auto zero) {
     using Scalar = decltype(zero);
-    Tableau<Scalar> tableau(M, q);
+    Tableau<Scalar> tableau(M, q, cover);
     DenseLcpResult result;
     const auto end = tableau.run(max_pivots, result.pivots);
     result.ray = end == Tableau<Scalar>::End::Ray;
@@ -194,8 +228,19 @@ DenseLcpResult solve_scaled(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, 
     if (result.residual < best.residual) best = result;
   };
   attempt(0.0);
+  // A ray for one covering vector need not be one for another where M is not copositive-plus: spread d by the
+  // golden ratio, differently each time.
+  for (int k = 1; k <= kCoverings && !best.solved && best.ray; ++k) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double turns = 0.6180339887498949 * static_cast<double>((i + 1) * k);
+      cover[i] = 0.5 + (turns - std::floor(turns));
+    }
+    attempt(0.0);
+  }
   const double scale = M.cwiseAbs().maxCoeff() * best.z.cwiseAbs().maxCoeff();
-  if (!best.solved || best.residual > 64 * kRoundingUnit * (1 + scale)) attempt(0.0L);
+  // 1e-13: what a well-conditioned basis leaves in double after refinement.
+  if (!best.solved || best.residual > 1e-13 * (1 + scale)) attempt(0.0L);
+  if (!best.solved && n <= kEnumerated) enumerate_bases(M, q, best);
   if (!best.solved) best.z.setZero();
   return best;
 }
@@ -310,10 +355,22 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
     // 1e-12: joints of one loop repeat each other to rounding; nothing regular in a mechanism is that small.
     elimination.inverse.setThreshold(1e-12);
     elimination.inverse.compute(W(J, J));
+  }
+  if (!J.empty() && !C.empty()) {
     const Eigen::MatrixXd columns = W(J, C);
     const Eigen::VectorXd wanted = b(J);
     reduced -= W(C, J) * Eigen::MatrixXd(elimination.inverse.solve(columns));
     reduced_b -= W(C, J) * Eigen::VectorXd(elimination.inverse.solve(wanted));
+  }
+
+  if (C.empty()) {
+    // Joints alone: a linear system.
+    const Eigen::VectorXd wanted = b(J);
+    const Eigen::VectorXd lambda = elimination.inverse.solve(wanted);
+    solution.lambda.assign(problem.rows.size(), 0.0);
+    solution.status = lambda.allFinite() ? SolveStatus::Inexact : SolveStatus::Failed;
+    if (lambda.allFinite()) std::copy(lambda.begin(), lambda.end(), solution.lambda.begin());
+    return;
   }
 
   Formulation lcp = formulate(reduced, reduced_b, rows);
@@ -345,8 +402,7 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
   solution.status = SolveStatus::Inexact;
 }
 
-Solution solve_lemke_contact(const ContactProblem& problem, std::span<const double>,
-                             const SolveOptions& options, std::unique_ptr<SolverMemory>*) {
+Solution solve_part(const ContactProblem& problem, const SolveOptions& options) {
   Solution solution;
   solution.method = "lemke";
   solve_as_lcp(problem, options, solution);
@@ -357,6 +413,15 @@ Solution solve_lemke_contact(const ContactProblem& problem, std::span<const doub
   }
   conclude(problem, options, solution);
   return solution;
+}
+
+Solution solve_lemke_contact(const ContactProblem& problem, std::span<const double>,
+                             const SolveOptions& options, std::unique_ptr<SolverMemory>*) {
+  const auto part = [&](const ContactProblem& rows, const std::vector<double>&, std::size_t) {
+    return solve_part(rows, options);
+  };
+  return solve_by_parts(problem, independent_parts(problem), starting_impulses(problem.rows, {}), options,
+                        part);
 }
 
 Solution solve_lemke(const IslandSystem& system, std::span<const double> warm_start,

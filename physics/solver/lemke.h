@@ -19,7 +19,8 @@ struct LcpSolution {
 /// Finds z with w = M z + q, z >= 0, w >= 0, z'w = 0 [Lemke 1965; Cottle, Pang, Stone 2009, alg. 4.4.5].
 ///
 /// The ratio test is lexicographic (ties within rounding are broken by the rows of the basis inverse), so a
-/// degenerate problem does not cycle. Runs in double, then, where the residual is not at rounding, in long
+/// degenerate problem does not cycle. After a ray other covering vectors are tried, and up to n = 14 every
+/// complementary basis. Runs in double, then, where the residual is not at rounding, in long
 /// double. O(n^2) a pivot; meant for n up to some hundreds.
 ///
 /// @param M  n x n, row by row

@@ -25,19 +25,9 @@ namespace {
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kAutoEntry,  //
-      kClosedFormEntry,  //
-      kTridiagonalEntry,  //
-      kSmallExactEntry,  //
-      kBodySpaceEntry,  //
-      kConvexStepEntry,  //
-      kDenseLuEntry,  //
-      kIncrementalLdltEntry,  //
-      kSparseContactEntry,  //
-      kLemkeEntry,  //
-      kPgsEntry,  //
-      kNncgEntry,  //
-      kTgsSoftEntry,  //
+      kAutoEntry,       kClosedFormEntry, kTridiagonalEntry,     kSmallExactEntry,    kBodySpaceEntry,
+      kConvexStepEntry, kDenseLuEntry,    kIncrementalLdltEntry, kSparseContactEntry, kLemkeEntry,
+      kPgsEntry,        kNncgEntry,       kTgsSoftEntry,
   };
   return entries;
 }

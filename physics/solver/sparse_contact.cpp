@@ -10,9 +10,13 @@
 #include <Eigen/SparseLU>
 #include <cmath>
 
+#include "physics/solver/independent_parts.h"
 #include "physics/solver/state_search.h"
 
 namespace skerry {
+
+extern const SolverEntry kLemkeEntry;
+
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
@@ -21,6 +25,8 @@ using Matrix = Eigen::SparseMatrix<double>;
 /// contacts so close to redundant that the first leaves a residual.
 constexpr double kShift = 1e-9, kSmallShift = 1e-12;
 constexpr int kRepetitions = 12;
+/// Up to so many rows Lemke's method takes milliseconds, and it succeeds where a search over states may not.
+constexpr int kPivotingRows = 96;
 
 bool same_pattern(const Matrix& x, const Matrix& y) {
   return x.rows() == y.rows() && x.nonZeros() == y.nonZeros() &&
@@ -194,27 +200,49 @@ class SparseEngine : public StateEngine {
 };
 
 struct SparseMemory : SolverMemory {
-  SparseEngine engine;
-  std::vector<RowState> states;
+  struct Part {
+    SparseEngine engine;
+    std::vector<RowState> states;
+  };
+  std::vector<std::unique_ptr<Part>> parts;
 };
+
+Solution solve_part(const ContactProblem& problem, std::vector<double> start, const SolveOptions& options,
+                    std::unique_ptr<SparseMemory::Part>& kept) {
+  Solution solution;
+  solution.method = "sparse_contact";
+  solution.lambda = std::move(start);
+  if (!kept) kept = std::make_unique<SparseMemory::Part>();
+  kept->engine.set_problem(problem, solution.work);
+  solve_by_states(problem, kept->engine, true, options, kept->states, solution);
+  if (solution.status != SolveStatus::Solved && problem.size() <= kPivotingRows) {
+    Solution pivoted = kLemkeEntry.solve_contact(problem, {}, options, nullptr);
+    if (pivoted.residual < solution.residual) {
+      if (solution.trace) solution.trace->notes.emplace_back("complementary pivoting");
+      solution.lambda = std::move(pivoted.lambda);
+      solution.residual = pivoted.residual;
+      solution.status = pivoted.status;
+      solution.work.pivots += pivoted.work.pivots;
+    }
+  }
+  return solution;
+}
 
 Solution solve_sparse_contact_space(const ContactProblem& problem, std::span<const double> warm_start,
                                     const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
-  Solution solution;
-  solution.method = "sparse_contact";
-  solution.lambda = starting_impulses(problem.rows, warm_start);
-  if (problem.rows.empty()) {
-    conclude(problem, options, solution);
-    return solution;
-  }
+  const std::vector<double> start = starting_impulses(problem.rows, warm_start);
+  const std::vector<std::vector<int>> parts = independent_parts(problem);
   auto* kept = memory ? dynamic_cast<SparseMemory*>(memory->get()) : nullptr;
   std::unique_ptr<SparseMemory> fresh;
-  if (!kept) {
+  if (!kept || kept->parts.size() != parts.size()) {
     fresh = std::make_unique<SparseMemory>();
+    fresh->parts.resize(parts.size());
     kept = fresh.get();
   }
-  kept->engine.set_problem(problem, solution.work);
-  solve_by_states(problem, kept->engine, true, options, kept->states, solution);
+  Solution solution = solve_by_parts(problem, parts, start, options,
+                                     [&](const ContactProblem& part, auto impulses, std::size_t k) {
+                                       return solve_part(part, std::move(impulses), options, kept->parts[k]);
+                                     });
   if (memory && fresh) *memory = std::move(fresh);
   return solution;
 }

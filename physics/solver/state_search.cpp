@@ -16,6 +16,7 @@ constexpr int kPatience = 8;
 constexpr int kPreviewSweeps[] = {60, 200, 600, 2000};
 constexpr int kSingles = 40;
 constexpr double kFirstShift = 0.1, kLastShift = 1e-11;
+constexpr int kMaxSteps = 60, kRepeats = 20;
 
 /// A row and the state it should have.
 struct Change {
@@ -89,28 +90,26 @@ class Search {
 
   /// Proximal continuation; true when the answer is good.
   bool continue_proximally(std::vector<RowState> states, std::vector<double> reference) {
-    double shift = kFirstShift, factor = 0.1;
+    double shift = kFirstShift, good_shift = 0, factor = 0.1;
     std::vector<RowState> last_states = states;
-    for (int step = 0; step < 60 && shift >= kLastShift; ++step) {
+    for (int step = 0; step < kMaxSteps && shift >= kLastShift; ++step) {
       states = last_states;
       if (run(states, shift, reference, 60)) {
         reference = impulses_;
         last_states = states;
+        good_shift = shift;
         consider(reference, states);
-        // Try the problem itself from here: the last shifts are only for those it does not like.
-        if (step % 3 == 2 && !good()) {
-          std::vector<RowState> trial = states;
-          run(trial, 0, reference, 12);
-        }
+        if (!good() && try_unshifted(states, reference)) return true;
         if (good()) return true;
-        if (shift <= kLastShift * 1.5) return good();
-        shift = std::max(shift * factor, kLastShift);
+        shift *= factor;
+      } else if (good_shift == 0) {
+        if (shift > 10) return false;
+        shift *= 10;
       } else {
-        // Too large a stride: back to where it worked, with half of it in the logarithm.
-        if (factor > 0.7) return false;
-        shift = step == 0 ? 1.0 : shift / factor;
+        // Too large a stride: a smaller one from the last shift that worked.
         factor = std::sqrt(factor);
-        if (step > 0) shift *= factor;
+        shift = good_shift * factor;
+        if (factor > 0.7) return repeat_at(good_shift, last_states, reference);
       }
     }
     return good();
@@ -128,6 +127,25 @@ class Search {
   }
 
  private:
+  /// Looks from a solution of a shifted problem for one of the problem itself; the smallest shifts are only
+  /// for problems that have none nearby.
+  bool try_unshifted(std::vector<RowState> states, const std::vector<double>& reference) {
+    run(states, 0, reference, 24);
+    return good();
+  }
+
+  /// The proximal point method proper: one shift, the reference moves. For W given with few digits, whose
+  /// rounding makes small shifts indefinite.
+  bool repeat_at(double shift, std::vector<RowState> states, std::vector<double> reference) {
+    for (int step = 0; step < kRepeats; ++step) {
+      if (!run(states, shift, reference, 60)) break;
+      reference = impulses_;
+      consider(reference, states);
+      if (good() || try_unshifted(states, reference)) return true;
+    }
+    return good();
+  }
+
   std::vector<Change> find_changes(const std::vector<RowState>& states, const std::vector<double>& lambda,
                                    const std::vector<double>& b, double shift) const {
     std::vector<double> w = row_velocities(problem_, lambda);

@@ -44,6 +44,10 @@ class EventStep {
 
   /// @return false if the step has to be made in another way
   bool run() {
+    // As many impacts as time_stepping would carry out one by one.
+    int points = 0;
+    for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
+    const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
     while (elapsed_ < h_) {
       if (!keep_mode_) {
         if (!impacts()) return false;
@@ -53,7 +57,7 @@ class EventStep {
       keep_mode_ = false;
       if (!(mode_.free() ? fly_on() : integrate())) return false;
       ++result_.substeps;
-      if (events_ > kMaxEvents || result_.impacts > state_.config.max_impacts_per_step) return false;
+      if (events_ > kMaxEvents || result_.impacts > cuts) return false;
     }
     return true;
   }

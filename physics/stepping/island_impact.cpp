@@ -84,7 +84,10 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     const RowOrigin& origin = assembly.origin[i];
     if (origin.joint) continue;
     PointMemory& memory = state.contacts[origin.index].points[origin.point];
-    if (origin.kind == RowKind::Normal) memory.total_impact += impact.lambda[i];
+    if (origin.kind == RowKind::Normal && impact.lambda[i] != 0) {
+      memory.total_impact += impact.lambda[i];
+      memory.impact_position = state.contacts[origin.index].manifold.points[origin.point].position;
+    }
     if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
   }
   outcome.applied = true;

@@ -61,9 +61,10 @@ void show_energy(const PanelContext& context) {
     panel.draw()->AddPolyline(points.data(), static_cast<int>(points.size()), pack(curve.color), 0,
                               1.8f * scale);
     char text[48];
-    std::snprintf(text, sizeof text, "%s %.4g", curve.name, curve.value(samples.back()));
+    std::snprintf(text, sizeof text, "%s %.3g", curve.name, curve.value(samples.back()));
     panel.text(legend, panel.y() + plot + 6 * scale, curve.color, text);
-    legend += panel.width() / 3;
+    // Columns, unless a long number needs more.
+    legend += std::max(panel.width() / 3, ImGui::CalcTextSize(text).x + 10 * scale);
   }
 }
 

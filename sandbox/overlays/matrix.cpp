@@ -18,9 +18,11 @@ constexpr double kDecades = 4;         // magnitudes below 1e-4 of the largest g
 constexpr int kVectorRows = 10;        // with more, there is no room for vectors beside the names
 constexpr double kTextCellPx = 15;     // smallest cell beside which a line of text fits
 constexpr double kLargestMapPx = 270;  // side of a matrix without vectors
+constexpr double kPlainCellPx = 20;    // largest cell of it: leaves room for other panels
 constexpr double kLargestCellPx = 46;
 constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
-constexpr double kNamePx = 84;
+constexpr double kLeastNamePx = 60;   // column of row names
+constexpr double kMostNamePx = 112;
 constexpr double kVectorPx = 48;
 constexpr double kHeadPx = 40;  // summary line and column heads
 constexpr double kFootPx = 34;  // colour scale
@@ -28,7 +30,9 @@ constexpr double kFootPx = 34;  // colour scale
 std::string number(double value, int digits = 3) {
   char text[32];
   // Rounding noise of a cancelled sum is zero to people.
-  std::snprintf(text, sizeof text, "%.*g", digits, std::abs(value) < 1e-12 ? 0.0 : value);
+  const double size = std::abs(value);
+  if (size >= 1e-12 && size < 1e-3) digits = 1;
+  std::snprintf(text, sizeof text, "%.*g", digits, size < 1e-12 ? 0.0 : value);
   std::string result = text;
   if (result.rfind("0.", 0) == 0) result.erase(0, 1);
   if (result.rfind("-0.", 0) == 0) result.erase(1, 1);
@@ -115,6 +119,24 @@ void draw_scale(const Panel& panel, const render::Style& style, double largest, 
   panel.text(x + width + 6 * scale, text_y, style.text_dim, number(largest) + " /kg");
 }
 
+float text_width(const std::string& text) {
+  return ImGui::CalcTextSize(text.c_str()).x;
+}
+
+// Cuts a name that is too wide. Names are ASCII or end in the bodies' own names; a cut letter does no harm.
+std::string fitted(std::string text, float width) {
+  if (text_width(text) <= width) return text;
+  while (text.size() > 1 && text_width(text + "..") > width) text.pop_back();
+  return text + "..";
+}
+
+double name_column(const SystemRecord& record, double scale) {
+  double widest = kLeastNamePx;
+  for (const std::string& name : record.row_names)
+    widest = std::max(widest, static_cast<double>(text_width(name)) / scale + 8);
+  return std::min(widest, kMostNamePx);
+}
+
 std::string summary(const SystemRecord& record, int nonzeros) {
   const int n = record.system.size();
   char text[200];
@@ -136,15 +158,18 @@ void show_matrix(const PanelContext& context) {
     return;
   }
   const int n = record->system.size();
-  const bool vectors = n <= kVectorRows;
   const double inner = kColumnPx - 24;
-  const double room = vectors ? inner - kNamePx - 3 * kVectorPx - 12 : kLargestMapPx;
+  const double name_px = name_column(*record, context.scale);
+  // The vectors stand beside the matrix only where its rows are as high as a line of text.
+  const double beside = inner - name_px - 3 * kVectorPx - 12;
+  const bool vectors = n <= kVectorRows && beside / n >= kTextCellPx;
+  const double room = vectors ? beside : std::min({kLargestMapPx, kPlainCellPx * n, inner - name_px});
   const CellGrid grid = delassus_cells(record->system, static_cast<int>(kLargestMapPx / 2));
   const double cell_px = std::min(kLargestCellPx, room / grid.size);
   const bool names = !record->row_names.empty() && cell_px >= kTextCellPx - 2;
   const Panel panel(context, title, kHeadPx + cell_px * grid.size + kFootPx);
   const float cell = static_cast<float>(cell_px) * scale;
-  const float x = panel.x() + (names ? static_cast<float>(kNamePx) * scale
+  const float x = panel.x() + (names ? static_cast<float>(name_px) * scale
                                      : 0.5f * (panel.width() - cell * static_cast<float>(grid.size)));
   const float y = panel.y() + static_cast<float>(kHeadPx) * scale;
   panel.text(panel.x(), panel.y(), style.text_dim, summary(*record, grid.nonzeros));
@@ -152,7 +177,7 @@ void show_matrix(const PanelContext& context) {
   if (cell_px >= kNumberCellPx) draw_numbers(panel, style, grid, x, y, cell);
   for (std::size_t i = 0; names && i < record->row_names.size(); ++i)
     panel.text(panel.x(), y + (static_cast<float>(i) + 0.5f) * cell - 0.5f * ImGui::GetFontSize(), style.text,
-               record->row_names[i]);
+               fitted(record->row_names[i], static_cast<float>(name_px - 4) * scale));
   if (vectors) draw_vectors(panel, style, *record, y, cell, static_cast<float>(kVectorPx) * scale);
   draw_scale(panel, style, grid.largest, scale);
 }

@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "physics/solver/auto.h"
 #include "physics/solver/body_space.h"
 #include "physics/solver/body_space_model.h"
+#include "physics/solver/small_exact.h"
 #include "tests/support/island_scenes.h"
 
 namespace {
@@ -123,6 +123,36 @@ void run(benchmark::State& state, const NamedScene& named, const SceneOptions& o
   }
 }
 
+// Small islands: one through the solver's interface, eight side by side without it.
+void run_small(benchmark::State& state, int height, bool batched) {
+  std::vector<Scene> islands;
+  SmallBatch batch;
+  for (int lane = 0; lane < SmallBatch::kLanes; ++lane) {
+    islands.push_back(scenes::stack(height, {.noise = 1e-3, .seed = static_cast<std::uint64_t>(lane + 1)}));
+    batch.set(lane, islands.back().system);
+  }
+  const IslandSystem& system = islands[0].system;
+  double least = kInfinity, residual = 0;
+  const int repeats = 64;
+  for (auto _ : state) {
+    const auto begin = Clock::now();
+    for (int k = 0; k < repeats; ++k) {
+      if (batched) {
+        batch.solve();
+        benchmark::DoNotOptimize(batch);
+      } else {
+        residual = solve_small_exact(system, {}, {}, nullptr).residual;
+      }
+    }
+    least = std::min(least, seconds(begin) / (batched ? repeats * SmallBatch::kLanes : repeats));
+  }
+  if (batched) residual = batch.residual(0);
+  const double sweep = pgs_sweep_time(system);
+  state.counters["least_ns"] = least * 1e9;
+  state.counters["per_10_sweeps"] = least / (10 * sweep);
+  state.counters["residual"] = residual;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -142,6 +172,13 @@ int main(int argc, char** argv) {
               ->Unit(benchmark::kMicrosecond)
               ->MinTime(0.05);
         }
+  for (const int height : {1, 2, 4, 8})
+    for (const bool batched : {false, true}) {
+      const std::string name = "small/stack_" + std::to_string(height) + (batched ? "/batch" : "/single");
+      benchmark::RegisterBenchmark(name.c_str(), [height, batched](benchmark::State& state) {
+        run_small(state, height, batched);
+      })->MinTime(0.05);
+    }
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -195,8 +195,11 @@ b2PolygonShape b2_polygon(int corners) {
   return shape;
 }
 
+/// `world` 1: with b2WorldManifold, which turns the result into what ours holds (normal, points, separations
+/// in the world frame).
 void BM_Box2DCollide(benchmark::State& state) {
   const int corners = static_cast<int>(state.range(0));
+  const bool with_points = state.range(3) != 0;
   const auto pairs =
       poses(0.01 * static_cast<double>(state.range(1)), 0.01 * static_cast<double>(state.range(2)));
   std::vector<b2Transform> a, b;
@@ -217,14 +220,22 @@ void BM_Box2DCollide(benchmark::State& state) {
       b2CollidePolygons(&m, &polygon, a[i], &polygon, b[i]);
     }
     benchmark::DoNotOptimize(m);
+    if (!with_points) continue;
+    b2WorldManifold points;
+    const float radius = corners == 0 ? circle.m_radius : polygon.m_radius;
+    points.Initialize(&m, a[i], radius, b[i], radius);
+    benchmark::DoNotOptimize(points);
   }
 }
 BENCHMARK(BM_Box2DCollide)
-    ->ArgNames({"corners", "from", "to"})
-    ->Args({0, 80, 99})
-    ->Args({4, 60, 95})
-    ->Args({4, 142, 200})
-    ->Args({8, 60, 90});
+    ->ArgNames({"corners", "from", "to", "world"})
+    ->Args({0, 80, 99, 0})
+    ->Args({0, 80, 99, 1})
+    ->Args({4, 60, 95, 0})
+    ->Args({4, 60, 95, 1})
+    ->Args({4, 142, 200, 0})
+    ->Args({8, 60, 90, 0})
+    ->Args({8, 60, 90, 1});
 
 void BM_Box2DCollideStacked(benchmark::State& state) {
   const b2PolygonShape polygon = b2_polygon(4);

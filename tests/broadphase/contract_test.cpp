@@ -297,6 +297,7 @@ TEST(AutoBroadPhase, SwitchesBothWaysAndLosesOrDoublesNoPair) {
     const std::string choice = tested->choice().substr(0, tested->choice().find(':'));
     if (choices.empty() || choices.back() != choice) choices.push_back(choice);
   }
+  EXPECT_THAT(tested->choice(), testing::HasSubstr(" boxes of "));
   EXPECT_THAT(choices, testing::ElementsAre("brute_force", "hierarchical_grid", "brute_force",
                                             "hierarchical_grid", "brute_force"));
 }

@@ -5,11 +5,18 @@
 
 #include <cstdlib>
 #include <functional>
+#include <ostream>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "physics/broadphase/broadphase.h"
+
+namespace skerry {
+inline void PrintTo(const BroadPhaseEntry& entry, std::ostream* out) {
+  *out << entry.name;
+}
+}  // namespace skerry
 
 namespace skerry::broadphase_test {
 
@@ -22,6 +29,11 @@ struct Scene {
 };
 
 const std::vector<Scene>& scenes();
+
+// Parameters are named, not dumped, in the names of tests.
+inline void PrintTo(const Scene& scene, std::ostream* out) {
+  *out << scene.name;
+}
 
 /// Factor for the amount of work, from the environment variable SKERRY_TEST_SCALE.
 inline double test_scale() {

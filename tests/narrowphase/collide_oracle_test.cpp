@@ -33,7 +33,7 @@ TEST(Collide, AgreesWithMinkowskiDifferenceInLongDouble) {
   Scenes scenes(seed);
   long double worst = 0;
   int touching = 0, apart = 0;
-  const int count = oracle::cases(100000);
+  const int count = test_scale(100000);
   for (int k = 0; k < count; ++k) {
     const double size_a = scenes.size();
     const double size_b = scenes.below(5) == 0 ? scenes.size() : size_a * scenes.uniform(0.3, 3);
@@ -72,7 +72,7 @@ TEST(Collide, AgreesWithMinkowskiDifferenceInLongDouble) {
 TEST(Collide, FindsTinyDistancesOfShapesOfEqualSizeToTwelveDigits) {
   const unsigned seed = 99;
   Scenes scenes(seed);
-  for (int k = 0; k < oracle::cases(20000); ++k) {
+  for (int k = 0; k < test_scale(20000); ++k) {
     const double size = std::pow(10.0, scenes.uniform(-6, 6));
     const Shape a = scenes.shape(size), b = scenes.shape(size);
     const auto [pose_a, pose_b] = scenes.poses(size, size, 1e6 * size);
@@ -88,7 +88,7 @@ TEST(Collide, MirrorsExactlyWhenTheShapesAreExchanged) {
   const unsigned seed = 7;
   Scenes scenes(seed);
   int points = 0;
-  for (int k = 0; k < oracle::cases(100000); ++k) {
+  for (int k = 0; k < test_scale(100000); ++k) {
     const double size = scenes.size();
     const Shape a = scenes.shape(size);
     const Shape b = scenes.below(3) == 0 ? a : scenes.shape(size);
@@ -105,7 +105,7 @@ TEST(Collide, MirrorsExactlyWhenTheShapesAreExchanged) {
 TEST(Collide, IsTheSameInAMovedAndTurnedScene) {
   const unsigned seed = 8;
   Scenes scenes(seed);
-  for (int k = 0; k < oracle::cases(30000); ++k) {
+  for (int k = 0; k < test_scale(30000); ++k) {
     const Shape a = scenes.shape(1), b = scenes.shape(scenes.uniform(0.5, 2));
     const auto [pose_a, pose_b] = scenes.poses(1, 1, 0);
     const oracle::Distance truth = oracle::brute_force(a, pose_a, b, pose_b);
@@ -127,7 +127,7 @@ TEST(Collide, GivesTheSameBitsWithAndWithoutACache) {
   const unsigned seed = 21;
   Scenes scenes(seed);
   NarrowPhaseStats with, without;
-  for (int k = 0; k < oracle::cases(2000); ++k) {
+  for (int k = 0; k < test_scale(2000); ++k) {
     const Shape a = scenes.shape(1), b = scenes.below(3) == 0 ? a : scenes.shape(1);
     auto [pose_a, pose_b] = scenes.poses(1, 1, 0);
     double angle_a = scenes.angle(), angle_b = scenes.below(2) == 0 ? angle_a : scenes.angle();

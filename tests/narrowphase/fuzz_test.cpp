@@ -116,7 +116,7 @@ TEST(Fuzz, RandomBytesGiveFiniteAnswersInFiniteTime) {
   const unsigned seed = 20261121;
   Bytes bytes(seed);
   int pairs = 0, hits = 0;
-  for (int k = 0; k < oracle::cases(60000); ++k) {
+  for (int k = 0; k < test_scale(60000); ++k) {
     const auto a = bytes.shape(), b = bytes.shape();
     const Transform pose_a = bytes.pose(), pose_b = bytes.pose();
     const Motion motion_a = bytes.motion(), motion_b = bytes.motion();

@@ -4,12 +4,12 @@
 // the Minkowski difference in long double.
 #pragma once
 
-#include <cstdlib>
 #include <random>
 #include <stdexcept>
 #include <vector>
 
 #include "physics/shape.h"
+#include "tests/support/scale.h"
 
 namespace skerry::oracle {
 
@@ -139,13 +139,6 @@ inline Real separation_along(const Shape& a, const Transform& pose_a, const Shap
   for (const Point p : placed(a, pose_a, pose_a.p)) high = std::max(high, dot(normal, p));
   for (const Point p : placed(b, pose_b, pose_a.p)) low = std::min(low, dot(normal, p));
   return low - high;
-}
-
-/// How many cases a property test runs: `count` times SKERRY_TEST_SCALE (default 1).
-inline int cases(int count) {
-  const char* scale = std::getenv("SKERRY_TEST_SCALE");
-  const double factor = scale != nullptr ? std::atof(scale) : 1;
-  return factor > 0 ? static_cast<int>(count * factor) : count;
 }
 
 /// A source of shapes and poses.

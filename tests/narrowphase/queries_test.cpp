@@ -13,7 +13,7 @@ using oracle::Scenes;
 TEST(Distance, AgreesWithTheOracleAndItsPointsAreThatFarApart) {
   const unsigned seed = 61;
   Scenes scenes(seed);
-  for (int k = 0; k < oracle::cases(20000); ++k) {
+  for (int k = 0; k < test_scale(20000); ++k) {
     const Shape a = scenes.shape(1), b = scenes.shape(scenes.uniform(0.2, 3));
     const auto [pose_a, pose_b] = scenes.poses(1, 1, 100);
     const ClosestPoints c = distance(a, pose_a, b, pose_b);
@@ -52,7 +52,7 @@ TEST(RayCast, HitsWhereFineSamplingEntersTheShape) {
   const unsigned seed = 62;
   Scenes scenes(seed);
   int hits = 0;
-  for (int k = 0; k < oracle::cases(20000); ++k) {
+  for (int k = 0; k < test_scale(20000); ++k) {
     const Shape shape =
         scenes.below(8) == 0 ? make_half_plane(scenes.direction(), scenes.direction()) : scenes.shape(1);
     const Transform pose{100 * scenes.direction(), Rot::from_angle(scenes.angle())};
@@ -105,7 +105,7 @@ TEST(ShapeCast, StopsAtTheFirstTouch) {
   const unsigned seed = 63;
   Scenes scenes(seed);
   int hits = 0;
-  for (int k = 0; k < oracle::cases(5000); ++k) {
+  for (int k = 0; k < test_scale(5000); ++k) {
     const Shape moving = scenes.shape(1), target = scenes.shape(1);
     const Transform from{3 * scenes.direction(), Rot::from_angle(scenes.angle())};
     const Transform pose{{}, Rot::from_angle(scenes.angle())};

@@ -49,7 +49,7 @@ TEST(TimeOfImpact, OfTwoDiscsIsTheRootOfTheQuadratic) {
   const unsigned seed = 31;
   Scenes scenes(seed);
   int hits = 0;
-  for (int k = 0; k < oracle::cases(100000); ++k) {
+  for (int k = 0; k < test_scale(100000); ++k) {
     const Shape a = make_disc(scenes.uniform(0.1, 1)), b = make_disc(scenes.uniform(0.1, 1));
     const Motion ma{.p0 = 1e3 * scenes.direction(),
                     .angle0 = 0,
@@ -99,7 +99,7 @@ TEST(TimeOfImpact, AgreesWithFineSamplingForTurningPolygons) {
   const unsigned seed = 77;
   Scenes scenes(seed);
   int hits = 0, most = 0;
-  for (int k = 0; k < oracle::cases(400); ++k) {
+  for (int k = 0; k < test_scale(250); ++k) {
     const Shape a = scenes.shape(1), b = scenes.shape(scenes.uniform(0.3, 2));
     const double w = scenes.below(3) == 0 ? 0 : 30;
     Motion ma{.p0 = {}, .angle0 = scenes.angle(), .v = scenes.direction(), .omega = scenes.uniform(-w, w)};

@@ -8,6 +8,12 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
+
+// Parameters are named, not dumped, in the names of tests.
+static void PrintTo(const DemoFile& demo, std::ostream* out) {
+  *out << demo.name;
+}
+
 namespace {
 
 class EveryDemo : public testing::TestWithParam<DemoFile> {};
@@ -27,6 +33,10 @@ struct Variant {
   const char* name;
   std::vector<std::string> arguments;
 };
+
+void PrintTo(const Variant& variant, std::ostream* out) {
+  *out << variant.name;
+}
 
 class DemoVariant : public testing::TestWithParam<Variant> {};
 
@@ -51,12 +61,14 @@ const Variant kVariants[] = {
     {"LawFromTheFlag", {"impact_laws", "--impact", "simultaneous"}},
     {"ChainElastic", {"four_body_chain", "--set", "restitution=1"}},
     {"ChainPlastic", {"four_body_chain", "--set", "restitution=0"}},
+    {"SeeSawHeavy", {"see_saw", "--set", "weight=40"}},
+    {"SeeSawLight", {"see_saw", "--set", "weight=10"}},
     {"StackOf10", {"stack", "--set", "boxes=10"}},
     {"FallWithoutBounce", {"free_fall", "--set", "restitution=0"}},
 };
 
 INSTANTIATE_TEST_SUITE_P(Demos, DemoVariant, testing::ValuesIn(kVariants),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& variant) { return variant.param.name; });
 
 }  // namespace
 }  // namespace skerry::sandbox

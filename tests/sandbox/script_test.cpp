@@ -15,7 +15,7 @@ namespace {
 using testing::EndsWith;
 using testing::HasSubstr;
 
-constexpr const char* kHead = "demo{ title = 'T', gravity = {0, 0}, friction = 0 }\n";
+constexpr const char* kHead = "demo{ title = 'T', seconds = 1, gravity = {0, 0}, friction = 0 }\n";
 
 class Script : public testing::Test {
  protected:
@@ -121,8 +121,7 @@ TEST_F(Script, ChecksAreJudgedAtTheirTimes) {
       "expect('end', function() return b.x end, { above = 0.9, below = 1.1 })\n"
       "expect('wrong', function() return b.x end, { at = 1, below = 0.5, unit = 'm' })\n"
       "expect('always', function() return b.x end, { always = true, below = 0.7 })\n"
-      "expect('nan', function() return 0 / 0 end, { above = 0 })\n"
-      "expect('late', function() return 1 end, { at = 4, above = 0 })",
+      "expect('nan', function() return 0 / 0 end, { above = 0 })",
       {.dt = 0.1, .seconds = 1.0});
   while (demo.steps_done() < demo.total_steps()) demo.step();
   demo.finish();
@@ -135,8 +134,21 @@ TEST_F(Script, ChecksAreJudgedAtTheirTimes) {
   EXPECT_EQ(checks[3].state, CheckState::Fails);
   EXPECT_NEAR(checks[3].time, 0.7, 0.11);
   EXPECT_EQ(checks[4].state, CheckState::Fails);
-  EXPECT_EQ(checks[5].state, CheckState::Waiting);
   EXPECT_TRUE(demo.failed());
+}
+
+TEST_F(Script, ARunThatIsCutShortReachesNeitherTheEndNorLaterTimes) {
+  Demo demo = load(
+      "expect('late', function() return 1 end, { at = 0.9, below = 0 })\n"
+      "expect('end', function() return 1 end, { below = 0 })",
+      {.dt = 0.1, .seconds = 0.5});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  EXPECT_EQ(demo.checks()[0].state, CheckState::Waiting);
+  EXPECT_EQ(demo.checks()[1].state, CheckState::Waiting);
+  EXPECT_FALSE(demo.failed());
+  EXPECT_THAT(error_of("expect('x', function() return 1 end, { at = 1.5, below = 0 })"),
+              HasSubstr("at = 1.5 s is after the end, 1 s"));
 }
 
 TEST_F(Script, ParametersTakeValuesFromOutside) {
@@ -172,7 +184,7 @@ TEST_F(Script, SameSeedGivesTheSameBits) {
 TEST_F(Script, ContactSensorReadsTheWeightOfABox) {
   const std::string path =
       folder_.write("w.lua",
-                    "demo{ title = 'T' }\nlocal g = ground{ y = 0 }\n"
+                    "demo{ title = 'T', seconds = 0.2 }\nlocal g = ground{ y = 0 }\n"
                     "local b = box{ at = {0, 0.5}, size = {1, 1}, mass = 2 }\n"
                     "local c = contact(b, g)\n"
                     "expect('weight', function() return c.force end, { equals = 2 * 9.81, within = 1e-9 })\n"
@@ -186,17 +198,18 @@ TEST_F(Script, ContactSensorReadsTheWeightOfABox) {
 TEST_F(Script, JointsPullWithTheWeightTheyCarry) {
   const std::string path = folder_.write(
       "j.lua",
-      "demo{ title = 'T' }\nlocal b = disc{ at = {0, -2}, radius = 0.5, mass = 3 }\n"
+      "demo{ title = 'T', seconds = 0.6 }\nlocal b = disc{ at = {0, -2}, radius = 0.5, mass = 3 }\n"
       "local r = rod{ from = {0, 0}, to = b }\n"
-      "expect('length', function() return r.length end, { equals = 2, within = 0 })\n"
-      "expect('pull', function() return r.fy end, { equals = 3 * 9.81, within = 1e-9 })\n"
+      "expect('length', function() return r.length end, { at = 0.2, equals = 2, within = 0 })\n"
+      "expect('pull', function() return r.fy end, { at = 0.2, equals = 3 * 9.81, within = 1e-9 })\n"
       "at(0.3, function() r:remove() end)\n"
       "expect('gone', function() return r.alive and 1 or 0 end, { at = 0.5, equals = 0, within = 0 })");
-  Demo demo(path, {.seconds = 0.2});
+  Demo demo(path, {});
   while (demo.steps_done() < demo.total_steps()) demo.step();
   demo.finish();
   EXPECT_EQ(demo.checks()[0].state, CheckState::Holds);
   EXPECT_EQ(demo.checks()[1].state, CheckState::Holds) << demo.checks()[1].value;
+  EXPECT_EQ(demo.checks()[2].state, CheckState::Holds);
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ struct Kept {
 
 /// |x - A^-1 b| is judged by |b - A x|, which a fresh factorisation must not beat by much.
 double backward_error(const Eigen::MatrixXd& A, const Eigen::VectorXd& x, const Eigen::VectorXd& b) {
-  const double scale = A.cwiseAbs().rowwise().sum().maxCoeff() * x.cwiseAbs().maxCoeff() + b.cwiseAbs().maxCoeff();
+  const double scale =
+      A.cwiseAbs().rowwise().sum().maxCoeff() * x.cwiseAbs().maxCoeff() + b.cwiseAbs().maxCoeff();
   return scale > 0 ? (b - A * x).cwiseAbs().maxCoeff() / scale : 0;
 }
 
@@ -78,7 +79,8 @@ TEST(IncrementalLdlt, AgreesWithAFreshFactorisationOverRandomAdditionsAndRemoval
     const Eigen::VectorXd y = fresh.solve(b);
     // The forward error is the backward error times the condition.
     const double condition = 1 / std::max(fresh.rcond(), 1e-15);
-    ASSERT_LT((x - y).norm(), 1e-13 * condition * (y.norm() + 1e-300)) << "sequence " << sequence << " seed " << seed;
+    ASSERT_LT((x - y).norm(), 1e-13 * condition * (y.norm() + 1e-300))
+        << "sequence " << sequence << " seed " << seed;
   }
 }
 
@@ -109,7 +111,8 @@ TEST(IncrementalLdlt, RefinesOrRefactorsNearlyDependentRows) {
   for (const double gap : {1e-5, 1e-6, 1e-7}) {
     IncrementalLdlt factor;
     ASSERT_EQ(factor.add({}, 1.0), IncrementalLdlt::Added::Independent);
-    ASSERT_EQ(factor.add(std::vector<double>{1.0}, 1 + gap * gap, 1e-15), IncrementalLdlt::Added::Independent);
+    ASSERT_EQ(factor.add(std::vector<double>{1.0}, 1 + gap * gap, 1e-15),
+              IncrementalLdlt::Added::Independent);
     ASSERT_EQ(factor.add(std::vector<double>{0.3, 0.3}, 2.0), IncrementalLdlt::Added::Independent);
     const std::vector<double> x = factor.solve(std::vector<double>{1, 1, -1});
     EXPECT_LT(factor.backward_error(), 1e-13) << gap;

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+//
+// Whole steps of a world, and impacts. Counters: residual of the contact problem, bodies, contact points.
+#include <algorithm>
+#include <benchmark/benchmark.h>
+
+#include "physics/solver/impact_law.h"
+#include "tests/support/worlds.h"
+
+namespace {
+
+using namespace skerry;
+using namespace skerry::test;
+
+void set_counters(benchmark::State& state, const World& world) {
+  state.counters["bodies"] = world.report().dynamic_bodies;
+  state.counters["points"] = world.report().contact_points;
+  state.counters["residual"] = world.report().worst_residual;
+}
+
+WorldConfig on_grid(bool reuse) {
+  WorldConfig config;
+  config.broad_phase = "uniform_grid";
+  config.reuse_resting = reuse;
+  return config;
+}
+
+void add_pyramid(World& world, int base) {
+  add_ground(world, rough(make_disc(1), 0.5));
+  for (int row = 0; row < base; ++row) {
+    for (int i = 0; i < base - row; ++i) add(world, {i + 0.5 * row, row + 0.5}, rough(make_box({1, 1}), 0.5));
+  }
+}
+
+/// A step of a pyramid at rest; the second argument is whether unchanged islands are reused.
+void PyramidAtRest(benchmark::State& state) {
+  World world(on_grid(state.range(1) != 0));
+  add_pyramid(world, static_cast<int>(state.range(0)));
+  for (int i = 0; i < 3; ++i) world.step(1.0 / 60);
+  for (auto _ : state) world.step(1.0 / 60);
+  set_counters(state, world);
+}
+BENCHMARK(PyramidAtRest)
+    ->Args({20, 0})
+    ->Args({20, 1})
+    ->Args({50, 0})
+    ->Args({50, 1})
+    ->Args({100, 0})
+    ->Args({100, 1})
+    ->Unit(benchmark::kMicrosecond);
+
+/// A stack that is pushed sideways at every step, so that every step has a new load.
+void StackPushed(benchmark::State& state) {
+  World world(on_grid(true));
+  add_ground(world, rough(make_disc(1), 0.5));
+  const int count = static_cast<int>(state.range(0));
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < count; ++i) boxes.push_back(add(world, {0, i + 0.5}, rough(make_box({1, 1}), 0.5)));
+  for (int i = 0; i < 3; ++i) world.step(1.0 / 60);
+  int step = 0;
+  for (auto _ : state) {
+    world.apply_force(boxes[count / 2], {0.01 * (step++ % 7), 0}, world.position(boxes[count / 2]));
+    world.step(1.0 / 60);
+  }
+  set_counters(state, world);
+}
+BENCHMARK(StackPushed)->Arg(10)->Arg(30)->Arg(100)->Unit(benchmark::kMicrosecond);
+
+/// Bodies that fly and meet nothing.
+void Flight(benchmark::State& state) {
+  WorldConfig config = on_grid(true);
+  config.gravity = {0, 0};  // else they get so fast that they might meet
+  World world(config);
+  for (int i = 0; i < state.range(0); ++i)
+    add(world, {3.0 * (i % 100), 3.0 * (i / 100)}, smooth(make_disc(0.5)));
+  for (auto _ : state) world.step(1.0 / 60);
+  set_counters(state, world);
+}
+BENCHMARK(Flight)->Arg(1)->Arg(1000)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+/// One ball on the ground that rolls: what a single-body scene costs.
+void OneBodyRolling(benchmark::State& state) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5), -0.01);
+  add(world, {0, 0.5}, rough(make_disc(0.5), 0.5));
+  for (auto _ : state) world.step(1.0 / 60);
+  set_counters(state, world);
+}
+BENCHMARK(OneBodyRolling)->Unit(benchmark::kMicrosecond);
+
+/// The impact law alone on a row of touching discs, the first of which arrives.
+void CradleImpact(benchmark::State& state) {
+  const int count = static_cast<int>(state.range(0));
+  ImpactProblem problem;
+  problem.solver = &find_solver("auto");
+  for (int i = 0; i < count; ++i) {
+    problem.system.bodies.push_back({1, 8});
+    problem.system.positions.push_back({static_cast<double>(i), 0});
+    problem.velocity.push_back({i == 0 ? 1.0 : 0.0, 0, 0});
+  }
+  for (int i = 0; i + 1 < count; ++i) {
+    Row row;
+    row.a = i;
+    row.b = i + 1;
+    row.Ja = {-1, 0, 0};
+    row.Jb = {1, 0, 0};
+    problem.system.rows.push_back(row);
+  }
+  problem.drive.assign(problem.system.rows.size(), 0);
+  problem.restitution.assign(problem.system.rows.size(), 1);
+  double error = 0;
+  for (auto _ : state) {
+    const ImpactResult result = find_impact_law("reflections").apply(problem);
+    error = std::abs(result.velocity.back()[0] - 1);
+    for (int i = 0; i + 1 < count; ++i) error = std::max(error, std::abs(result.velocity[i][0]));
+  }
+  state.counters["error"] = error;
+}
+BENCHMARK(CradleImpact)->Arg(5)->Arg(50)->Arg(1000)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "physics/islands/island_system.h"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+
+#include "physics/export.h"
+#include "physics/import.h"
+#include "physics/islands/delassus.h"
+#include "tests/support/island_scenes.h"
+
+namespace skerry {
+namespace {
+
+IslandSystem mixed_island(unsigned seed) {
+  IslandSystem system = scenes::random_island({.bodies = 4, .contacts = 6, .pins = 2},
+                                              {.friction = 0.3, .rolling = 0.05, .noise = 1, .seed = seed})
+                            .system;
+  system.compliance.assign(system.rows.size(), 0.0);
+  system.compliance.back() = 0.125;
+  return system;
+}
+
+TEST(IslandSystem, RowVelocitiesByBodiesAgreeWithTheDelassusMatrix) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const IslandSystem system = mixed_island(seed);
+    const ContactProblem problem = contact_problem(system);
+    std::mt19937_64 random(seed);
+    std::vector<double> lambda(system.rows.size());
+    for (double& impulse : lambda) impulse = std::normal_distribution<double>()(random);
+    const std::vector<double> by_bodies = row_velocities(system, lambda),
+                              by_matrix = row_velocities(problem, lambda);
+    const std::vector<double> diagonal = inverse_effective_masses(system);
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      ASSERT_NEAR(by_bodies[i], by_matrix[i], 1e-12) << "seed " << seed;
+      ASSERT_NEAR(diagonal[i], problem.W.coeff(static_cast<int>(i), static_cast<int>(i)), 1e-13)
+          << "seed " << seed;
+      for (std::size_t j = 0; j < i; ++j) {
+        const int p = static_cast<int>(i), q = static_cast<int>(j);
+        ASSERT_EQ(problem.W.coeff(p, q), problem.W.coeff(q, p)) << "seed " << seed;
+      }
+    }
+    ASSERT_NEAR(natural_map_residual(system, lambda), natural_map_residual(problem, lambda), 1e-11);
+  }
+}
+
+TEST(IslandSystem, ResidualIsTheNaturalMapByItsFormula) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const IslandSystem system = mixed_island(seed);
+    std::mt19937_64 random(seed);
+    std::vector<double> lambda(system.rows.size());
+    for (double& impulse : lambda) impulse = std::normal_distribution<double>()(random);
+    const std::vector<double> w = row_velocities(system, lambda), D = inverse_effective_masses(system);
+    double worst = 0;
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      const Row& row = system.rows[i];
+      const double bound = row.normal >= 0 ? row.mu * std::max(0.0, lambda[row.normal]) : 0;
+      const double lower = row.normal >= 0 ? -bound : row.lower, upper = row.normal >= 0 ? bound : row.upper;
+      worst = std::max(worst, D[i] * std::abs(lambda[i] - std::clamp(lambda[i] - w[i] / D[i], lower, upper)));
+    }
+    ASSERT_NEAR(natural_map_residual(system, lambda) * largest_magnitude(system.b), worst, 1e-12)
+        << "seed " << seed;
+  }
+}
+
+TEST(IslandSystem, ResidualOfABoxAtRestIsZeroAtItsWeightAndOneWithoutSupport) {
+  const IslandSystem system = scenes::box_on_floor().system;
+  const double half = 0.5 * 10.0 / 60;
+  EXPECT_NEAR(natural_map_residual(system, {half, 0, half, 0}), 0, 1e-16);
+  EXPECT_DOUBLE_EQ(natural_map_residual(system, {0, 0, 0, 0}), 1);
+  EXPECT_GT(natural_map_residual(system, {-half, 0, half, 0}), 0.1);
+}
+
+TEST(IslandSystem, ResidualOfARowThatNothingMovesCountsItsUnexplainedVelocity) {
+  IslandSystem system;
+  system.bodies.resize(1);
+  Row row;
+  row.b = 0;
+  row.Jb = {0, 1, 0};
+  row.upper = kInfinity;
+  system.rows.push_back(row);
+  system.b = {-2};  // separates: lambda = 0 explains it
+  EXPECT_EQ(natural_map_residual(system, {0}), 0);
+  system.b = {2};  // approaches, and no impulse can stop it
+  EXPECT_EQ(natural_map_residual(system, {0}), 1);
+}
+
+TEST(IslandSystem, ValidateNamesTheRowAndTheValue) {
+  const IslandSystem good = scenes::box_on_floor().system;
+  EXPECT_NO_THROW(validate(good));
+  const auto message = [&](auto&& spoil) -> std::string {
+    IslandSystem bad = good;
+    spoil(bad);
+    try {
+      validate(bad);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(message([](auto& s) { s.rows[2].b = 7; }), testing::HasSubstr("row 2"));
+  EXPECT_THAT(message([](auto& s) { s.rows[1].normal = 3; }), testing::HasSubstr("row 1"));
+  EXPECT_THAT(message([](auto& s) { s.rows[3].mu = -1; }), testing::HasSubstr("-1"));
+  EXPECT_THAT(message([](auto& s) { s.rows[0].lower = -2; }), testing::HasSubstr("-2"));
+  EXPECT_THAT(message([](auto& s) { s.b[1] = std::nan(""); }), testing::HasSubstr("row 1"));
+  EXPECT_THAT(message([](auto& s) { s.b.pop_back(); }), testing::HasSubstr("got 3"));
+  EXPECT_THAT(message([](auto& s) { s.bodies[0].linear = -1; }), testing::HasSubstr("body 0"));
+  EXPECT_THAT(message([](auto& s) { s.rows[0].Jb[1] = kInfinity; }), testing::HasSubstr("row 0"));
+}
+
+TEST(FactorPattern, MinimumDegreeFillsLessThanTheNaturalOrderOnAPyramid) {
+  const IslandSystem system = scenes::pyramid(8).system;
+  const FactorPattern natural = factor_pattern(system, Ordering::Natural);
+  const FactorPattern ordered = factor_pattern(system, Ordering::ApproximateMinimum);
+  EXPECT_GE(natural.fill, 1);
+  EXPECT_LT(ordered.fill, natural.fill);
+  std::vector<char> seen(system.rows.size(), 0);
+  for (const int row : ordered.order) seen[row] = 1;
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), system.size());
+  for (std::size_t k = 0; k < ordered.row.size(); ++k) ASSERT_GT(ordered.row[k], ordered.column[k]);
+  // Redundant contacts: only the raise of the diagonal keeps the condition finite.
+  EXPECT_GT(ordered.condition, 1e8);
+}
+
+TEST(FactorPattern, AChainHasNoFillInItsNaturalOrder) {
+  const FactorPattern pattern = factor_pattern(scenes::chain(50).system, Ordering::Natural);
+  EXPECT_EQ(pattern.fill, 1);
+  EXPECT_EQ(pattern.row.size(), 48u);
+}
+
+TEST(Export, JsonReadsBackBitForBit) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const IslandSystem system = mixed_island(seed);
+    std::vector<double> lambda(system.rows.size(), 0.1);
+    std::stringstream text;
+    write_json(text, system, lambda);
+    const ImportedIsland read = read_json(text);
+    EXPECT_EQ(read.system.b, system.b);
+    EXPECT_EQ(read.system.compliance, system.compliance);
+    EXPECT_EQ(read.lambda, lambda);
+    ASSERT_EQ(read.system.rows.size(), system.rows.size());
+    for (std::size_t i = 0; i < system.rows.size(); ++i) {
+      const Row &x = read.system.rows[i], &y = system.rows[i];
+      EXPECT_TRUE(x.kind == y.kind && x.a == y.a && x.b == y.b && x.Ja == y.Ja && x.Jb == y.Jb &&
+                  x.lower == y.lower && x.upper == y.upper && x.normal == y.normal && x.mu == y.mu &&
+                  x.source == y.source)
+          << i;
+    }
+  }
+}
+
+TEST(Export, MatrixMarketPartsGiveTheSameOperator) {
+  const IslandSystem system = mixed_island(3);
+  const auto part = [&](MatrixPart which) {
+    std::stringstream text;
+    write_matrix_market(text, system, which);
+    return Eigen::MatrixXd(read_matrix_market(text));
+  };
+  const Eigen::MatrixXd W = part(MatrixPart::W), J = part(MatrixPart::J), M = part(MatrixPart::M);
+  Eigen::MatrixXd expected = J * M.diagonal().cwiseInverse().asDiagonal() * J.transpose();
+  expected.diagonal() += Eigen::Map<const Eigen::VectorXd>(system.compliance.data(), W.rows());
+  EXPECT_LT((W - expected).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_EQ(W, Eigen::MatrixXd(delassus(system)));
+  EXPECT_EQ(part(MatrixPart::b)(1, 0), system.b[1]);
+}
+
+TEST(Import, SaysFileAndLineOfWhatItCannotRead) {
+  const auto message = [](auto&& read, const char* text) -> std::string {
+    std::istringstream in(text);
+    try {
+      read(in, "file.dat");
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(message(read_friction_problem, "2\n1\n0\n2\n2\n2 2\n1 0\n0 x\n"),
+              testing::HasSubstr("file.dat:8"));
+  EXPECT_THAT(message(read_friction_problem, "3\n1\n"), testing::HasSubstr("dimension"));
+  EXPECT_THAT(message(read_lcp, "2\n0\n2\n3\n"), testing::HasSubstr("file.dat:4"));
+  EXPECT_THAT(message(read_lcp, "999999999\n"), testing::HasSubstr("size"));
+  EXPECT_THAT(message(read_json, "{\n\"format\": [}"), testing::HasSubstr("file.dat:2"));
+  EXPECT_THAT(message(read_json, "{\"format\": \"other\"}"), testing::HasSubstr("other"));
+  EXPECT_THAT(message(read_json, std::string(100000, '[').c_str()), testing::HasSubstr("nested"));
+  EXPECT_THAT(message(read_matrix_market, "%%MatrixMarket matrix coordinate complex general\n1 1 0\n"),
+              testing::HasSubstr("complex"));
+}
+
+TEST(Import, ReadsBlockStorageByColumnsOfEachBlock) {
+  // Two contacts, two diagonal blocks: index by rows (0 1 2), columns (0 1).
+  std::istringstream in(
+      "2\n2\n1\n4\n4\n2\n2\n2\n2 4\n2 4\n3\n2\n0 1 2\n0 1\n0\n1\n2\n3\n4\n1\n5\n6\n7\n8\n"
+      "-1 -2 -3 -4\n0.5 0.25\n");
+  const ContactProblem problem = read_friction_problem(in);
+  const Eigen::MatrixXd W(problem.W);
+  EXPECT_EQ(W(0, 0), 1);
+  EXPECT_EQ(W(1, 0), 2);
+  EXPECT_EQ(W(0, 1), 3);
+  EXPECT_EQ(W(3, 3), 8);
+  EXPECT_EQ(W(0, 2), 0);
+  EXPECT_EQ(problem.b, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(problem.rows[3].mu, 0.25);
+}
+
+}  // namespace
+}  // namespace skerry
