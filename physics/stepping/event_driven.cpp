@@ -6,6 +6,7 @@
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/acceleration.h"
+#include "physics/stepping/free_flight.h"
 #include "physics/stepping/island_backup.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
@@ -239,35 +240,7 @@ class EventStep {
   // --- Flight
   // ---------------------------------------------------------------------------------------------------------
 
-  Motion flight_of(std::uint32_t body) const {
-    const BodyArrays& all = state_.bodies;
-    Motion m;
-    if (body == BodyId::kNone) return m;
-    m.p0 = all.position[body];
-    m.angle0 = all.angle[body];
-    if (state_.local_index[body] >= 0) {
-      m.a = state_.acceleration[body];
-      m.alpha = state_.angular_acceleration[body];
-    }
-    if (state_.local_index[body] >= 0 || all.type[body] == BodyType::Kinematic) {
-      m.v = all.velocity[body];
-      m.omega = all.omega[body];
-    }
-    if (all.type[body] == BodyType::Kinematic) {
-      m.p0 += elapsed_ * m.v;
-      m.angle0 += elapsed_ * m.omega;
-    }
-    return m;
-  }
-
-  static Motion later(const Motion& m, double t) {
-    Motion out = m;
-    out.p0 = m.p0 + t * (m.v + (0.5 * t) * m.a);
-    out.angle0 = m.angle0 + t * (m.omega + 0.5 * t * m.alpha);
-    out.v = m.v + t * m.a;
-    out.omega = m.omega + t * m.alpha;
-    return out;
-  }
+  Motion flight_of(std::uint32_t body) const { return free_flight(state_, body, elapsed_); }
 
   /// Largest speed at which any gap between two bodies can change within `h`.
   double gap_speed(std::uint32_t a, std::uint32_t b, double h) const {
