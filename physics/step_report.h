@@ -36,6 +36,23 @@ struct ContactEvent {
   bool sensor = false;
 };
 
+enum class MotionEventKind : std::uint8_t {
+  Landing,  ///< a gap closed
+  Release,  ///< the normal force of a contact, or the pull of a rope, fell to zero
+  Slip,     ///< friction, or rolling resistance, reached its bound
+  Stick,    ///< sliding, or rolling, came to an end
+  Limit,    ///< a rope became taut
+  Settle,   ///< infinitely many bounces came to an end
+  Feature,  ///< a contact moved on to the next corner or edge
+};
+
+/// A change of the way in which an island moves, located in time. Only event-driven steppers know them.
+struct MotionEvent {
+  MotionEventKind kind = MotionEventKind::Landing;
+  double time = 0;  ///< [s]; of Settle: the limit of the bounces, which may lie after the step
+  BodyId body_a, body_b;
+};
+
 /// One contact point with the impulses of the step.
 struct ContactPointReport {
   Vec2 position;          ///< world frame [m]
@@ -98,6 +115,11 @@ struct StepReport {
   NarrowPhaseStats narrow;
   SolveWork work;
 
+  int force_solves = 0;    ///< evaluations of contact forces at acceleration level, over all islands
+  int events_found = 0;    ///< events that were located in time (releases, landings, slip, stick, limits)
+  int rejected_steps = 0;  ///< inner steps taken again because their error was too large
+  int fallbacks = 0;       ///< islands for which the event-driven stepper gave up; time_stepping made them
+
   int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
 
   // Skips: work that this step did not have to do.
@@ -125,6 +147,7 @@ struct StepReport {
   std::vector<ContactReport> contacts_list;  ///< only with `Observe::contacts`
   std::vector<IslandReport> islands_list;
   std::vector<ContactEvent> events;
+  std::vector<MotionEvent> motion_events;  ///< by island, then in the order of time
   std::vector<IslandTrace> traces;  ///< only with `Observe::systems`
 };
 

@@ -198,6 +198,8 @@ World::World(WorldConfig config) : state_(std::make_unique<WorldState>()) {
   require_at_least_zero(config.contact_margin, "contact_margin");
   require_at_least_zero(config.touch_tolerance, "touch_tolerance");
   require_at_least_zero(config.rest_speed, "rest_speed");
+  require(config.accuracy >= 1e-14 && config.accuracy <= 1e-2,
+          "accuracy must be from 1e-14 to 1e-2, got " + to_text(config.accuracy));
   require(config.max_impacts_per_step >= 0,
           "max_impacts_per_step must be >= 0, got " + std::to_string(config.max_impacts_per_step));
   require(config.touch_tolerance <= config.contact_margin,

@@ -51,6 +51,9 @@ struct WorldConfig {
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
+  /// Local error that `event_driven` allows in an inner step, relative for values above 1 (SI units),
+  /// else absolute; 1e-14 to 1e-2. time_stepping does not use it.
+  double accuracy = 1e-13;
   /// Of one island, fewer for large ones (512 over its contact points, at least 4); then the rest of the step
   /// treats landings as plastic.
   int max_impacts_per_step = 64;

@@ -161,6 +161,14 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
     r.substeps = std::max(r.substeps, result.substeps);
     r.impacts += result.impacts;
     r.reflections += result.reflections;
+    r.force_solves += result.force_solves;
+    r.events_found += result.events_found;
+    r.rejected_steps += result.rejected_steps;
+    r.fallbacks += result.fallbacks;
+    for (MotionEvent event : result.motion_events) {
+      event.time += s.time - h;
+      r.motion_events.push_back(event);
+    }
     r.worst_residual = std::max(r.worst_residual, result.report.residual);
     r.inexact_islands += result.report.status != SolveStatus::Solved;
     r.narrow.pairs += result.narrow.pairs;

@@ -32,8 +32,13 @@ struct IslandResult {
   int reflections = 0;
   int friction_rows = 0;
   int manifolds_reused = 0;
-  bool in_flight = false;  ///< nothing to meet: closed form
-  bool at_rest = false;    ///< nothing changed since the last step: its result was used again
+  int force_solves = 0;                    ///< evaluations of the forces at acceleration level
+  int events_found = 0;                    ///< changes of the contact mode that were located within the step
+  int rejected_steps = 0;                  ///< inner steps taken again because their error was too large
+  int fallbacks = 0;                       ///< 1: events gave up, time_stepping made the step
+  std::vector<MotionEvent> motion_events;  ///< times since the beginning of the step
+  bool in_flight = false;                  ///< nothing to meet: closed form
+  bool at_rest = false;                    ///< nothing changed since the last step: its result was used again
   SolveWork work;
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};

@@ -2,11 +2,11 @@
 #include "physics/stepping/time_stepping.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "physics/hash.h"
-#include "physics/solver/impact_law.h"
+#include "physics/stepping/island_impact.h"
+#include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/projection.h"
@@ -15,25 +15,6 @@
 
 namespace skerry {
 namespace {
-
-/// Adds the time of a scope to a stage when the observer wants times.
-class StageTimer {
- public:
-  StageTimer(const WorldState& state, IslandResult& result, Stage stage)
-      : seconds_(state.observe.stage_times ? &result.stage_seconds[static_cast<int>(stage)] : nullptr) {
-    if (seconds_ != nullptr) start_ = std::chrono::steady_clock::now();
-  }
-  ~StageTimer() {
-    if (seconds_ == nullptr) return;
-    *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  StageTimer(const StageTimer&) = delete;
-  StageTimer& operator=(const StageTimer&) = delete;
-
- private:
-  double* seconds_;
-  std::chrono::steady_clock::time_point start_;
-};
 
 class IslandStep {
  public:
@@ -50,7 +31,7 @@ class IslandStep {
     for (int piece = 1; elapsed_ < h; ++piece) {
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last = piece > cuts;
-      if (!last) apply_impact();
+      if (!last) apply_impact(state_, island_, elapsed_, {}, result_);
       const double length = h - elapsed_;
       choose_resting(last);
       const std::vector<Velocity> before = island_velocities(state_, island_);
@@ -70,83 +51,6 @@ class IslandStep {
   void refresh_manifolds() {
     StageTimer timer(state_, result_, Stage::Narrow);
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
-  }
-
-  /// Contacts that touch and approach bounce by the world's impact law; forces have not acted yet.
-  void apply_impact() {
-    StageTimer timer(state_, result_, Stage::Impact);
-    std::vector<std::uint8_t> touching(island_.contacts.size(), 0);
-    bool approaching = !island_.joints.empty();  // a rope may have become taut
-    for (std::size_t k = 0; k < touching.size(); ++k) {
-      const Contact& contact = state_.contacts[island_.contacts[k]];
-      for (int i = 0; i < contact.manifold.count; ++i) {
-        const ManifoldPoint& point = contact.manifold.points[i];
-        if (!is_touching(state_, point)) continue;
-        touching[k] |= 1u << i;
-        approaching |= normal_velocity(state_, contact, point.position, elapsed_) < -state_.config.rest_speed;
-      }
-    }
-    if (!approaching) return;
-
-    Assembly assembly;
-    AssemblyRequest request;
-    request.points = &touching;
-    request.friction = true;
-    request.elapsed = elapsed_;
-    request.rope_slack = state_.config.touch_tolerance;
-    assemble(state_, island_, request, assembly);
-
-    ImpactProblem problem;
-    problem.velocity = island_velocities(state_, island_);
-    approaching = false;
-    for (int i = 0; i < assembly.system.size(); ++i) {
-      Row& row = assembly.system.rows[i];
-      if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
-      const RowOrigin& origin = assembly.origin[i];
-      const bool contact_row = row.kind == RowKind::Normal && !origin.joint;
-      problem.restitution.push_back(contact_row ? state_.contacts[origin.index].restitution : 0);
-      const double u = row_velocity(assembly, i, problem.velocity);
-      if (row.kind != RowKind::Normal || u >= -state_.config.rest_speed) continue;
-      approaching = true;
-      if (!contact_row) continue;
-      Contact& contact = state_.contacts[origin.index];
-      contact.hit = true;
-      if (-u <= contact.hit_speed) continue;
-      contact.hit_speed = -u;
-      contact.hit_point = contact.manifold.points[origin.point].position;
-      contact.hit_normal = contact.manifold.normal;
-    }
-    if (!approaching) return;
-    // The sources' right-hand side, for whoever looks at the system: the wanted change of each relative
-    // velocity.
-    for (int i = 0; i < assembly.system.size(); ++i) {
-      assembly.system.b[i] = -(1 + problem.restitution[i]) * row_velocity(assembly, i, problem.velocity);
-    }
-
-    problem.system = std::move(assembly.system);
-    problem.drive = assembly.drive;
-    problem.rest_speed = state_.config.rest_speed;
-    problem.solver = state_.solver;
-    ImpactResult impact = state_.impact_law->apply(problem);
-    store_velocities(state_, island_, impact.velocity);
-    for (int i = 0; i < problem.system.size(); ++i) {
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) continue;
-      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
-      if (origin.kind == RowKind::Normal && impact.lambda[i] != 0) {
-        memory.total_impact += impact.lambda[i];
-        memory.impact_position = state_.contacts[origin.index].manifold.points[origin.point].position;
-      }
-      if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
-    }
-    ++result_.impacts;
-    result_.reflections += impact.reflections;
-    note_status(impact.status, impact.residual);
-    add_work(impact.work);
-    if (state_.observe.systems) {
-      keep_trace(std::move(problem.system), std::move(impact.lambda), impact.status, state_.impact_law->name,
-                 impact.residual, true, nullptr);
-    }
   }
 
   /// Points that touch and do not separate take part in the force solve; in the plastic end of a step all
@@ -270,8 +174,8 @@ class IslandStep {
     store_impulses(assembly, solution.lambda, h);
     note_solution(solution, system);
     if (state_.observe.systems) {
-      keep_trace(system, solution.lambda, solution.status, solution.method, solution.residual, false,
-                 std::move(solution.trace));
+      keep_trace(state_, island_, elapsed_, system, solution.lambda, solution.status, solution.method,
+                 solution.residual, false, std::move(solution.trace), result_);
     }
     return after;
   }
@@ -426,44 +330,14 @@ class IslandStep {
     }
   }
 
-  void note_status(SolveStatus status, double residual) {
-    if (status != SolveStatus::Solved) result_.report.status = status;
-    result_.report.residual = std::max(result_.report.residual, residual);
-  }
-
   void note_solution(const Solution& solution, const IslandSystem& system) {
-    note_status(solution.status, solution.residual);
+    note_status(result_, solution.status, solution.residual);
     result_.report.method = solution.method;
     result_.report.iterations += solution.iterations;
     result_.report.rows = system.size();
     result_.friction_rows += static_cast<int>(std::count_if(
         system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
-    add_work(solution.work);
-  }
-
-  void add_work(const SolveWork& work) {
-    result_.work.factorisations += work.factorisations;
-    result_.work.partial_factorisations += work.partial_factorisations;
-    result_.work.resolves += work.resolves;
-    result_.work.pivots += work.pivots;
-    result_.work.symbolic_analyses += work.symbolic_analyses;
-    result_.work.symbolic_skipped += work.symbolic_skipped;
-  }
-
-  void keep_trace(IslandSystem system, std::vector<double> lambda, SolveStatus status,
-                  std::string_view method, double residual, bool impact, std::unique_ptr<SolveTrace> trace) {
-    IslandTrace kept;
-    kept.impact = impact;
-    kept.time = elapsed_;
-    for (const std::uint32_t body : island_.bodies)
-      kept.bodies.push_back({body, state_.bodies.generation[body]});
-    kept.system = std::move(system);
-    kept.lambda = std::move(lambda);
-    kept.status = status;
-    kept.method = method;
-    kept.residual = residual;
-    kept.trace = std::move(trace);
-    result_.traces.push_back(std::move(kept));
+    add_work(result_, solution.work);
   }
 
   WorldState& state_;

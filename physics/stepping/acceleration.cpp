@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/acceleration.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "physics/joint_rows.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+using Block = std::array<double, 3>;
+
+double product(const Block& x, const Block& y) {
+  return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+}
+
+}  // namespace
+
+/// All rows that a mode may use, at one state.
+struct AccelerationProblem::Geometry {
+  std::vector<ContactKinematics> points;
+  std::vector<AccelerationRow> normals;
+  std::vector<AccelerationRow> grips;
+  std::vector<double> grip_speed;
+  std::vector<std::array<AccelerationRow, 2>> joints;
+  std::vector<int> joint_count;
+  std::vector<double> joint_error;
+  std::vector<std::uint8_t> joint_limit;
+};
+
+AccelerationProblem::State AccelerationProblem::gather(const ContactMode& mode) const {
+  State y;
+  const BodyArrays& all = state_.bodies;
+  for (const std::uint32_t i : island_.bodies) {
+    y.insert(y.end(), {all.position[i].x, all.position[i].y, all.angle[i], all.velocity[i].x,
+                       all.velocity[i].y, all.omega[i]});
+  }
+  y.resize(y.size() + mode.points.size() + mode.grips.size() + 2 * island_.joints.size(), 0);
+  return y;
+}
+
+void AccelerationProblem::scatter(const State& y, WorldState& state) const {
+  BodyArrays& all = state.bodies;
+  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+    const std::uint32_t i = island_.bodies[k];
+    const double* q = y.data() + 6 * k;
+    all.position[i] = {q[0], q[1]};
+    if (all.angle[i] != q[2]) {
+      all.angle[i] = q[2];
+      all.rotation[i] = Rot::from_angle(q[2]);
+    }
+    all.velocity[i] = {q[3], q[4]};
+    all.omega[i] = q[5];
+  }
+}
+
+BodyMotion AccelerationProblem::motion(std::uint32_t body, double elapsed, const State& y) const {
+  if (body == BodyId::kNone) return {};
+  const BodyArrays& all = state_.bodies;
+  const int k = state_.local_index[body];
+  if (k >= 0) {
+    const double* q = y.data() + 6 * k;
+    return {{q[0], q[1]}, Rot::from_angle(q[2]), {q[3], q[4]}, q[5]};
+  }
+  if (all.type[body] != BodyType::Kinematic) return {all.position[body], all.rotation[body], {}, 0};
+  return {all.position[body] + elapsed * all.velocity[body],
+          Rot::from_angle(all.angle[body] + elapsed * all.omega[body]), all.velocity[body], all.omega[body]};
+}
+
+AccelerationProblem::AccelerationRow AccelerationProblem::contact_row(const Contact& contact, Vec2 direction,
+                                                                      Vec2 where, double bias,
+                                                                      const BodyMotion& a,
+                                                                      const BodyMotion& b) const {
+  AccelerationRow row;
+  row.a = state_.local_index[contact.body_a];
+  row.b = state_.local_index[contact.body_b];
+  if (row.a >= 0) row.Ja = {-direction.x, -direction.y, -cross(where - a.p, direction)};
+  if (row.b >= 0) row.Jb = {direction.x, direction.y, cross(where - b.p, direction)};
+  row.bias = bias;
+  return row;
+}
+
+bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, const State& y,
+                                   Geometry& out) const {
+  for (const ModePoint& point : mode.points) {
+    const Contact& contact = state_.contacts[island_.contacts[point.contact]];
+    const BodyMotion a = motion(contact.body_a, elapsed, y), b = motion(contact.body_b, elapsed, y);
+    const std::optional<ContactKinematics> k = kinematics_of(point.features, a, b);
+    if (!k) return false;
+    out.points.push_back(*k);
+    out.normals.push_back(contact_row(contact, k->normal, k->position, k->normal_bias, a, b));
+  }
+  for (const Grip& grip : mode.grips) {
+    const Contact& contact = state_.contacts[island_.contacts[grip.contact]];
+    const BodyMotion a = motion(contact.body_a, elapsed, y), b = motion(contact.body_b, elapsed, y);
+    AccelerationRow row;
+    double speed = 0;
+    if (grip.rolling) {
+      row.a = state_.local_index[contact.body_a];
+      row.b = state_.local_index[contact.body_b];
+      if (row.a >= 0) row.Ja = {0, 0, -1};
+      if (row.b >= 0) row.Jb = {0, 0, 1};
+      speed = b.omega - a.omega;
+    } else {
+      // The points of a pair lie on one tangent: any of them that is closed stands for all.
+      int at = grip.points[0];
+      if (grip.count == 2 && !mode.points[static_cast<std::size_t>(at)].closed) at = grip.points[1];
+      const ContactKinematics& k = out.points[static_cast<std::size_t>(at)];
+      row = contact_row(contact, perp(k.normal), k.position, k.tangent_bias, a, b);
+      speed = k.sliding - grip.surface;
+    }
+    out.grips.push_back(row);
+    out.grip_speed.push_back(speed);
+  }
+  for (const std::uint32_t slot : island_.joints) {
+    const JointRecord& joint = state_.joints[slot];
+    const std::uint32_t ia = joint.def.a.index, ib = joint.def.b.index;
+    const BodyMotion a = motion(ia, elapsed, y), b = motion(ib, elapsed, y);
+    std::array<JointRow, 2> rows;
+    const int count = joint_rows(joint, {a.p, a.q}, {b.p, b.q}, rows);
+    std::array<AccelerationRow, 2> made;
+    const Vec2 ra = rotate(a.q, joint.local_a), rb = rotate(b.q, joint.local_b);
+    const Vec2 centripetal = a.omega * a.omega * ra - b.omega * b.omega * rb;
+    const Vec2 apart = b.v + b.omega * perp(rb) - a.v - a.omega * perp(ra);
+    const double distance = length((b.p - a.p) + (rb - ra));
+    for (int i = 0; i < count; ++i) {
+      const JointRow& from = rows[static_cast<std::size_t>(i)];
+      AccelerationRow& row = made[static_cast<std::size_t>(i)];
+      row.a = ia == BodyId::kNone ? -1 : state_.local_index[ia];
+      row.b = ib == BodyId::kNone ? -1 : state_.local_index[ib];
+      if (row.a >= 0) row.Ja = from.Ja;
+      if (row.b >= 0) row.Jb = from.Jb;
+      row.bias = dot(from.direction, centripetal);
+      if (joint.def.kind == JointKind::Revolute) continue;
+      // |d|'' = n . d'' + (t . d')^2 / |d|; a rope's row has the opposite direction.
+      if (!(distance > 0)) return false;
+      const double across = cross(from.direction, apart);
+      row.bias += (from.limit ? -1 : 1) * across * across / distance;
+    }
+    out.joints.push_back(made);
+    out.joint_count.push_back(count);
+    out.joint_error.push_back(rows[0].error);
+    out.joint_limit.push_back(rows[0].limit ? 1 : 0);
+  }
+  return true;
+}
+
+double AccelerationProblem::external(const AccelerationRow& row) const {
+  double sum = 0;
+  const auto add = [&](int k, const Block& j) {
+    if (k < 0) return;
+    const std::uint32_t body = island_.bodies[static_cast<std::size_t>(k)];
+    sum += j[0] * state_.acceleration[body].x + j[1] * state_.acceleration[body].y +
+           j[2] * state_.angular_acceleration[body];
+  };
+  add(row.a, row.Ja);
+  add(row.b, row.Jb);
+  return sum;
+}
+
+bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, const State& y,
+                                   ModeForces& out) const {
+  ++result_.force_solves;
+  Geometry g;
+  if (!geometry(mode, elapsed, y, g)) return false;
+  out.points = g.points;
+  out.grip_speed = g.grip_speed;
+  out.joint_error = g.joint_error;
+
+  // Unknown forces: `row` is what they keep at zero, `force` how they act (with the friction they bring).
+  struct Unknown {
+    AccelerationRow row, force;
+    double* value;
+  };
+  std::vector<Unknown> unknowns;
+  out.point_force.assign(mode.points.size(), 0);
+  out.grip_force.assign(mode.grips.size(), 0);
+  out.grip_limit.assign(mode.grips.size(), 0);
+  out.joint_force.assign(island_.joints.size(), {});
+  for (std::size_t j = 0; j < island_.joints.size(); ++j) {
+    if (mode.taut[j] == 0) continue;
+    for (int i = 0; i < g.joint_count[j]; ++i) {
+      const AccelerationRow& row = g.joints[j][static_cast<std::size_t>(i)];
+      unknowns.push_back({row, row, &out.joint_force[j][static_cast<std::size_t>(i)]});
+    }
+  }
+  for (std::size_t p = 0; p < mode.points.size(); ++p) {
+    if (!mode.points[p].closed) continue;
+    AccelerationRow force = g.normals[p];
+    for (std::size_t k = 0; k < mode.grips.size(); ++k) {
+      const Grip& grip = mode.grips[k];
+      if (grip.contact != mode.points[p].contact || grip.sign == 0) continue;
+      const double factor = -grip.sign * grip.mu;
+      for (std::size_t c = 0; c < 3; ++c) {
+        force.Ja[c] += factor * g.grips[k].Ja[c];
+        force.Jb[c] += factor * g.grips[k].Jb[c];
+      }
+    }
+    unknowns.push_back({g.normals[p], force, &out.point_force[p]});
+  }
+  const auto is_loaded = [&](const Grip& grip) {
+    for (int i = 0; i < grip.count; ++i) {
+      if (mode.points[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])].closed) return true;
+    }
+    return false;
+  };
+  for (std::size_t k = 0; k < mode.grips.size(); ++k) {
+    if (mode.grips[k].sign == 0 && is_loaded(mode.grips[k]))
+      unknowns.push_back({g.grips[k], g.grips[k], &out.grip_force[k]});
+  }
+
+  const auto inverse_mass = [&](int k) {
+    const std::uint32_t body = island_.bodies[static_cast<std::size_t>(k)];
+    return Block{state_.bodies.inverse_mass[body], state_.bodies.inverse_mass[body],
+                 state_.bodies.inverse_inertia[body]};
+  };
+  const auto weighted = [&](int k, const Block& force) {
+    const Block m = inverse_mass(k);
+    return Block{m[0] * force[0], m[1] * force[1], m[2] * force[2]};
+  };
+  const int n = static_cast<int>(unknowns.size());
+  out.acceleration.resize(island_.bodies.size());
+  double fastest = 0, heaviest = 0;
+  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+    const std::uint32_t body = island_.bodies[k];
+    out.acceleration[k] = {state_.acceleration[body].x, state_.acceleration[body].y,
+                           state_.angular_acceleration[body]};
+    fastest = std::max(fastest, length(state_.acceleration[body]));
+    heaviest = std::max(heaviest, 1 / state_.bodies.inverse_mass[body]);
+  }
+  out.scale = fastest * heaviest;
+  if (n > 0) {
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd rhs(n);
+    for (int j = 0; j < n; ++j) {
+      const AccelerationRow& force = unknowns[static_cast<std::size_t>(j)].force;
+      const Block fa = force.a >= 0 ? weighted(force.a, force.Ja) : Block{};
+      const Block fb = force.b >= 0 ? weighted(force.b, force.Jb) : Block{};
+      for (int i = 0; i < n; ++i) {
+        const AccelerationRow& row = unknowns[static_cast<std::size_t>(i)].row;
+        double w = 0;
+        if (row.a >= 0 && row.a == force.a) w += product(row.Ja, fa);
+        if (row.a >= 0 && row.a == force.b) w += product(row.Ja, fb);
+        if (row.b >= 0 && row.b == force.a) w += product(row.Jb, fa);
+        if (row.b >= 0 && row.b == force.b) w += product(row.Jb, fb);
+        matrix(i, j) = w;
+      }
+      const AccelerationRow& row = unknowns[static_cast<std::size_t>(j)].row;
+      rhs(j) = -(row.bias + external(row));
+    }
+    Eigen::VectorXd lambda;
+    const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
+    ++result_.work.factorisations;
+    if (lu.isInvertible()) {
+      lambda = lu.solve(rhs);
+    } else {
+      // Redundant supports: the least of the forces that do it.
+      lambda = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix).solve(rhs);
+      const double error = (matrix * lambda - rhs).cwiseAbs().maxCoeff();
+      if (error > 1e-9 * (1 + rhs.cwiseAbs().maxCoeff())) return false;
+    }
+    if (!lambda.allFinite()) return false;
+    for (int j = 0; j < n; ++j) {
+      const Unknown& unknown = unknowns[static_cast<std::size_t>(j)];
+      *unknown.value = lambda(j);
+      out.scale = std::max(out.scale, std::abs(lambda(j)));
+      const auto act = [&](int k, const Block& force) {
+        if (k < 0) return;
+        const Block change = weighted(k, force);
+        for (std::size_t c = 0; c < 3; ++c)
+          out.acceleration[static_cast<std::size_t>(k)][c] += change[c] * lambda(j);
+      };
+      act(unknown.force.a, unknown.force.Ja);
+      act(unknown.force.b, unknown.force.Jb);
+    }
+  }
+  for (std::size_t k = 0; k < mode.grips.size(); ++k) {
+    const Grip& grip = mode.grips[k];
+    double load = 0;
+    for (int i = 0; i < grip.count; ++i)
+      load += out.point_force[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])];
+    out.grip_limit[k] = grip.mu * load;
+    if (grip.sign != 0) out.grip_force[k] = -grip.sign * grip.mu * load;
+  }
+  return true;
+}
+
+void AccelerationProblem::derivative(const State& y, const ModeForces& forces, State& dy) const {
+  dy.resize(y.size());
+  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      dy[6 * k + c] = y[6 * k + 3 + c];
+      dy[6 * k + 3 + c] = forces.acceleration[k][c];
+    }
+  }
+  std::size_t at = 6 * island_.bodies.size();
+  for (const double force : forces.point_force) dy[at++] = force;
+  for (const double force : forces.grip_force) dy[at++] = force;
+  for (const std::array<double, 2>& force : forces.joint_force) {
+    dy[at++] = force[0];
+    dy[at++] = force[1];
+  }
+}
+
+bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State& y) const {
+  ++result_.force_solves;
+  Geometry g;
+  if (!geometry(mode, elapsed, y, g)) return false;
+  IslandSystem system;
+  double largest = 0;
+  for (const std::uint32_t body : island_.bodies) {
+    system.bodies.push_back({state_.bodies.inverse_mass[body], state_.bodies.inverse_inertia[body]});
+    system.positions.push_back(state_.bodies.position[body]);
+    largest = std::max({largest, length(state_.acceleration[body]),
+                        std::abs(state_.angular_acceleration[body]) * state_.radius[body]});
+  }
+  const auto add = [&](const AccelerationRow& from, RowKind kind) -> Row& {
+    Row row;
+    row.kind = kind;
+    row.a = from.a;
+    row.b = from.b;
+    row.Ja = from.Ja;
+    row.Jb = from.Jb;
+    if (kind == RowKind::Joint || kind == RowKind::Friction || kind == RowKind::Rolling)
+      row.lower = -kInfinity;
+    row.source = static_cast<std::uint64_t>(system.rows.size());
+    system.rows.push_back(row);
+    system.b.push_back(-(from.bias + external(from)));
+    largest = std::max(largest, std::abs(system.b.back()));
+    return system.rows.back();
+  };
+  struct Place {
+    int row = -1;
+    std::size_t index = 0;
+  };
+  std::vector<Place> ropes, normals, frictions;
+  for (std::size_t j = 0; j < island_.joints.size(); ++j) {
+    if (mode.taut[j] == 0) continue;
+    if (g.joint_limit[j] != 0) ropes.push_back({system.size(), j});
+    for (int i = 0; i < g.joint_count[j]; ++i)
+      add(g.joints[j][static_cast<std::size_t>(i)], g.joint_limit[j] != 0 ? RowKind::Limit : RowKind::Joint);
+  }
+  for (std::size_t p = 0; p < mode.points.size(); ++p) {
+    const int normal = system.size();
+    normals.push_back({normal, p});
+    add(g.normals[p], RowKind::Normal);
+    for (std::size_t k = 0; k < mode.grips.size(); ++k) {
+      const Grip& grip = mode.grips[k];
+      if (grip.contact != mode.points[p].contact) continue;
+      frictions.push_back({system.size(), k});
+      Row& row = add(g.grips[k], grip.rolling ? RowKind::Rolling : RowKind::Friction);
+      row.normal = normal;
+      row.mu = grip.mu;
+    }
+  }
+  // A contact that slides has its friction at the bound whatever the accelerations: it is asked for one that
+  // no force within the bounds can give.
+  for (const Place& place : frictions) {
+    const int sign = mode.grips[place.index].sign;
+    if (sign != 0) system.b[static_cast<std::size_t>(place.row)] = -sign * 1e3 * (1 + largest);
+  }
+  if (system.rows.empty()) return true;
+  const Solution solution = state_.solver->solve(system, {}, state_.config.solve, nullptr);
+  result_.report.rows = system.size();
+  result_.report.residual = std::max(result_.report.residual, solution.residual);
+  result_.report.iterations += solution.iterations;
+  result_.report.method = solution.method;
+  result_.friction_rows = static_cast<int>(frictions.size());
+  result_.work.factorisations += solution.work.factorisations;
+  result_.work.resolves += solution.work.resolves;
+  result_.work.pivots += solution.work.pivots;
+  if (solution.status != SolveStatus::Solved) return false;
+
+  const std::vector<double> w = row_velocities(system, solution.lambda);
+  double load = 0;
+  for (const double lambda : solution.lambda) load = std::max(load, std::abs(lambda));
+  const auto carries = [&](int row) { return solution.lambda[static_cast<std::size_t>(row)] > 1e-11 * load; };
+  for (const Place& place : ropes) mode.taut[place.index] = carries(place.row) ? 1 : 0;
+  for (const Place& place : normals) mode.points[place.index].closed = carries(place.row);
+  for (const Place& place : frictions) {
+    Grip& grip = mode.grips[place.index];
+    if (grip.sign != 0 || !carries(system.rows[static_cast<std::size_t>(place.row)].normal)) continue;
+    // Where even the largest friction cannot hold, the acceleration tells which way it begins to slide.
+    const double slip = w[static_cast<std::size_t>(place.row)];
+    if (std::abs(slip) > 1e-9 * (1 + largest)) grip.sign = slip > 0 ? 1 : -1;
+  }
+  return true;
+}
+
+}  // namespace skerry

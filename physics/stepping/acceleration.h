@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// The contact problem at acceleration level: forces and accelerations of an island at one instant.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "physics/stepping/contact_mode.h"
+#include "physics/stepping/stepper.h"
+
+namespace skerry {
+
+/// Forces of a mode, and what tells when the mode ends. All by the mode's numbers.
+struct ModeForces {
+  std::vector<std::array<double, 3>> acceleration;  ///< of each body
+  std::vector<ContactKinematics> points;
+  std::vector<double> point_force;                 ///< normal forces [N]; 0 for points that are not closed
+  std::vector<double> grip_force;                  ///< friction [N] or rolling moment [N m]
+  std::vector<double> grip_limit;                  ///< largest possible one
+  std::vector<double> grip_speed;                  ///< of sliding [m/s] or rolling [rad/s]
+  std::vector<std::array<double, 2>> joint_force;  ///< of each row of each joint [N]
+  std::vector<double> joint_error;                 ///< of the first row [m]; ropes: their slack
+  double scale = 0;                                ///< a large force of this system [N]
+};
+
+/// The index-1 problem of an island: constraints are differentiated twice,
+///
+///   J a + bias = 0,   a = a_ext + M^-1 (J + J_slip)' lambda,
+///
+/// with bias = (dJ/dt) v in closed form, and J_slip the friction that sliding contacts add to their normal
+/// forces [Pfeiffer & Glocker 1996, ch. 5].
+class AccelerationProblem {
+ public:
+  /// State vector: (x, y, angle, vx, vy, omega) of each body, then the impulses of the mode: one a point, one
+  /// a grip, two a joint.
+  using State = std::vector<double>;
+
+  AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result)
+      : state_(state), island_(island), result_(result) {}
+
+  State gather(const ContactMode& mode) const;  ///< from the bodies; impulses are zero
+  void scatter(const State& y, WorldState& state) const;
+  BodyMotion motion(std::uint32_t body, double elapsed, const State& y) const;
+
+  /// Forces and accelerations of `mode` at (elapsed, y). @return false if there are none, or not finite
+  bool evaluate(const ContactMode& mode, double elapsed, const State& y, ModeForces& out) const;
+  void derivative(const State& y, const ModeForces& forces, State& dy) const;
+
+  /// Decides which of the points stay closed, which grips hold and which ropes carry, by one solve of the
+  /// complementarity problem of the accelerations with the world's solver.
+  /// @param mode  its points, grips and joints are candidates; grips that move already have a sign
+  /// @return false if the solver found no answer
+  bool choose(ContactMode& mode, double elapsed, const State& y) const;
+
+ private:
+  struct AccelerationRow {
+    int a = -1, b = -1;
+    std::array<double, 3> Ja{}, Jb{};
+    double bias = 0;
+  };
+  struct Geometry;
+
+  bool geometry(const ContactMode& mode, double elapsed, const State& y, Geometry& out) const;
+  double external(const AccelerationRow& row) const;
+  AccelerationRow contact_row(const Contact& contact, Vec2 direction, Vec2 where, double bias,
+                              const BodyMotion& a, const BodyMotion& b) const;
+
+  const WorldState& state_;
+  const Island& island_;
+  IslandResult& result_;
+};
+
+}  // namespace skerry

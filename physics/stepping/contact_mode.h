@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+//
+// Which contacts of an island are closed, which of them stick or slip, which ropes are taut: between two
+// events none of it changes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "physics/stepping/contact_kinematics.h"
+
+namespace skerry {
+
+/// A contact point that touches and does not separate.
+struct ModePoint {
+  std::size_t contact = 0;    ///< position in the island's list
+  int point = 0;              ///< of the manifold
+  std::uint32_t feature = 0;  ///< of that point
+  ContactFeatures features;
+  bool closed = false;  ///< carries load; otherwise it is about to part
+};
+
+/// Friction of a pair, or its resistance to rolling. The points of a pair share their tangent, so one force
+/// serves them all.
+struct Grip {
+  std::size_t contact = 0;
+  bool rolling = false;
+  double mu = 0;       ///< bound over the sum of the normal forces; rolling: [m]
+  double surface = 0;  ///< velocity of a conveyor's surface [m/s]
+  int sign = 0;        ///< direction of the relative motion; 0: none, it sticks
+  std::array<int, 2> points{};
+  int count = 0;
+};
+
+struct ContactMode {
+  std::vector<ModePoint> points;
+  std::vector<Grip> grips;
+  std::vector<std::uint8_t> taut;  ///< per joint of the island: its rows take part (ropes may be slack)
+
+  /// True if nothing acts on the bodies but their external forces.
+  bool free() const {
+    for (const ModePoint& point : points) {
+      if (point.closed) return false;
+    }
+    for (const std::uint8_t joint : taut) {
+      if (joint != 0) return false;
+    }
+    return true;
+  }
+};
+
+}  // namespace skerry

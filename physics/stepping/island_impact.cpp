@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/island_impact.h"
+
+#include <cmath>
+
+#include "physics/solver/impact_law.h"
+#include "physics/stepping/island_notes.h"
+#include "physics/stepping/island_rows.h"
+#include "physics/stepping/touching.h"
+
+namespace skerry {
+
+ImpactOutcome apply_impact(WorldState& state, const Island& island, double elapsed,
+                           const ImpactOptions& options, IslandResult& result) {
+  ImpactOutcome outcome;
+  StageTimer timer(state, result, Stage::Impact);
+  std::vector<std::uint8_t> touching(island.contacts.size(), 0);
+  bool approaching = !island.joints.empty();  // a rope may have become taut
+  for (std::size_t k = 0; k < touching.size(); ++k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      if (!is_touching(state, point)) continue;
+      touching[k] |= 1u << i;
+      approaching |= normal_velocity(state, contact, point.position, elapsed) < -state.config.rest_speed;
+    }
+  }
+  if (!approaching) return outcome;
+
+  Assembly assembly;
+  AssemblyRequest request;
+  request.points = &touching;
+  request.friction = true;
+  request.elapsed = elapsed;
+  request.rope_slack = state.config.touch_tolerance;
+  assemble(state, island, request, assembly);
+
+  ImpactProblem problem;
+  // Bounces lower than this [m] are summed: their flights are short enough for a constant acceleration.
+  const double low = 16 * state.config.touch_tolerance;
+  const auto settle = [&](int i, double u) {
+    const RowOrigin& origin = assembly.origin[i];
+    const double e = problem.restitution.back();
+    const double g = -options.normal_acceleration(origin.index, origin.point);
+    if (!(u < -state.config.rest_speed) || !(e > 0 && e < 1) || !(g > 0)) return;
+    if (e * u * (e * u) > 2 * g * low) return;
+    problem.restitution.back() = 0;
+    outcome.settled.push_back({origin.index, -2 * e * u / (g * (1 - e))});
+  };
+  problem.velocity = island_velocities(state, island);
+  approaching = false;
+  for (int i = 0; i < assembly.system.size(); ++i) {
+    Row& row = assembly.system.rows[i];
+    if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
+    const RowOrigin& origin = assembly.origin[i];
+    const bool contact_row = row.kind == RowKind::Normal && !origin.joint;
+    problem.restitution.push_back(contact_row ? state.contacts[origin.index].restitution : 0);
+    const double u = row_velocity(assembly, i, problem.velocity);
+    if (contact_row && options.normal_acceleration) settle(i, u);
+    if (row.kind != RowKind::Normal || u >= -state.config.rest_speed) continue;
+    approaching = true;
+    if (!contact_row) continue;
+    Contact& contact = state.contacts[origin.index];
+    contact.hit = true;
+    if (-u <= contact.hit_speed) continue;
+    contact.hit_speed = -u;
+    contact.hit_point = contact.manifold.points[origin.point].position;
+    contact.hit_normal = contact.manifold.normal;
+  }
+  if (!approaching) return outcome;
+  // The sources' right-hand side, for whoever looks at the system: the wanted change of each relative
+  // velocity.
+  for (int i = 0; i < assembly.system.size(); ++i) {
+    assembly.system.b[i] = -(1 + problem.restitution[i]) * row_velocity(assembly, i, problem.velocity);
+  }
+
+  problem.system = std::move(assembly.system);
+  problem.drive = assembly.drive;
+  problem.rest_speed = state.config.rest_speed;
+  problem.solver = state.solver;
+  ImpactResult impact = state.impact_law->apply(problem);
+  store_velocities(state, island, impact.velocity);
+  for (int i = 0; i < problem.system.size(); ++i) {
+    const RowOrigin& origin = assembly.origin[i];
+    if (origin.joint) continue;
+    PointMemory& memory = state.contacts[origin.index].points[origin.point];
+    if (origin.kind == RowKind::Normal && impact.lambda[i] != 0) {
+      memory.total_impact += impact.lambda[i];
+      memory.impact_position = state.contacts[origin.index].manifold.points[origin.point].position;
+    }
+    if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
+  }
+  outcome.applied = true;
+  ++result.impacts;
+  result.reflections += impact.reflections;
+  note_status(result, impact.status, impact.residual);
+  add_work(result, impact.work);
+  if (state.observe.systems) {
+    keep_trace(state, island, elapsed, std::move(problem.system), std::move(impact.lambda), impact.status,
+               state.impact_law->name, impact.residual, true, nullptr, result);
+  }
+  return outcome;
+}
+
+}  // namespace skerry

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+//
+// Impacts of an island at one instant, the same for all steppers.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "physics/stepping/stepper.h"
+
+namespace skerry {
+
+struct ImpactOptions {
+  /// Second derivative of the gap of point `point` of contact `contact` under the external forces [m/s^2]. If
+  /// given, bounces too low to be told from contact are not carried out one by one (see `SettledContact`).
+  std::function<double(std::uint32_t contact, int point)> normal_acceleration;
+};
+
+/// A contact whose further bounces, infinitely many, are summed: it closes now, and the last of them would
+/// have ended `rest` [s] later, by the geometric series 2 e u / (g (1 - e)).
+struct SettledContact {
+  std::uint32_t contact = 0;
+  double rest = 0;
+};
+
+struct ImpactOutcome {
+  bool applied = false;
+  std::vector<SettledContact> settled;
+};
+
+/// Contacts that touch and approach bounce by the world's impact law; forces do not act meanwhile.
+/// @param elapsed  since the beginning of the step [s]
+ImpactOutcome apply_impact(WorldState& state, const Island& island, double elapsed,
+                           const ImpactOptions& options, IslandResult& result);
+
+}  // namespace skerry

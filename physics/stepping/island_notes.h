@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+//
+// What steppers write down about a solve: status, work, times, and traces for an observer.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "physics/world_state.h"
+
+namespace skerry {
+
+/// Adds the time of a scope to a stage when the observer wants times.
+class StageTimer {
+ public:
+  StageTimer(const WorldState& state, IslandResult& result, Stage stage)
+      : seconds_(state.observe.stage_times ? &result.stage_seconds[static_cast<int>(stage)] : nullptr) {
+    if (seconds_ != nullptr) start_ = std::chrono::steady_clock::now();
+  }
+  ~StageTimer() {
+    if (seconds_ == nullptr) return;
+    *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  double* seconds_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+inline void note_status(IslandResult& result, SolveStatus status, double residual) {
+  if (status != SolveStatus::Solved) result.report.status = status;
+  result.report.residual = std::max(result.report.residual, residual);
+}
+
+inline void add_work(IslandResult& result, const SolveWork& work) {
+  result.work.factorisations += work.factorisations;
+  result.work.partial_factorisations += work.partial_factorisations;
+  result.work.resolves += work.resolves;
+  result.work.pivots += work.pivots;
+  result.work.symbolic_analyses += work.symbolic_analyses;
+  result.work.symbolic_skipped += work.symbolic_skipped;
+}
+
+/// Keeps a system with its answer. @param elapsed  since the beginning of the step [s]
+inline void keep_trace(const WorldState& state, const Island& island, double elapsed, IslandSystem system,
+                       std::vector<double> lambda, SolveStatus status, std::string_view method,
+                       double residual, bool impact, std::unique_ptr<SolveTrace> trace,
+                       IslandResult& result) {
+  IslandTrace kept;
+  kept.impact = impact;
+  kept.time = elapsed;
+  for (const std::uint32_t body : island.bodies) kept.bodies.push_back({body, state.bodies.generation[body]});
+  kept.system = std::move(system);
+  kept.lambda = std::move(lambda);
+  kept.status = status;
+  kept.method = method;
+  kept.residual = residual;
+  kept.trace = std::move(trace);
+  result.traces.push_back(std::move(kept));
+}
+
+}  // namespace skerry
