@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "physics/registry.h"
+
 #include <array>
-#include <stdexcept>
-#include <string>
 
 #include "physics/stepping/event_driven.h"
 #include "physics/stepping/stepper.h"
@@ -24,13 +24,7 @@ std::span<const StepperEntry> steppers() {
 }
 
 const StepperEntry& find_stepper(std::string_view name) {
-  std::string known;
-  for (const StepperEntry& stepper : kSteppers) {
-    if (stepper.name == name) return stepper;
-    known += known.empty() ? "" : ", ";
-    known += stepper.name;
-  }
-  throw std::invalid_argument("unknown stepper '" + std::string(name) + "'; known: " + known);
+  return find_entry("stepper", name, steppers());
 }
 
 }  // namespace skerry
