@@ -499,10 +499,8 @@ class EventStep {
       double from = 0;
       if (!(low > 0)) {
         // It begins at zero: look for the moment from which on it was positive.
-        for (from = 1e-4; from < event.theta; from *= 4) {
-          low = at(from);
-          if (low > 0) break;
-        }
+        from = 1e-4;
+        while (from < event.theta && !((low = at(from)) > 0)) from *= 4;
         if (!(low > 0)) return false;
       }
       event.theta = falling_root(at, from, low, event.theta, high);
