@@ -148,7 +148,7 @@ struct StepReport {
   std::vector<IslandReport> islands_list;
   std::vector<ContactEvent> events;
   std::vector<MotionEvent> motion_events;  ///< by island, then in the order of time
-  std::vector<IslandTrace> traces;  ///< only with `Observe::systems`
+  std::vector<IslandTrace> traces;         ///< only with `Observe::systems`
 };
 
 /// What the next reports carry besides the counters; all off costs nothing.

@@ -78,8 +78,12 @@ ContactReport report_of(const WorldState& s, const Contact& contact) {
   for (int i = 0; i < contact.manifold.count; ++i) {
     const ManifoldPoint& point = contact.manifold.points[i];
     const PointMemory& memory = contact.points[i];
-    report.points[i] = {point.position,      point.separation,       point.feature,
-                        memory.total_normal, memory.total_friction, memory.total_impact,
+    report.points[i] = {point.position,
+                        point.separation,
+                        point.feature,
+                        memory.total_normal,
+                        memory.total_friction,
+                        memory.total_impact,
                         memory.total_impact > 0 ? memory.impact_position : point.position};
   }
   return report;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include "physics/registry.h"
+
 #include <array>
 #include <sstream>
 #include <stdexcept>
 
 #include "physics/broadphase/pair_finder.h"
-#include "physics/registry.h"
 
 namespace skerry {
 
