@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "sandbox/cli.h"
+#include "tests/support/paths.h"
 
 namespace skerry::sandbox {
 
@@ -60,7 +61,7 @@ inline std::string read_file(const std::string& path) {
 
 /// The demos of the tree.
 inline std::string demo_tree() {
-  return SKERRY_SOURCE_DIR "/demos";
+  return std::string(source_dir()) + "/demos";
 }
 
 }  // namespace skerry::sandbox

@@ -9,6 +9,7 @@
 #include "physics/import.h"
 #include "physics/solver/lemke.h"
 #include "physics/solver/solver.h"
+#include "tests/support/paths.h"
 #include "tests/support/scale.h"
 
 namespace skerry {
@@ -16,8 +17,8 @@ namespace {
 
 /// Folder with lcp/ and fc2d/, or empty.
 std::string data_folder() {
-  std::vector<std::string> candidates{std::string(SKERRY_SOURCE_DIR) + "/../shared/data/siconos",
-                                      std::string(SKERRY_SOURCE_DIR) + "/../../shared/data/siconos"};
+  std::vector<std::string> candidates{std::string(source_dir()) + "/../shared/data/siconos",
+                                      std::string(source_dir()) + "/../../shared/data/siconos"};
   if (const char* folder = std::getenv("SKERRY_DATA")) candidates.insert(candidates.begin(), folder);
   for (const std::string& folder : candidates) {
     if (std::filesystem::is_directory(folder + "/lcp")) return folder;
