@@ -3,12 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <fcntl.h>
-#include <libdeflate.h>
-#include <memory>
-#include <stb_image.h>
 #include <stdexcept>
 #include <unistd.h>
 
@@ -18,48 +13,6 @@ namespace skerry::render {
 namespace {
 
 constexpr int kMaxSide = 32768;
-
-void append_u32(std::vector<std::uint8_t>& out, std::uint32_t value) {
-  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<std::uint8_t>(value >> shift));
-}
-
-/// Closes a chunk that began at `start` (its length field): fills in the length and appends the checksum.
-void finish_chunk(std::vector<std::uint8_t>& out, std::size_t start) {
-  const std::size_t length = out.size() - start - 8;
-  for (int i = 0; i < 4; ++i) out[start + i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
-  append_u32(out, libdeflate_crc32(0, out.data() + start + 4, length + 4));
-}
-
-std::size_t begin_chunk(std::vector<std::uint8_t>& out, const char* type) {
-  const std::size_t start = out.size();
-  append_u32(out, 0);
-  out.insert(out.end(), type, type + 4);
-  return start;
-}
-
-/// Rows with their filter byte (0: none), as RGB if nothing is transparent.
-std::vector<std::uint8_t> filtered_rows(const Image& image, bool opaque) {
-  const std::size_t channels = opaque ? 3 : 4;
-  const std::size_t width = static_cast<std::size_t>(image.width);
-  std::vector<std::uint8_t> rows((1 + width * channels) * image.height);
-  std::uint8_t* to = rows.data();
-  const std::uint8_t* from = image.rgba.data();
-  for (int y = 0; y < image.height; ++y) {
-    *to++ = 0;
-    if (!opaque) {
-      std::memcpy(to, from, width * 4);
-      to += width * 4;
-      from += width * 4;
-      continue;
-    }
-    for (std::size_t x = 0; x < width; ++x, to += 3, from += 4) {
-      to[0] = from[0];
-      to[1] = from[1];
-      to[2] = from[2];
-    }
-  }
-  return rows;
-}
 
 }  // namespace
 
@@ -105,40 +58,6 @@ std::uint64_t digest(const Image& image) {
   return hash;
 }
 
-std::vector<std::uint8_t> encode_png(const Image& image) {
-  const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
-  if (pixels == 0 || image.rgba.size() != pixels * 4) {
-    throw std::invalid_argument("png: image of " + std::to_string(image.width) + " x " +
-                                std::to_string(image.height) + " px with " +
-                                std::to_string(image.rgba.size()) + " bytes");
-  }
-  std::uint8_t alpha = 255;
-  for (std::size_t i = 3; i < image.rgba.size(); i += 4) alpha &= image.rgba[i];
-  const bool opaque = alpha == 255;
-  const std::vector<std::uint8_t> rows = filtered_rows(image, opaque);
-
-  std::vector<std::uint8_t> out = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  std::size_t chunk = begin_chunk(out, "IHDR");
-  append_u32(out, static_cast<std::uint32_t>(image.width));
-  append_u32(out, static_cast<std::uint32_t>(image.height));
-  // 8 bits, RGB or RGBA, the only compression and filter method, not interlaced
-  for (const int byte : {8, opaque ? 2 : 6, 0, 0, 0}) out.push_back(static_cast<std::uint8_t>(byte));
-  finish_chunk(out, chunk);
-
-  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
-      libdeflate_alloc_compressor(1), libdeflate_free_compressor);
-  if (!compressor) throw std::bad_alloc();
-  chunk = begin_chunk(out, "IDAT");
-  const std::size_t header = out.size();
-  out.resize(header + libdeflate_zlib_compress_bound(compressor.get(), rows.size()));
-  const std::size_t used = libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(),
-                                                    out.data() + header, out.size() - header);
-  out.resize(header + used);
-  finish_chunk(out, chunk);
-  finish_chunk(out, begin_chunk(out, "IEND"));
-  return out;
-}
-
 void write_file(const std::filesystem::path& path, const void* bytes, std::size_t size) {
   const std::string part = path.string() + ".part";
   const auto fail = [&](const char* what, int error) {
@@ -163,23 +82,6 @@ void write_file(const std::filesystem::path& path, const void* bytes, std::size_
     ::unlink(part.c_str());
     fail("write", error);
   }
-}
-
-void write_png(const std::filesystem::path& path, const Image& image) {
-  const std::vector<std::uint8_t> bytes = encode_png(image);
-  write_file(path, bytes.data(), bytes.size());
-}
-
-Image read_png(const std::filesystem::path& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-  if (!file) throw EnvironmentError(path.string() + ": cannot open: " + system_message(errno));
-  int width = 0, height = 0, channels = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-      stbi_load_from_file(file.get(), &width, &height, &channels, 4), stbi_image_free);
-  if (!pixels) throw EnvironmentError(path.string() + ": cannot read as PNG: " + stbi_failure_reason());
-  Image image(width, height);
-  std::memcpy(image.rgba.data(), pixels.get(), image.rgba.size());
-  return image;
 }
 
 }  // namespace skerry::render

@@ -39,6 +39,13 @@ struct Image {
 /// @throws std::invalid_argument for an empty image
 [[nodiscard]] std::vector<std::uint8_t> encode_png(const Image& image);
 
+/// Encodes as PNG in as few bytes as we can, which takes some hundred times longer: for pictures that stay in
+/// a repository. Opaque pictures of at most 256 colours get a palette.
+/// @param quantise  an opaque picture of more colours is reduced to 256 (see Palette); otherwise every pixel
+///                  is kept
+/// @throws std::invalid_argument for an empty image
+[[nodiscard]] std::vector<std::uint8_t> encode_small_png(const Image& image, bool quantise = false);
+
 /// Writes `path` whole or not at all: the bytes go to "PATH.part", which is renamed at the end.
 /// @throws EnvironmentError with the file's name and the system's reason; no file is left behind
 void write_png(const std::filesystem::path& path, const Image& image);
@@ -46,6 +53,9 @@ void write_png(const std::filesystem::path& path, const Image& image);
 /// Reads a PNG of any colour type as 8-bit RGBA.
 /// @throws EnvironmentError with the file's name if it cannot be read or is no PNG
 [[nodiscard]] Image read_png(const std::filesystem::path& path);
+
+/// The same from memory. @throws EnvironmentError if the bytes are no PNG
+[[nodiscard]] Image decode_png(const void* bytes, std::size_t size);
 
 /// Writes `bytes` to `path` whole or not at all, like write_png.
 /// @throws EnvironmentError with the file's name and the system's reason

@@ -16,12 +16,13 @@ namespace skerry::sandbox {
 struct Painter::State {
   explicit State(const PaintOptions& given)
       : options(given),
-        style(render::style(given.theme)),
+        style(given.style ? *given.style : render::style(given.theme)),
+        context(given.device),
         target(given.width, given.height, given.ssaa),
         ui(style) {}
 
   PaintOptions options;
-  const render::Style& style;
+  render::Style style;
   render::EglContext context;  // first: the rest lives in it
   render::GlRenderer renderer;
   render::Target target;
@@ -71,10 +72,20 @@ void Painter::paint(const Demo& demo, const History& history, render::Image& ima
   draw_world(scene, state.list);
   for (const Overlay* overlay : state.overlays)
     if (overlay->draw) overlay->draw(scene, state.list);
-  state.renderer.draw(state.list, state.camera, state.target);
   state.panels(scene);
+  if (state.options.edit) state.options.edit(state.list);
+  state.renderer.draw(state.list, state.camera, state.target);
   state.ui.end_frame(state.target);
   state.target.read(image);
+}
+
+std::string Painter::driver() const {
+  std::string renderer = state_->context.renderer();
+  // llvmpipe names the width of its vectors, which must not show in a picture.
+  if (const std::size_t width = renderer.rfind(", ");
+      width != std::string::npos && renderer.find(" bits)", width) != std::string::npos)
+    renderer = renderer.substr(0, width) + ')';
+  return renderer + ", " + state_->context.version();
 }
 
 Observe needs_of(const std::vector<std::string>& names) {

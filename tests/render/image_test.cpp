@@ -39,6 +39,50 @@ TEST(Png, RoundTripKeepsEveryPixel) {
   EXPECT_EQ(scratch.files(), 1u);
 }
 
+TEST(Png, SmallFilesKeepEveryPixelAndAreReadByOthers) {
+  const Scratch scratch;
+  Image flat(300, 200, {240, 240, 240, 255});
+  for (int i = 0; i < 200; ++i) flat.set(i, i, {static_cast<std::uint8_t>(i), 40, 90, 255});
+  Image smooth(300, 200);
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 300; ++x)
+      smooth.set(x, y, {static_cast<std::uint8_t>(x / 2), static_cast<std::uint8_t>(y), 90, 255});
+  // A palette, a row filter, noise, one pixel, and transparency.
+  for (const Image& image :
+       {flat, smooth, noise(40, 30, 5, true), Image(1, 1, {1, 2, 3, 255}), noise(40, 30, 5, false)}) {
+    const std::vector<std::uint8_t> bytes = encode_small_png(image);
+    EXPECT_EQ(decode_png(bytes.data(), bytes.size()), image);
+    write_file(scratch / "small.png", bytes.data(), bytes.size());
+    const Output raw =
+        run("ffmpeg -v error -i " + (scratch / "small.png").string() + " -f rawvideo -pix_fmt rgba -");
+    ASSERT_EQ(raw.status, 0) << "ffmpeg is needed (apt install ffmpeg)";
+    EXPECT_TRUE(raw.text == std::string(image.rgba.begin(), image.rgba.end()));
+  }
+  EXPECT_LT(encode_small_png(flat).size(), 2000u);
+  EXPECT_LT(encode_small_png(smooth).size(), encode_png(smooth).size() / 5);
+}
+
+TEST(Png, QuantisedFilesAreSmallerAndLookTheSame) {
+  const Image image = [] {
+    Image made(300, 200);
+    for (int y = 0; y < 200; ++y)
+      for (int x = 0; x < 300; ++x)
+        made.set(x, y, {static_cast<std::uint8_t>(x / 2), static_cast<std::uint8_t>(y), 90, 255});
+    return made;
+  }();
+  const std::vector<std::uint8_t> bytes = encode_small_png(image, true);
+  EXPECT_EQ(bytes[25], 3) << "colour type: palette";
+  const Image read = decode_png(bytes.data(), bytes.size());
+  ASSERT_EQ(read.width, 300);
+  for (std::size_t i = 0; i < image.rgba.size(); ++i) ASSERT_NEAR(read.rgba[i], image.rgba[i], 16) << i;
+  // What has few colours stays exact.
+  const Image flat(20, 20, {1, 2, 3, 255});
+  const std::vector<std::uint8_t> exact = encode_small_png(flat, true);
+  EXPECT_EQ(decode_png(exact.data(), exact.size()), flat);
+  EXPECT_THROW(static_cast<void>(encode_small_png(Image())), std::invalid_argument);
+  EXPECT_THROW(static_cast<void>(decode_png("no", 2)), EnvironmentError);
+}
+
 TEST(Png, FilesOfOthersAreReadAndOursAreReadByOthers) {
   const Scratch scratch;
   const Image image = noise(64, 48, 3, true);
