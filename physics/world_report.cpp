@@ -154,6 +154,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
   for (std::size_t n = 0; n < results.size(); ++n) {
     IslandResult& result = *results[n];
     result.report.bodies = static_cast<int>(islands[n]->bodies.size());
+    result.report.contacts = 0;
     for (const std::uint32_t index : islands[n]->contacts) {
       if (s.contacts[index].linked) result.report.contacts += s.contacts[index].manifold.count;
     }

@@ -8,6 +8,9 @@
 namespace skerry {
 namespace {
 
+// Hops shorter than 1e-12 of the piece are none.
+constexpr int kHalvings = 40;
+
 /// Smallest separation among the points whose features do not rest, at time `t`; the margin if there is none.
 class FreePoints {
  public:
@@ -49,13 +52,13 @@ class FreePoints {
 
 }  // namespace
 
-double next_contact_time(const WorldState& state, std::uint32_t index, const Motion& a, const Motion& b,
-                         std::uint8_t resting, double h) {
+NextContact next_contact_time(const WorldState& state, std::uint32_t index, const Motion& a, const Motion& b,
+                              std::uint8_t resting, double h) {
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
     const ImpactTime impact = contact_impact_time(contact, state.shapes[contact.shape_a].shape, a,
                                                   state.shapes[contact.shape_b].shape, b, h);
-    return impact.hit ? impact.t : h;
+    return {impact.hit ? impact.t : h};
   }
 
   // One point rests and another may come down (a box that rocks onto its face): the root of that point's
@@ -63,10 +66,18 @@ double next_contact_time(const WorldState& state, std::uint32_t index, const Mot
   // of its own.
   const double ignored = 1e3 * touch_tolerance(state, a.p0);
   const FreePoints free(state, contact, a, b, resting);
-  if (free.separation(0) <= 0 || free.separation(h) > -ignored) return h;
-  // Bisection to 1e-3 of the piece, then the false position with halving [Dowell & Jarratt 1971] to rounding.
+  if (free.separation(h) > -ignored) return {h};
   double low = 0;
   double high = h;
+  if (free.separation(0) <= 0) {
+    // It touches now and is about to hop: the flight begins somewhere in front of its landing.
+    double open = h;
+    for (int i = 0; i < kHalvings && free.separation(open) <= 0; ++i) open *= 0.5;
+    if (free.separation(open) <= 0) return {h, true};
+    low = open;
+    high = std::min(h, 2 * open);
+  }
+  // Bisection to 1e-3 of the piece, then the false position with halving [Dowell & Jarratt 1971] to rounding.
   for (int i = 0; i < 10; ++i) {
     const double middle = 0.5 * (low + high);
     (free.separation(middle) > 0 ? low : high) = middle;
@@ -76,7 +87,7 @@ double next_contact_time(const WorldState& state, std::uint32_t index, const Mot
   for (int i = 0; i < 60 && high - low > 1e-15 * h; ++i) {
     const double t = std::clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
     const double f = free.separation(t);
-    if (std::abs(f) < 1e-3 * touch_tolerance(state, a.p0)) return std::max(t, 1e-12 * h);
+    if (std::abs(f) < 1e-3 * touch_tolerance(state, a.p0)) return {std::max(t, 1e-12 * h)};
     if (f > 0) {
       low = t;
       f_low = f;
@@ -87,7 +98,7 @@ double next_contact_time(const WorldState& state, std::uint32_t index, const Mot
       f_low *= 0.5;
     }
   }
-  return high;
+  return {high};
 }
 
 }  // namespace skerry

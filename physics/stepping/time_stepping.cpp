@@ -35,8 +35,13 @@ class IslandStep {
       const double length = h - elapsed_;
       choose_resting(last);
       const std::vector<Velocity> before = island_velocities(state_, island_);
-      const std::vector<Velocity> after = solve_forces(length, before, last);
-      const double hit = last ? length : next_hit(length, before, after);
+      std::vector<Velocity> after = solve_forces(length, before, last);
+      double hit = last ? length : next_hit(length, before, after);
+      // Points that would go down from where they are join the solve; each round adds at least one.
+      while (sinking_) {
+        after = solve_forces(length, before, last);
+        hit = next_hit(length, before, after);
+      }
       advance(hit, length, before, after, last);
       elapsed_ = hit < length ? elapsed_ + hit : h;
       refresh_manifolds();
@@ -188,7 +193,7 @@ class IslandStep {
       fastest = std::max(fastest, length(state_.acceleration[body]) +
                                       std::abs(state_.angular_acceleration[body]) * state_.radius[body]);
     }
-    const double floor = 1e-11 * h * fastest;  // the solvers' tolerance is 1e-10 of the same speed
+    const double floor = 1e-10 * h * fastest;  // the solvers' tolerance
     for (std::size_t k = 0; k < v.size(); ++k) {
       const double turn = std::abs(v[k][2]) * state_.radius[island_.bodies[k]];
       if (std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn}) < floor) v[k] = {0, 0, 0};
@@ -254,7 +259,7 @@ class IslandStep {
     return std::move(found->memory);
   }
 
-  /// Time until the next landing within the piece, or its length.
+  /// Time until the next landing within the piece, or its length. Points that sink are made resting ones.
   double next_hit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after) {
     StageTimer timer(state_, result_, Stage::Narrow);
     const auto motion = [&](std::uint32_t body) {
@@ -277,12 +282,21 @@ class IslandStep {
       return m;
     };
     double first = h;
+    sinking_ = false;
     for (std::size_t k = 0; k < resting_.size(); ++k) {
       const std::uint32_t index = island_.contacts[k];
       const Contact& contact = state_.contacts[index];
       if (!moves(contact.body_a, before, after) && !moves(contact.body_b, before, after)) continue;
-      first = std::min(first, next_contact_time(state_, index, motion(contact.body_a), motion(contact.body_b),
-                                                resting_[k], first));
+      const NextContact next = next_contact_time(state_, index, motion(contact.body_a),
+                                                 motion(contact.body_b), resting_[k], first);
+      first = std::min(first, next.t);
+      if (!next.sinks) continue;
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        const std::uint8_t bit = 1u << i;
+        if ((resting_[k] & bit) != 0 || !is_touching(state_, contact.manifold.points[i])) continue;
+        resting_[k] |= bit;
+        sinking_ = true;
+      }
     }
     return first;
   }
@@ -346,6 +360,7 @@ class IslandStep {
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   double elapsed_ = 0;                 ///< since the beginning of the step [s]
   bool moving_ = false;                ///< the geometry changes within the piece
+  bool sinking_ = false;               ///< `next_hit` found points that the solve has to hold
 };
 
 }  // namespace
