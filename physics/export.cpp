@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "physics/export.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <ostream>
 #include <stdexcept>
 
@@ -29,9 +31,25 @@ std::string json_array(const Values& values) {
   return text + "]";
 }
 
-void write_vector(std::ostream& out, const std::vector<double>& values) {
-  out << "%%MatrixMarket matrix array real general\n" << values.size() << " 1\n";
+void write_array(std::ostream& out, std::size_t columns, const std::vector<double>& values) {
+  out << "%%MatrixMarket matrix array real general\n" << values.size() / columns << ' ' << columns << '\n';
   for (const double value : values) out << number(value) << '\n';
+}
+
+/// Kinds, normal rows, mu, lower and upper bounds, column by column.
+std::vector<double> row_table(const IslandSystem& system) {
+  // The exchange format has no infinity.
+  const auto finite = [](double bound) {
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    return std::clamp(bound, -kLargest, kLargest);
+  };
+  std::vector<double> table;
+  for (const Row& row : system.rows) table.push_back(static_cast<double>(row.kind));
+  for (const Row& row : system.rows) table.push_back(row.normal + 1);
+  for (const Row& row : system.rows) table.push_back(row.mu);
+  for (const Row& row : system.rows) table.push_back(finite(row.lower));
+  for (const Row& row : system.rows) table.push_back(finite(row.upper));
+  return table;
 }
 
 struct Entry {
@@ -120,6 +138,10 @@ std::string_view to_string(MatrixPart part) {
       return "M";
     case MatrixPart::b:
       return "b";
+    case MatrixPart::rows:
+      return "rows";
+    case MatrixPart::compliance:
+      return "compliance";
     case MatrixPart::lambda:
       return "lambda";
   }
@@ -140,21 +162,33 @@ void write_matrix_market(std::ostream& out, const IslandSystem& system, MatrixPa
       write_entries(out, "general", columns, columns, masses(system));
       break;
     case MatrixPart::b:
-      write_vector(out, system.b);
+      write_array(out, 1, system.b);
+      break;
+    case MatrixPart::rows:
+      write_array(out, 5, row_table(system));
+      break;
+    case MatrixPart::compliance:
+      write_array(out, 1, system.compliance);
       break;
     case MatrixPart::lambda:
       check_impulses(system, lambda);
-      write_vector(out, lambda);
+      write_array(out, 1, lambda);
       break;
   }
   if (!out) throw std::runtime_error("cannot write matrix " + std::string(to_string(part)));
 }
 
+void write_matrix_market(std::ostream& out, const std::vector<double>& values) {
+  write_array(out, 1, values);
+  if (!out) throw std::runtime_error("cannot write vector");
+}
+
 std::vector<std::string> write_matrix_market_files(const std::string& stem, const IslandSystem& system,
                                                    const std::vector<double>& lambda) {
   std::vector<std::string> paths;
-  for (const MatrixPart part :
-       {MatrixPart::W, MatrixPart::J, MatrixPart::M, MatrixPart::b, MatrixPart::lambda}) {
+  for (const MatrixPart part : {MatrixPart::W, MatrixPart::J, MatrixPart::M, MatrixPart::b, MatrixPart::rows,
+                                MatrixPart::compliance, MatrixPart::lambda}) {
+    if (part == MatrixPart::compliance && system.compliance.empty()) continue;
     if (part == MatrixPart::lambda && lambda.empty()) continue;
     const std::string path = stem + "_" + std::string(to_string(part)) + ".mtx";
     std::ofstream file(path);

@@ -14,11 +14,14 @@ namespace skerry {
 
 /// The matrices and vectors of a contact problem.
 enum class MatrixPart : std::uint8_t {
-  W,       ///< n x n Delassus operator
-  J,       ///< n x 3m Jacobian, columns (vx, vy, omega) of each body
-  M,       ///< 3m x 3m mass matrix, diagonal; bodies that do not move have infinite mass and are written as 0
-  b,       ///< n wanted changes of relative velocity
-  lambda,  ///< n impulses
+  W,     ///< n x n Delassus operator
+  J,     ///< n x 3m Jacobian, columns (vx, vy, omega) of each body
+  M,     ///< 3m x 3m mass matrix, diagonal; bodies that do not move have infinite mass and are written as 0
+  b,     ///< n wanted changes of relative velocity
+  rows,  ///< n x 5: kind (as numbered by RowKind), row that scales the bounds (from 1; 0: none), mu,
+         ///< lower and upper bound; infinite ones as plus and minus the largest double
+  compliance,  ///< n diagonal terms
+  lambda,      ///< n impulses
 };
 std::string_view to_string(MatrixPart part);
 
@@ -29,7 +32,12 @@ std::string_view to_string(MatrixPart part);
 void write_matrix_market(std::ostream& out, const IslandSystem& system, MatrixPart part,
                          const std::vector<double>& lambda = {});
 
-/// Writes STEM_W.mtx, STEM_J.mtx, STEM_M.mtx, STEM_b.mtx and, when lambda is not empty, STEM_lambda.mtx.
+/// Writes n numbers as one column, "array real general".
+/// @throws std::runtime_error when writing fails
+void write_matrix_market(std::ostream& out, const std::vector<double>& values);
+
+/// Writes STEM_W.mtx, STEM_J.mtx, STEM_M.mtx, STEM_b.mtx, STEM_rows.mtx, and STEM_compliance.mtx and
+/// STEM_lambda.mtx where they are not empty.
 /// @return the paths written
 /// @throws std::runtime_error with the path that cannot be written
 std::vector<std::string> write_matrix_market_files(const std::string& stem, const IslandSystem& system,

@@ -263,10 +263,13 @@ ImportedProblem read_problem(const std::string& path) {
   ImportedProblem problem;
   const int first = (in >> std::ws).peek();
   if (first == '{') {
+    ImportedIsland island = read_json(in, path);
     problem.has_bodies = true;
-    problem.island = read_json(in, path);
+    problem.island = std::move(island.system);
+    problem.lambda = std::move(island.lambda);
     return problem;
   }
+  if (first == '%') return read_matrix_market_files(path);
   // A friction problem begins "2 contacts storage rows", an LCP "n storage rows": tell them by the rows.
   double head[4] = {-1, -1, -1, -1};
   for (double& value : head) in >> value;

@@ -44,14 +44,23 @@ LcpProblem read_lcp(std::istream& in, const std::string& name = "input");
 /// Returns the LCP as a contact problem of normal rows alone, b = -q.
 ContactProblem contact_problem(const LcpProblem& lcp);
 
-/// What a file turned out to hold: an island (JSON) or a problem by its W.
+/// What a file turned out to hold: an island with its bodies, or a problem by its W.
 struct ImportedProblem {
   bool has_bodies = false;
-  ImportedIsland island;   ///< when has_bodies
-  ContactProblem contact;  ///< otherwise
+  IslandSystem island;         ///< when has_bodies
+  ContactProblem contact;      ///< otherwise
+  std::vector<double> lambda;  ///< impulses that came with it, or empty
 };
-/// Opens a file and reads whatever of the above it is: JSON by its brace, a friction problem by its leading
-/// "2", number of contacts, storage and matrix size that agree, else an LCP.
+
+/// Reads the files that `write_matrix_market_files` wrote, given the path of any one of them (STEM_W.mtx).
+/// With STEM_J and STEM_M the problem has bodies, else STEM_W is read. STEM_b is needed; without STEM_rows
+/// all rows are normal ones: a plain LCP. Sources are numbered by contact.
+/// @throws std::invalid_argument with file and reason, std::runtime_error when a file that is needed is not
+/// there
+ImportedProblem read_matrix_market_files(const std::string& path);
+
+/// Opens a file and reads whatever of the above it is: JSON by its brace, MatrixMarket by its "%%", a
+/// friction problem by its leading "2", number of contacts, storage and matrix size that agree, else an LCP.
 /// @throws std::invalid_argument when it is none of them, std::runtime_error when it cannot be opened
 ImportedProblem read_problem(const std::string& path);
 

@@ -122,15 +122,6 @@ void set_reactions(WorldState& s) {
   }
 }
 
-void add(SolveWork& to, const SolveWork& work) {
-  to.factorisations += work.factorisations;
-  to.partial_factorisations += work.partial_factorisations;
-  to.resolves += work.resolves;
-  to.pivots += work.pivots;
-  to.symbolic_analyses += work.symbolic_analyses;
-  to.symbolic_skipped += work.symbolic_skipped;
-}
-
 }  // namespace
 
 void write_report(WorldState& s, double h, const std::vector<const Island*>& islands,
@@ -180,7 +171,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
     r.narrow.axes_tested += result.narrow.axes_tested;
     r.narrow.axes_skipped += result.narrow.axes_skipped;
     r.narrow.manifolds += result.narrow.manifolds;
-    add(r.work, result.work);
+    r.work += result.work;
     for (int k = 0; k < kStageCount; ++k) r.stage_seconds[k] += result.stage_seconds[k];
     r.islands_list.push_back(result.report);
     for (IslandTrace& trace : result.traces) {

@@ -10,7 +10,7 @@ namespace skerry::sandbox {
 /// What the process returns; scripts may rely on these numbers.
 enum ExitCode : int {
   kGood = 0,
-  kCheckFailed = 1,       ///< an `expect` does not hold, or a body had to be stopped
+  kCheckFailed = 1,       ///< an `expect` does not hold, a body had to be stopped, a problem was not solved
   kUsage = 2,             ///< unknown option, value, command or demo parameter
   kScriptOrFile = 3,      ///< a demo that is not there or has an error; a file that cannot be read or written
   kEnvironmentError = 4,  ///< no EGL, no encoder, disk full

@@ -8,6 +8,7 @@
 #include "physics/solver/body_space.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/convex_step.h"
+#include "physics/solver/independent_parts.h"
 #include "physics/solver/small_exact.h"
 
 namespace skerry {
@@ -15,6 +16,8 @@ namespace {
 
 // Sweeps of the last rung; each costs about a tenth of a factorisation.
 constexpr int kLastSweeps = 100;
+// Rows up to which complementary pivoting ends within seconds.
+constexpr std::size_t kPivotingRows = 2000;
 // A relative residual above which another start of the sweeps is tried.
 constexpr double kPoor = 1e-2;
 
@@ -144,6 +147,24 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   return solution;
 }
 
+Solution solve_auto_contact(const ContactProblem& problem, std::span<const double> warm_start,
+                            const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
+  // An unsymmetric W is no island: complementary pivoting alone is made for it.
+  const bool symmetric = problem.W.isApprox(Eigen::SparseMatrix<double>(problem.W.transpose()), 1e-9);
+  std::size_t largest = 0;
+  for (const std::vector<int>& part : independent_parts(problem)) largest = std::max(largest, part.size());
+  const bool pivots = largest <= kPivotingRows;
+  Solution solution;
+  if (symmetric || !pivots) {
+    static const SolverEntry& sparse = find_solver("sparse_contact");
+    solution = sparse.solve_contact(problem, warm_start, options, memory);
+    if (solution.status == SolveStatus::Solved || !pivots) return solution;
+  }
+  static const SolverEntry& lemke = find_solver("lemke");
+  take_better(solution, lemke.solve_contact(problem, warm_start, options, nullptr));
+  return solution;
+}
+
 extern const SolverEntry kAutoEntry;
 const SolverEntry kAutoEntry = {
     .name = "auto",
@@ -153,6 +174,7 @@ const SolverEntry kAutoEntry = {
     .friction = true,
     .bilateral = true,
     .solve = solve_auto,
+    .solve_contact = solve_auto_contact,
 };
 
 }  // namespace skerry

@@ -22,4 +22,8 @@ namespace skerry {
 Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
                     const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
 
+/// The same for a problem without bodies: sparse_contact, then lemke where no part of W is too large for it.
+Solution solve_auto_contact(const ContactProblem& problem, std::span<const double> warm_start,
+                            const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
+
 }  // namespace skerry

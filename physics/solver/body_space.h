@@ -8,17 +8,6 @@
 
 namespace skerry {
 
-/// Adds up the work of several rungs.
-inline SolveWork& operator+=(SolveWork& sum, const SolveWork& w) {
-  sum.factorisations += w.factorisations;
-  sum.partial_factorisations += w.partial_factorisations;
-  sum.resolves += w.resolves;
-  sum.pivots += w.pivots;
-  sum.symbolic_analyses += w.symbolic_analyses;
-  sum.symbolic_skipped += w.symbolic_skipped;
-  return sum;
-}
-
 /// Solves any island (all row kinds, compliance, immobile bodies) to the rounding floor, or says how far it
 /// came.
 ///

@@ -5,7 +5,6 @@
 
 namespace skerry {
 
-/// The rows of each independent part of a problem; imported problems often hold hundreds of islands.
 std::vector<std::vector<int>> independent_parts(const ContactProblem& problem) {
   const int n = problem.size();
   std::vector<int> leader(n);
@@ -58,15 +57,6 @@ ContactProblem extract(const ContactProblem& problem, const std::vector<int>& ro
   return part;
 }
 
-void add_work(const SolveWork& part, SolveWork& sum) {
-  sum.factorisations += part.factorisations;
-  sum.partial_factorisations += part.partial_factorisations;
-  sum.resolves += part.resolves;
-  sum.pivots += part.pivots;
-  sum.symbolic_analyses += part.symbolic_analyses;
-  sum.symbolic_skipped += part.symbolic_skipped;
-}
-
 }  // namespace
 
 Solution solve_by_parts(const ContactProblem& problem, const std::vector<std::vector<int>>& parts,
@@ -83,7 +73,7 @@ Solution solve_by_parts(const ContactProblem& problem, const std::vector<std::ve
     for (std::size_t i = 0; i < parts[k].size(); ++i) solution.lambda[parts[k][i]] = answer.lambda[i];
     solution.iterations += answer.iterations;
     solution.method = answer.method;
-    add_work(answer.work, solution.work);
+    solution.work += answer.work;
     if (answer.trace && !solution.trace) solution.trace = std::move(answer.trace);
   }
   conclude(problem, options, solution);

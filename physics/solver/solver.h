@@ -53,6 +53,16 @@ struct SolveWork {
   int pivots = 0;
   int symbolic_analyses = 0;
   int symbolic_skipped = 0;  ///< orderings and patterns reused
+
+  SolveWork& operator+=(const SolveWork& other) {
+    factorisations += other.factorisations;
+    partial_factorisations += other.partial_factorisations;
+    resolves += other.resolves;
+    pivots += other.pivots;
+    symbolic_analyses += other.symbolic_analyses;
+    symbolic_skipped += other.symbolic_skipped;
+    return *this;
+  }
 };
 
 struct Solution {

@@ -94,7 +94,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   ++result.impacts;
   result.reflections += impact.reflections;
   note_status(result, impact.status, impact.residual);
-  add_work(result, impact.work);
+  result.work += impact.work;
   if (state.observe.systems) {
     keep_trace(state, island, elapsed, std::move(problem.system), std::move(impact.lambda), impact.status,
                state.impact_law->name, impact.residual, true, nullptr, result);

@@ -38,15 +38,6 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
   result.report.residual = std::max(result.report.residual, residual);
 }
 
-inline void add_work(IslandResult& result, const SolveWork& work) {
-  result.work.factorisations += work.factorisations;
-  result.work.partial_factorisations += work.partial_factorisations;
-  result.work.resolves += work.resolves;
-  result.work.pivots += work.pivots;
-  result.work.symbolic_analyses += work.symbolic_analyses;
-  result.work.symbolic_skipped += work.symbolic_skipped;
-}
-
 /// Keeps a system with its answer. @param elapsed  since the beginning of the step [s]
 inline void keep_trace(const WorldState& state, const Island& island, double elapsed, IslandSystem system,
                        std::vector<double> lambda, SolveStatus status, std::string_view method,

@@ -351,7 +351,7 @@ class IslandStep {
     result_.report.rows = system.size();
     result_.friction_rows += static_cast<int>(std::count_if(
         system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
-    add_work(result_, solution.work);
+    result_.work += solution.work;
   }
 
   WorldState& state_;

@@ -12,6 +12,8 @@ std::span<const Command> commands() {
        "skerry capture newtons_cradle -o cradle.mp4 --matrix", setup_capture},
       {"test", "Checks every number of demos, with every broad phase", "skerry test stack see_saw",
        setup_test},
+      {"solve", "Solves a contact problem from a file, by any solver",
+       "skerry solve island_W.mtx --solver body_space -o lambda.mtx", setup_solve},
       {"doctor", "Says what of EGL, OpenGL and the encoders works here", "skerry doctor", setup_doctor},
   };
   return kCommands;

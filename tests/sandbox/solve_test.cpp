@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+//
+// `skerry solve`: formats, answers written back, exit codes.
+#include <cmath>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "physics/export.h"
+#include "physics/import.h"
+#include "physics/solver/solver.h"
+#include "sandbox/errors.h"
+#include "tests/sandbox/temporary.h"
+#include "tests/support/island_scenes.h"
+
+namespace skerry::sandbox {
+namespace {
+
+using testing::HasSubstr;
+
+class SolveCommand : public testing::Test {
+ protected:
+  std::vector<double> impulses(const std::string& path) {
+    std::istringstream in(read_file(path));
+    const auto matrix = read_matrix_market(in, path);
+    std::vector<double> values(static_cast<std::size_t>(matrix.rows()), 0.0);
+    for (int j = 0; j < matrix.outerSize(); ++j)
+      for (Eigen::SparseMatrix<double>::InnerIterator it(matrix, j); it; ++it) values[it.row()] = it.value();
+    return values;
+  }
+
+  TemporaryFolder folder_;
+  IslandSystem pyramid_ = scenes::pyramid(4, {.noise = 0.1, .seed = 3}).system;
+};
+
+TEST_F(SolveCommand, AnswersTheSameFromEveryFormat) {
+  std::ofstream json(folder_ / "pyramid.json");
+  write_json(json, pyramid_);
+  json.close();
+  write_matrix_market_files(folder_ / "set", pyramid_);
+  // W, b and the table of rows alone: no bodies.
+  write_matrix_market_files(folder_ / "alone", pyramid_);
+  std::filesystem::remove(folder_ / "alone_J.mtx");
+  std::filesystem::remove(folder_ / "alone_M.mtx");
+  for (const char* file : {"pyramid.json", "set_W.mtx", "set_b.mtx", "alone_W.mtx"}) {
+    const std::string answer = folder_ / "lambda.mtx";
+    const Outcome outcome = run({"solve", folder_ / file, "-o", answer});
+    EXPECT_EQ(outcome.code, kGood) << file << outcome.err << outcome.out;
+    EXPECT_THAT(outcome.out, HasSubstr("status      solved"));
+    EXPECT_LE(natural_map_residual(pyramid_, impulses(answer)), 1e-10) << file;
+  }
+}
+
+TEST_F(SolveCommand, ReportsAsJsonWhatItFound) {
+  std::ofstream json(folder_ / "pyramid.json");
+  write_json(json, pyramid_);
+  json.close();
+  const Outcome outcome =
+      run({"solve", folder_ / "pyramid.json", "--solver", "body_space", "--json", "--trace"});
+  ASSERT_EQ(outcome.code, kGood) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(report["bodies"], 10);
+  EXPECT_EQ(report["rows"], pyramid_.size());
+  EXPECT_EQ(report["contacts"], pyramid_.size() / 2);
+  EXPECT_EQ(report["status"], "solved");
+  EXPECT_FALSE(report["notes"].empty());
+  const auto lambda = report["lambda"].get<std::vector<double>>();
+  EXPECT_EQ(report["residual"].get<double>(), natural_map_residual(pyramid_, lambda));
+}
+
+TEST_F(SolveCommand, StartsFromTheImpulsesOfTheFileWhenAsked) {
+  const Solution solution = find_solver("body_space").solve(pyramid_, {}, {}, nullptr);
+  write_matrix_market_files(folder_ / "cold", pyramid_);
+  write_matrix_market_files(folder_ / "warm", pyramid_, solution.lambda);
+  const auto factorisations = [&](const std::vector<std::string>& words) {
+    return nlohmann::json::parse(run(words).out)["factorisations"].get<int>();
+  };
+  EXPECT_GT(factorisations({"solve", folder_ / "warm_W.mtx", "--json"}), 0);
+  EXPECT_EQ(factorisations({"solve", folder_ / "warm_W.mtx", "--json", "--warm"}), 0);
+  const Outcome cold = run({"solve", folder_ / "cold_W.mtx", "--warm"});
+  EXPECT_EQ(cold.code, kUsage);
+  EXPECT_THAT(cold.err, HasSubstr("without impulses"));
+}
+
+TEST_F(SolveCommand, AProblemThatIsNotSolvedIsCodeOne) {
+  write_matrix_market_files(folder_ / "set", pyramid_);
+  const Outcome outcome = run({"solve", folder_ / "set_W.mtx", "--solver", "pgs", "--iterations", "2"});
+  EXPECT_EQ(outcome.code, kCheckFailed);
+  EXPECT_THAT(outcome.out, HasSubstr("inexact"));
+}
+
+TEST_F(SolveCommand, WrongWordsAndFilesSayWhatIsWrong) {
+  write_matrix_market_files(folder_ / "set", pyramid_);
+  const auto complains = [](const std::vector<std::string>& words, int code, const std::string& expected) {
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.code, code) << outcome.out;
+    EXPECT_THAT(outcome.err, HasSubstr(expected));
+  };
+  complains({"solve"}, kUsage, "FILE is required");
+  complains({"solve", folder_ / "set_W.mtx", "--solver", "bodyspace"}, kUsage,
+            "did you mean \"body_space\"?");
+  complains({"solve", folder_ / "absent.json"}, kScriptOrFile, "cannot open");
+  complains({"solve", folder_.write("x.json", "{\n\"format\": 3")}, kScriptOrFile, "x.json:2");
+  complains({"solve", folder_ / "set_W.mtx", "-o", "/proc/skerry/x.mtx"}, kScriptOrFile, "/proc/skerry");
+  complains({"solve", folder_.write("alone.mtx", "%%MatrixMarket matrix array real general\n1 1\n1\n")},
+            kScriptOrFile, "STEM_W.mtx");
+  std::filesystem::remove(folder_ / "set_J.mtx");
+  complains({"solve", folder_ / "set_W.mtx", "--solver", "body_space"}, kUsage, "needs the bodies");
+  std::filesystem::remove(folder_ / "set_b.mtx");
+  complains({"solve", folder_ / "set_W.mtx"}, kScriptOrFile, "set_b.mtx");
+  folder_.write("set_b.mtx", "%%MatrixMarket matrix array real general\n1 1\n1\n");
+  complains({"solve", folder_ / "set_W.mtx"}, kScriptOrFile, "entries");
+  folder_.write("set_rows.mtx", "%%MatrixMarket matrix array real general\n1 1\n1\n");
+  complains({"solve", folder_ / "set_W.mtx"}, kScriptOrFile, "set_rows.mtx: expected");
+}
+
+}  // namespace
+}  // namespace skerry::sandbox
