@@ -6,42 +6,268 @@
 namespace skerry {
 namespace {
 
-/// The row that measures the relative velocity of the anchors along `direction`.
-JointRow along(Vec2 direction, Vec2 ra, Vec2 rb) {
-  JointRow row;
-  row.direction = direction;
-  row.Ja = {-direction.x, -direction.y, -cross(ra, direction)};
-  row.Jb = {direction.x, direction.y, cross(rb, direction)};
-  return row;
+/// A scalar function of the two poses with its first and second derivative in time.
+struct Coordinate {
+  double value = 0;
+  std::array<double, 3> Ja{}, Jb{};
+  double bias = 0;
+  bool singular = false;
+};
+
+Coordinate operator-(const Coordinate& c) {
+  return {-c.value, {-c.Ja[0], -c.Ja[1], -c.Ja[2]}, {-c.Jb[0], -c.Jb[1], -c.Jb[2]}, -c.bias, c.singular};
 }
+
+/// The anchors of a joint and how they move.
+class Anchors {
+ public:
+  Anchors(const JointRecord& joint, const JointEnd& a, const JointEnd& b)
+      : a_(a),
+        b_(b),
+        ra_(rotate(a.q, joint.local_a)),
+        rb_(rotate(b.q, joint.local_b)),
+        apart_((b.p - a.p) + (rb_ - ra_)),
+        rate_(b.v + b.omega * perp(rb_) - a.v - a.omega * perp(ra_)),
+        centripetal_(a.omega * a.omega * ra_ - b.omega * b.omega * rb_) {}
+
+  /// e . d for a direction that is fixed in the world.
+  Coordinate along(Vec2 e) const {
+    return {
+        dot(e, apart_), {-e.x, -e.y, -cross(ra_, e)}, {e.x, e.y, cross(rb_, e)}, dot(e, centripetal_), false};
+  }
+
+  /// u . d for a direction that turns with a: u' = omega_a perp(u).
+  Coordinate along_axis(Vec2 u) const {
+    const double w = a_.omega;
+    return {dot(u, apart_),
+            {-u.x, -u.y, -cross(ra_ + apart_, u)},
+            {u.x, u.y, cross(rb_, u)},
+            dot(u, centripetal_) + 2 * w * dot(perp(u), rate_) - w * w * dot(u, apart_),
+            false};
+  }
+
+  /// |d|: the second derivative is n . d'' + (n x d')^2 / |d|.
+  Coordinate distance() const {
+    const double distance = length(apart_);
+    // Anchors on one point have no direction; any will do, and the next step has one.
+    const Vec2 n = distance > 0 ? apart_ / distance : Vec2{0, 1};
+    Coordinate c = along(n);
+    const double across = cross(n, rate_);
+    c.value = distance;
+    c.singular = !(distance > 0);
+    if (!c.singular) c.bias += across * across / distance;
+    return c;
+  }
+
+  Coordinate angle(double reference) const {
+    return {b_.angle - a_.angle - reference, {0, 0, -1}, {0, 0, 1}, 0, false};
+  }
+
+  /// |x_a - wheel_a| + ratio |x_b - wheel_b|
+  Coordinate pulley(const JointDef& def) const {
+    Coordinate c;
+    const auto add = [&c](const JointEnd& body, Vec2 r, Vec2 wheel, double weight, std::array<double, 3>& J) {
+      const Vec2 rope = body.p + r - wheel;
+      const double distance = length(rope);
+      const Vec2 n = distance > 0 ? rope / distance : Vec2{0, -1};
+      c.value += weight * distance;
+      J = {weight * n.x, weight * n.y, weight * cross(r, n)};
+      c.bias -= weight * body.omega * body.omega * dot(n, r);
+      const double across = cross(n, body.v + body.omega * perp(r));
+      if (distance > 0)
+        c.bias += weight * across * across / distance;
+      else
+        c.singular = true;
+    };
+    add(a_, ra_, def.pulley_a, 1, c.Ja);
+    add(b_, rb_, def.pulley_b, def.ratio, c.Jb);
+    return c;
+  }
+
+  /// angle_b + ratio angle_a
+  Coordinate gear(double ratio) const {
+    return {b_.angle + ratio * a_.angle, {0, 0, ratio}, {0, 0, 1}, 0, false};
+  }
+
+  /// u . x_b - radius angle_a, u fixed in the world
+  Coordinate rack(Vec2 u, double radius) const {
+    return {dot(u, b_.p + rb_) - radius * a_.angle,
+            {0, 0, -radius},
+            {u.x, u.y, cross(rb_, u)},
+            -b_.omega * b_.omega * dot(u, rb_),
+            false};
+  }
+
+ private:
+  const JointEnd& a_;
+  const JointEnd& b_;
+  Vec2 ra_, rb_, apart_, rate_, centripetal_;
+};
+
+double rate_of(const Coordinate& c, const JointEnd& a, const JointEnd& b) {
+  return c.Ja[0] * a.v.x + c.Ja[1] * a.v.y + c.Ja[2] * a.omega + c.Jb[0] * b.v.x + c.Jb[1] * b.v.y +
+         c.Jb[2] * b.omega;
+}
+
+/// Collects the rows of one joint.
+class Rows {
+ public:
+  Rows(const JointDef& def, const JointEnd& a, const JointEnd& b, JointRows& rows)
+      : def_(def), a_(a), b_(b), rows_(rows) {}
+
+  void hold(const Coordinate& c, double value) { add(JointRowKind::Hold, c, value); }
+
+  void spring(const Coordinate& c, double rest) {
+    if (!(def_.stiffness > 0) && !(def_.damping > 0)) return;
+    JointRow& row = add(JointRowKind::Spring, c, rest);
+    row.stiffness = def_.stiffness;
+    row.damping = def_.damping;
+  }
+
+  void motor(const Coordinate& c) {
+    if (!def_.motor_speed) return;
+    JointRow& row = add(JointRowKind::Motor, c, c.value);
+    row.speed = *def_.motor_speed;
+    row.most = def_.motor_limit;
+  }
+
+  void limits(const Coordinate& c) {
+    // Limits without a way between them hold.
+    if (def_.lower && def_.upper && *def_.lower == *def_.upper) return hold(c, *def_.lower);
+    if (def_.lower) add(JointRowKind::Limit, c, *def_.lower);
+    if (def_.upper) add(JointRowKind::Limit, -c, -*def_.upper);
+  }
+
+  void all(const Coordinate& c, double rest) {
+    spring(c, rest);
+    motor(c);
+    limits(c);
+  }
+
+  int count() const { return count_; }
+
+ private:
+  JointRow& add(JointRowKind kind, const Coordinate& c, double value) {
+    JointRow& row = rows_[static_cast<std::size_t>(count_++)];
+    row = {};
+    row.kind = kind;
+    row.Ja = c.Ja;
+    row.Jb = c.Jb;
+    row.error = c.value - value;
+    row.rate = rate_of(c, a_, b_);
+    row.bias = c.bias;
+    row.singular = c.singular;
+    return row;
+  }
+
+  const JointDef& def_;
+  const JointEnd& a_;
+  const JointEnd& b_;
+  JointRows& rows_;
+  int count_ = 0;
+};
 
 }  // namespace
 
-int joint_rows(const JointRecord& joint, const Transform& pose_a, const Transform& pose_b,
-               std::array<JointRow, 2>& rows) {
-  const Vec2 ra = rotate(pose_a.q, joint.local_a);
-  const Vec2 rb = rotate(pose_b.q, joint.local_b);
-  const Vec2 apart = (pose_b.p - pose_a.p) + (rb - ra);
-  switch (joint.def.kind) {
+int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows) {
+  const JointDef& def = joint.def;
+  const Anchors anchors(joint, a, b);
+  Rows out(def, a, b, rows);
+  switch (def.kind) {
     case JointKind::Revolute:
-      rows[0] = along({1, 0}, ra, rb);
-      rows[0].error = apart.x;
-      rows[1] = along({0, 1}, ra, rb);
-      rows[1].error = apart.y;
-      return 2;
-    case JointKind::Distance:
-    case JointKind::Rope: {
-      const double distance = length(apart);
-      // Anchors on one point have no direction; any will do, and the next step has one.
-      const Vec2 direction = distance > 0 ? apart / distance : Vec2{0, 1};
-      const bool rope = joint.def.kind == JointKind::Rope;
-      rows[0] = along(rope ? -direction : direction, ra, rb);
-      rows[0].error = rope ? joint.length - distance : distance - joint.length;
-      rows[0].limit = rope;
-      return 1;
+      out.hold(anchors.along({1, 0}), 0);
+      out.hold(anchors.along({0, 1}), 0);
+      out.all(anchors.angle(joint.reference_angle), 0);
+      break;
+    case JointKind::Distance: {
+      const bool free = def.lower || def.upper || def.stiffness > 0 || def.damping > 0 || def.motor_speed;
+      if (free)
+        out.all(anchors.distance(), joint.length);
+      else
+        out.hold(anchors.distance(), joint.length);
+      break;
     }
+    case JointKind::Rope: {
+      // The slack falls as the distance grows.
+      JointDef limit;
+      limit.upper = joint.length;
+      Rows rope(limit, a, b, rows);
+      rope.limits(anchors.distance());
+      return rope.count();
+    }
+    case JointKind::Prismatic: {
+      const Vec2 axis = rotate(a.q, joint.local_axis);
+      out.hold(anchors.along_axis(perp(axis)), 0);
+      out.hold(anchors.angle(joint.reference_angle), 0);
+      out.all(anchors.along_axis(axis), 0);
+      break;
+    }
+    case JointKind::Weld:
+      out.hold(anchors.along({1, 0}), 0);
+      out.hold(anchors.along({0, 1}), 0);
+      out.hold(anchors.angle(joint.reference_angle), 0);
+      break;
+    case JointKind::Wheel: {
+      const Vec2 axis = rotate(a.q, joint.local_axis);
+      out.hold(anchors.along_axis(perp(axis)), 0);
+      out.spring(anchors.along_axis(axis), 0);
+      out.motor(anchors.angle(joint.reference_angle));
+      out.limits(anchors.along_axis(axis));
+      break;
+    }
+    case JointKind::Pulley:
+      out.hold(anchors.pulley(def), joint.length);
+      break;
+    case JointKind::Gear:
+      out.hold(anchors.gear(def.ratio), joint.length);
+      break;
+    case JointKind::Rack:
+      out.hold(anchors.rack(joint.local_axis, def.ratio), joint.length);
+      break;
+    case JointKind::Motor:
+      out.motor(anchors.angle(joint.reference_angle));
+      break;
+    case JointKind::Spring:
+      // A spring without length is the same in every direction: two rows, no singularity.
+      if (joint.length > 0) {
+        out.spring(anchors.distance(), joint.length);
+      } else {
+        out.spring(anchors.along({1, 0}), 0);
+        out.spring(anchors.along({0, 1}), 0);
+      }
+      out.limits(anchors.distance());
+      break;
   }
-  return 0;
+  return out.count();
+}
+
+JointCoordinate joint_coordinate(const JointRecord& joint, const JointEnd& a, const JointEnd& b) {
+  const Anchors anchors(joint, a, b);
+  const auto result = [&](const Coordinate& c, double from) {
+    return JointCoordinate{c.value - from, rate_of(c, a, b)};
+  };
+  switch (joint.def.kind) {
+    case JointKind::Distance:
+    case JointKind::Rope:
+    case JointKind::Spring:
+      return result(anchors.distance(), 0);
+    case JointKind::Prismatic:
+    case JointKind::Wheel:
+      return result(anchors.along_axis(rotate(a.q, joint.local_axis)), 0);
+    case JointKind::Pulley:
+      return result(anchors.pulley(joint.def), joint.length);
+    case JointKind::Gear:
+      return result(anchors.gear(joint.def.ratio), joint.length);
+    case JointKind::Rack:
+      return result(anchors.rack(joint.local_axis, joint.def.ratio), joint.length);
+    default:
+      return result(anchors.angle(joint.reference_angle), 0);
+  }
+}
+
+JointReaction row_reaction(const JointRecord& joint, const JointEnd& b, const JointRow& row) {
+  const Vec2 force{row.Jb[0], row.Jb[1]};
+  return {force, row.Jb[2] - cross(rotate(b.q, joint.local_b), force)};
 }
 
 }  // namespace skerry

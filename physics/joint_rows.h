@@ -1,29 +1,67 @@
 // SPDX-License-Identifier: MIT
 //
-// Joints as rows: position error, Jacobian blocks, bounds.
+// Joints as rows: position error, Jacobian blocks, what differentiating twice leaves, bounds.
 #pragma once
 
 #include <array>
-#include <optional>
+#include <cstdint>
 
-#include "physics/islands/island_system.h"
 #include "physics/joint.h"
+#include "physics/math.h"
 
 namespace skerry {
 
 struct JointRecord;
 
-/// One scalar constraint of a joint at given poses: `error` is C(q), and J its derivative.
-struct JointRow {
-  std::array<double, 3> Ja, Jb;  ///< velocity Jacobian blocks [1, 1, m]
-  double error = 0;              ///< C(q) [m]; Limit: the slack, negative when exceeded
-  bool limit = false;            ///< one-sided: the impulse is >= 0 and C >= 0
-  Vec2 direction;                ///< of a positive impulse on b, world frame
+enum class JointRowKind : std::uint8_t {
+  Hold,    ///< C = 0
+  Limit,   ///< C >= 0 with an impulse >= 0
+  Motor,   ///< dC/dt = speed with a force of at most `most`
+  Spring,  ///< the force is -stiffness C - damping dC/dt
 };
 
-/// The rows of a joint (two for Revolute, one otherwise) for bodies at `pose_a`, `pose_b`.
+/// A body as a joint sees it; the ground is the default.
+struct JointEnd {
+  Vec2 p;  ///< centre of mass [m]
+  Rot q;
+  double angle = 0;  ///< that of `q`, not reduced [rad]
+  Vec2 v;            ///< [m/s]
+  double omega = 0;  ///< [rad/s]
+};
+
+/// One scalar row of a joint, with C(q) its coordinate: dC/dt = J v and d2C/dt2 = J a + bias.
+struct JointRow {
+  JointRowKind kind = JointRowKind::Hold;
+  std::array<double, 3> Ja{}, Jb{};   ///< velocity Jacobian blocks [1, 1, m]
+  double error = 0;                   ///< C(q) [m or rad]; Limit: the slack, negative when exceeded
+  double rate = 0;                    ///< J v [m/s or rad/s]
+  double bias = 0;                    ///< (dJ/dt) v [m/s^2 or rad/s^2]
+  double speed = 0;                   ///< Motor [m/s or rad/s]
+  double most = kInfinity;            ///< Motor [N or N m]
+  double stiffness = 0, damping = 0;  ///< Spring
+  bool singular = false;              ///< the anchors coincide, so that their distance has no direction
+};
+
+using JointRows = std::array<JointRow, kMaxJointRows>;
+
+/// The rows of a joint for bodies that move like `a` and `b`. Number and kinds depend on the joint alone, not
+/// on where the bodies are.
 /// @return number of rows written
-int joint_rows(const JointRecord& joint, const Transform& pose_a, const Transform& pose_b,
-               std::array<JointRow, 2>& rows);
+int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows);
+
+/// Value and rate of the coordinate on which limits, motor and spring act (see JointDef). Pulley, Gear and
+/// Rack: the error of what they hold.
+struct JointCoordinate {
+  double value = 0;  ///< [m or rad]
+  double rate = 0;   ///< [m/s or rad/s]
+};
+JointCoordinate joint_coordinate(const JointRecord& joint, const JointEnd& a, const JointEnd& b);
+
+/// What an impulse of 1 on `row` does to b: a force, and a torque about b's anchor.
+struct JointReaction {
+  Vec2 force;
+  double torque = 0;
+};
+JointReaction row_reaction(const JointRecord& joint, const JointEnd& b, const JointRow& row);
 
 }  // namespace skerry

@@ -55,7 +55,21 @@ std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
     hash.add(std::uint64_t{s.shapes[c.shape_a].generation} << 32 | s.shapes[c.shape_b].generation);
     hash.add(static_cast<std::uint32_t>(c.child));
   }
-  for (const std::uint32_t i : island.joints) hash.add(std::uint64_t{i} << 32 | s.joints[i].generation);
+  for (const std::uint32_t i : island.joints) {
+    const JointRecord& joint = s.joints[i];
+    hash.add(std::uint64_t{i} << 32 | joint.generation);
+    // The motor's aim may change while nothing moves.
+    hash.add(joint.def.motor_speed.value_or(0));
+    hash.add(joint.def.motor_limit);
+    // Ends that are not of the island may have been moved, or move by themselves.
+    for (const std::uint32_t body : {joint.def.a.index, joint.def.b.index}) {
+      if (body == BodyId::kNone || s.local_index[body] >= 0) continue;
+      for (const double value : {b.position[body].x, b.position[body].y, b.angle[body], b.velocity[body].x,
+                                 b.velocity[body].y, b.omega[body]}) {
+        hash.add(value);
+      }
+    }
+  }
   return hash.value();
 }
 
@@ -83,7 +97,7 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
     }
   }
   for (const std::uint32_t i : island.joints) {
-    for (int k = 0; k < 2; ++k) s.joints[i].row_impulse[k] = h * s.joints[i].row_force[k];
+    for (int k = 0; k < kMaxJointRows; ++k) s.joints[i].row_impulse[k] = h * s.joints[i].row_force[k];
   }
   for (const std::uint64_t memory_key : found->memory_keys) {
     const auto memory =

@@ -41,9 +41,10 @@ enum class MotionEventKind : std::uint8_t {
   Release,  ///< the normal force of a contact, or the pull of a rope, fell to zero
   Slip,     ///< friction, or rolling resistance, reached its bound
   Stick,    ///< sliding, or rolling, came to an end
-  Limit,    ///< a rope became taut
+  Limit,    ///< a rope became taut, or a joint reached its limit
   Settle,   ///< infinitely many bounces came to an end
   Feature,  ///< a contact moved on to the next corner or edge
+  Motor,    ///< a joint's motor reached its largest force, or its speed
 };
 
 /// A change of the way in which an island moves, located in time. Only event-driven steppers know them.
@@ -51,6 +52,14 @@ struct MotionEvent {
   MotionEventKind kind = MotionEventKind::Landing;
   double time = 0;  ///< [s]; of Settle: the limit of the bounces, which may lie after the step
   BodyId body_a, body_b;
+};
+
+/// A joint that broke: its load was too large, and it is no more.
+struct JointEvent {
+  JointId joint;
+  BodyId body_a, body_b;
+  double force = 0;   ///< mean magnitude over the step [N]
+  double torque = 0;  ///< [N m]
 };
 
 /// One contact point with the impulses of the step.
@@ -148,6 +157,7 @@ struct StepReport {
   std::vector<IslandReport> islands_list;
   std::vector<ContactEvent> events;
   std::vector<MotionEvent> motion_events;  ///< by island, then in the order of time
+  std::vector<JointEvent> joint_events;    ///< joints that broke at the end of the step, by slot
   std::vector<IslandTrace> traces;         ///< only with `Observe::systems`
 };
 

@@ -81,13 +81,16 @@ struct ShapeRecord {
 struct JointRecord {
   JointDef def;
   Vec2 local_a,
-      local_b;        ///< anchors relative to the centres of mass, in the bodies' frames (ground: world) [m]
-  double length = 0;  ///< [m]
+      local_b;  ///< anchors relative to the centres of mass, in the bodies' frames (ground: world) [m]
+  Vec2 local_axis{1, 0};       ///< unit, in the frame of a (Rack: world)
+  double length = 0;           ///< [m]; Pulley, Gear, Rack: the constant that the joint keeps
+  double reference_angle = 0;  ///< of b against a at creation [rad]
   bool alive = false;
   std::uint32_t generation = 0;
-  Vec2 impulse;             ///< on b, world frame, of the last step [N s]
-  double row_force[2]{};    ///< of each row in the last force solve [N]; for warm starts
-  double row_impulse[2]{};  ///< of each row, summed over the step [N s]
+  Vec2 impulse;                         ///< on b, world frame, of the last step, impacts included [N s]
+  double angular_impulse = 0;           ///< on b about its anchor [N m s]
+  double row_force[kMaxJointRows]{};    ///< of each row in the last force solve [N or N m]; for warm starts
+  double row_impulse[kMaxJointRows]{};  ///< of each row, summed over the step [N s or N m s]
 };
 
 /// What a query found.
@@ -158,6 +161,16 @@ class World {
   const BodyArrays& bodies() const;
   std::span<const ShapeRecord> shapes() const;  ///< by slot; look at `alive`
   std::span<const JointRecord> joints() const;
+  /// Mean reaction of a joint over the last step: force on body b [N] and torque on b about its anchor [N m];
+  /// impacts are included. Body a feels the opposite.
+  Vec2 joint_force(JointId joint) const;
+  double joint_torque(JointId joint) const;
+  /// The coordinate on which limits, motor and spring of a joint act (see JointDef), and its rate.
+  double joint_position(JointId joint) const;  ///< [m or rad]
+  double joint_speed(JointId joint) const;     ///< [m/s or rad/s]
+  /// Changes the speed that a joint's motor aims at, or gives it a motor. @param limit  [N or N m], none:
+  /// kept
+  void set_motor(JointId joint, double speed, std::optional<double> limit = {});
   BodyId body_id(std::size_t slot) const;
   /// Kinetic energy of the dynamic bodies [J], momentum [kg m/s], angular momentum about the origin [kg
   /// m^2/s].

@@ -114,11 +114,27 @@ void add_contacts(WorldState& s) {
 void set_reactions(WorldState& s) {
   for (JointRecord& joint : s.joints) {
     joint.impulse = {};
+    joint.angular_impulse = 0;
     if (!joint.alive) continue;
-    std::array<JointRow, 2> rows;
-    const int count =
-        joint_rows(joint, pose_at(s, joint.def.a.index, 0), pose_at(s, joint.def.b.index, 0), rows);
-    for (int k = 0; k < count; ++k) joint.impulse += joint.row_impulse[k] * rows[k].direction;
+    const JointEnd b = joint_end(s, joint.def.b.index);
+    JointRows rows;
+    const int count = joint_rows(joint, joint_end(s, joint.def.a.index), b, rows);
+    for (int k = 0; k < count; ++k) {
+      const JointReaction reaction = row_reaction(joint, b, rows[k]);
+      joint.impulse += joint.row_impulse[k] * reaction.force;
+      joint.angular_impulse += joint.row_impulse[k] * reaction.torque;
+    }
+  }
+}
+
+/// Joints that carried too much; the world removes them after the report.
+void note_broken_joints(WorldState& s, double h) {
+  for (std::uint32_t i = 0; i < s.joints.size(); ++i) {
+    const JointRecord& joint = s.joints[i];
+    if (!joint.alive) continue;
+    const double force = length(joint.impulse) / h, torque = std::abs(joint.angular_impulse) / h;
+    if (!(force > joint.def.break_force) && !(torque > joint.def.break_torque)) continue;
+    s.report.joint_events.push_back({{i, joint.generation}, joint.def.a, joint.def.b, force, torque});
   }
 }
 
@@ -183,6 +199,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
   add_events(s, lost);
   add_contacts(s);
   set_reactions(s);
+  note_broken_joints(s, h);
 }
 
 std::string_view stage_name(Stage stage) {

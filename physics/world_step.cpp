@@ -88,7 +88,8 @@ class Step {
       contact.hit = false;
       contact.hit_speed = 0;
     }
-    for (JointRecord& joint : s_.joints) joint.row_impulse[0] = joint.row_impulse[1] = 0;
+    for (JointRecord& joint : s_.joints)
+      std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
     book(Stage::Forces, start);
   }
 
@@ -347,7 +348,8 @@ class Step {
       contact.hit = false;
       contact.hit_speed = 0;
     }
-    for (const std::uint32_t i : island.joints) s_.joints[i].row_impulse[0] = s_.joints[i].row_impulse[1] = 0;
+    for (const std::uint32_t i : island.joints)
+      std::fill(std::begin(s_.joints[i].row_impulse), std::end(s_.joints[i].row_impulse), 0);
     s_.report.manifolds_reused += update_manifolds(s_, island, 0, s_.report.narrow);
   }
 
@@ -446,6 +448,7 @@ const StepReport& World::step(double h) {
     throw std::invalid_argument("step: h must be positive, got " + to_text(h));
   Step(*state_, h).run();
   StepReport& report = state_->report;
+  for (const JointEvent& broken : report.joint_events) destroy(broken.joint);
   report.kinetic_energy = kinetic_energy();
   report.potential_energy = potential_energy();
   report.momentum = momentum();

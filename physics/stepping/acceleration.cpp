@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/joint_rows.h"
+#include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -17,6 +18,21 @@ double product(const Block& x, const Block& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
 }
 
+/// Force of a row that does not depend on accelerations [N or N m].
+double given_force(const ModeRow& mode, const JointRow& row) {
+  if (mode.kind == JointRowKind::Spring) return -row.stiffness * row.error - row.damping * row.rate;
+  if (mode.state == RowState::Forward) return row.most;
+  return mode.state == RowState::Backward ? -row.most : 0;
+}
+
+/// J a of the free motion.
+double along_row(int a, const Block& Ja, int b, const Block& Jb, const std::vector<Block>& acceleration) {
+  double sum = 0;
+  if (a >= 0) sum += product(Ja, acceleration[static_cast<std::size_t>(a)]);
+  if (b >= 0) sum += product(Jb, acceleration[static_cast<std::size_t>(b)]);
+  return sum;
+}
+
 }  // namespace
 
 /// All rows that a mode may use, at one state.
@@ -25,10 +41,8 @@ struct AccelerationProblem::Geometry {
   std::vector<AccelerationRow> normals;
   std::vector<AccelerationRow> grips;
   std::vector<double> grip_speed;
-  std::vector<std::array<AccelerationRow, 2>> joints;
-  std::vector<int> joint_count;
-  std::vector<double> joint_error;
-  std::vector<std::uint8_t> joint_limit;
+  std::vector<AccelerationRow> rows;
+  std::vector<JointRow> joint_rows;
 };
 
 AccelerationProblem::State AccelerationProblem::gather(const ContactMode& mode) const {
@@ -38,7 +52,7 @@ AccelerationProblem::State AccelerationProblem::gather(const ContactMode& mode) 
     y.insert(y.end(), {all.position[i].x, all.position[i].y, all.angle[i], all.velocity[i].x,
                        all.velocity[i].y, all.omega[i]});
   }
-  y.resize(y.size() + mode.points.size() + mode.grips.size() + 2 * island_.joints.size(), 0);
+  y.resize(y.size() + mode.points.size() + mode.grips.size() + mode.rows.size(), 0);
   return y;
 }
 
@@ -68,6 +82,14 @@ BodyMotion AccelerationProblem::motion(std::uint32_t body, double elapsed, const
   if (all.type[body] != BodyType::Kinematic) return {all.position[body], all.rotation[body], {}, 0};
   return {all.position[body] + elapsed * all.velocity[body],
           Rot::from_angle(all.angle[body] + elapsed * all.omega[body]), all.velocity[body], all.omega[body]};
+}
+
+JointEnd AccelerationProblem::joint_end(std::uint32_t body, double elapsed, const State& y) const {
+  if (body == BodyId::kNone) return {};
+  const int k = state_.local_index[body];
+  if (k < 0) return skerry::joint_end(state_, body, elapsed);
+  const double* q = y.data() + 6 * k;
+  return {{q[0], q[1]}, Rot::from_angle(q[2]), q[2], {q[3], q[4]}, q[5]};
 }
 
 AccelerationProblem::AccelerationRow AccelerationProblem::contact_row(const Contact& contact, Vec2 direction,
@@ -115,50 +137,56 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
     out.grips.push_back(row);
     out.grip_speed.push_back(speed);
   }
-  for (const std::uint32_t slot : island_.joints) {
-    const JointRecord& joint = state_.joints[slot];
-    const std::uint32_t ia = joint.def.a.index, ib = joint.def.b.index;
-    const BodyMotion a = motion(ia, elapsed, y), b = motion(ib, elapsed, y);
-    std::array<JointRow, 2> rows;
-    const int count = joint_rows(joint, {a.p, a.q}, {b.p, b.q}, rows);
-    std::array<AccelerationRow, 2> made;
-    const Vec2 ra = rotate(a.q, joint.local_a), rb = rotate(b.q, joint.local_b);
-    const Vec2 centripetal = a.omega * a.omega * ra - b.omega * b.omega * rb;
-    const Vec2 apart = b.v + b.omega * perp(rb) - a.v - a.omega * perp(ra);
-    const double distance = length((b.p - a.p) + (rb - ra));
-    for (int i = 0; i < count; ++i) {
-      const JointRow& from = rows[static_cast<std::size_t>(i)];
-      AccelerationRow& row = made[static_cast<std::size_t>(i)];
-      row.a = ia == BodyId::kNone ? -1 : state_.local_index[ia];
-      row.b = ib == BodyId::kNone ? -1 : state_.local_index[ib];
-      if (row.a >= 0) row.Ja = from.Ja;
-      if (row.b >= 0) row.Jb = from.Jb;
-      row.bias = dot(from.direction, centripetal);
-      if (joint.def.kind == JointKind::Revolute) continue;
-      // |d|'' = n . d'' + (t . d')^2 / |d|; a rope's row has the opposite direction.
-      if (!(distance > 0)) return false;
-      const double across = cross(from.direction, apart);
-      row.bias += (from.limit ? -1 : 1) * across * across / distance;
+  const JointRecord* joint = nullptr;
+  JointRows rows;
+  for (const ModeRow& wanted : mode.rows) {
+    const std::uint32_t slot = island_.joints[wanted.joint];
+    if (joint != &state_.joints[slot]) {
+      joint = &state_.joints[slot];
+      skerry::joint_rows(*joint, joint_end(joint->def.a.index, elapsed, y),
+                         joint_end(joint->def.b.index, elapsed, y), rows);
     }
-    out.joints.push_back(made);
-    out.joint_count.push_back(count);
-    out.joint_error.push_back(rows[0].error);
-    out.joint_limit.push_back(rows[0].limit ? 1 : 0);
+    const JointRow& from = rows[static_cast<std::size_t>(wanted.row)];
+    // Slack ropes may well have no direction.
+    if (from.singular && (wanted.state != RowState::Off || wanted.kind == JointRowKind::Spring)) return false;
+    const std::uint32_t a = joint->def.a.index, b = joint->def.b.index;
+    AccelerationRow row;
+    row.a = a == BodyId::kNone ? -1 : state_.local_index[a];
+    row.b = b == BodyId::kNone ? -1 : state_.local_index[b];
+    if (row.a >= 0) row.Ja = from.Ja;
+    if (row.b >= 0) row.Jb = from.Jb;
+    row.bias = from.bias;
+    out.rows.push_back(row);
+    out.joint_rows.push_back(from);
   }
   return true;
 }
 
-double AccelerationProblem::external(const AccelerationRow& row) const {
-  double sum = 0;
-  const auto add = [&](int k, const Block& j) {
-    if (k < 0) return;
-    const std::uint32_t body = island_.bodies[static_cast<std::size_t>(k)];
-    sum += j[0] * state_.acceleration[body].x + j[1] * state_.acceleration[body].y +
-           j[2] * state_.angular_acceleration[body];
-  };
-  add(row.a, row.Ja);
-  add(row.b, row.Jb);
-  return sum;
+Block AccelerationProblem::inverse_mass(int k) const {
+  const std::uint32_t body = island_.bodies[static_cast<std::size_t>(k)];
+  return {state_.bodies.inverse_mass[body], state_.bodies.inverse_mass[body],
+          state_.bodies.inverse_inertia[body]};
+}
+
+void AccelerationProblem::apply(const ContactMode& mode, const Geometry& g,
+                                std::vector<Block>& acceleration) const {
+  acceleration.resize(island_.bodies.size());
+  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+    const std::uint32_t body = island_.bodies[k];
+    acceleration[k] = {state_.acceleration[body].x, state_.acceleration[body].y,
+                       state_.angular_acceleration[body]};
+  }
+  for (std::size_t i = 0; i < mode.rows.size(); ++i) {
+    const double force = given_force(mode.rows[i], g.joint_rows[i]);
+    if (force == 0) continue;
+    const auto act = [&](int k, const Block& J) {
+      if (k < 0) return;
+      const Block m = inverse_mass(k);
+      for (std::size_t c = 0; c < 3; ++c) acceleration[static_cast<std::size_t>(k)][c] += m[c] * J[c] * force;
+    };
+    act(g.rows[i].a, g.rows[i].Ja);
+    act(g.rows[i].b, g.rows[i].Jb);
+  }
 }
 
 bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, const State& y,
@@ -168,7 +196,9 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   if (!geometry(mode, elapsed, y, g)) return false;
   out.points = g.points;
   out.grip_speed = g.grip_speed;
-  out.joint_error = g.joint_error;
+  out.rows = g.joint_rows;
+  apply(mode, g, out.acceleration);
+  const std::vector<Block> free = out.acceleration;
 
   // Unknown forces: `row` is what they keep at zero, `force` how they act (with the friction they bring).
   struct Unknown {
@@ -179,13 +209,10 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   out.point_force.assign(mode.points.size(), 0);
   out.grip_force.assign(mode.grips.size(), 0);
   out.grip_limit.assign(mode.grips.size(), 0);
-  out.joint_force.assign(island_.joints.size(), {});
-  for (std::size_t j = 0; j < island_.joints.size(); ++j) {
-    if (mode.taut[j] == 0) continue;
-    for (int i = 0; i < g.joint_count[j]; ++i) {
-      const AccelerationRow& row = g.joints[j][static_cast<std::size_t>(i)];
-      unknowns.push_back({row, row, &out.joint_force[j][static_cast<std::size_t>(i)]});
-    }
+  out.row_force.resize(mode.rows.size());
+  for (std::size_t i = 0; i < mode.rows.size(); ++i) {
+    out.row_force[i] = given_force(mode.rows[i], g.joint_rows[i]);
+    if (mode.rows[i].state == RowState::Holds) unknowns.push_back({g.rows[i], g.rows[i], &out.row_force[i]});
   }
   for (std::size_t p = 0; p < mode.points.size(); ++p) {
     if (!mode.points[p].closed) continue;
@@ -212,24 +239,15 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
       unknowns.push_back({g.grips[k], g.grips[k], &out.grip_force[k]});
   }
 
-  const auto inverse_mass = [&](int k) {
-    const std::uint32_t body = island_.bodies[static_cast<std::size_t>(k)];
-    return Block{state_.bodies.inverse_mass[body], state_.bodies.inverse_mass[body],
-                 state_.bodies.inverse_inertia[body]};
-  };
   const auto weighted = [&](int k, const Block& force) {
     const Block m = inverse_mass(k);
     return Block{m[0] * force[0], m[1] * force[1], m[2] * force[2]};
   };
   const int n = static_cast<int>(unknowns.size());
-  out.acceleration.resize(island_.bodies.size());
   double fastest = 0, heaviest = 0;
   for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
-    const std::uint32_t body = island_.bodies[k];
-    out.acceleration[k] = {state_.acceleration[body].x, state_.acceleration[body].y,
-                           state_.angular_acceleration[body]};
-    fastest = std::max(fastest, length(state_.acceleration[body]));
-    heaviest = std::max(heaviest, 1 / state_.bodies.inverse_mass[body]);
+    fastest = std::max(fastest, std::hypot(free[k][0], free[k][1]));
+    heaviest = std::max(heaviest, 1 / state_.bodies.inverse_mass[island_.bodies[k]]);
   }
   out.scale = fastest * heaviest;
   if (n > 0) {
@@ -249,7 +267,7 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
         matrix(i, j) = w;
       }
       const AccelerationRow& row = unknowns[static_cast<std::size_t>(j)].row;
-      rhs(j) = -(row.bias + external(row));
+      rhs(j) = -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free));
     }
     Eigen::VectorXd lambda;
     const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
@@ -299,23 +317,23 @@ void AccelerationProblem::derivative(const State& y, const ModeForces& forces, S
   std::size_t at = 6 * island_.bodies.size();
   for (const double force : forces.point_force) dy[at++] = force;
   for (const double force : forces.grip_force) dy[at++] = force;
-  for (const std::array<double, 2>& force : forces.joint_force) {
-    dy[at++] = force[0];
-    dy[at++] = force[1];
-  }
+  for (const double force : forces.row_force) dy[at++] = force;
 }
 
 bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State& y) const {
   ++result_.force_solves;
   Geometry g;
   if (!geometry(mode, elapsed, y, g)) return false;
+  std::vector<Block> free;
+  apply(mode, g, free);
   IslandSystem system;
   double largest = 0;
-  for (const std::uint32_t body : island_.bodies) {
+  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+    const std::uint32_t body = island_.bodies[k];
     system.bodies.push_back({state_.bodies.inverse_mass[body], state_.bodies.inverse_inertia[body]});
     system.positions.push_back(state_.bodies.position[body]);
-    largest = std::max({largest, length(state_.acceleration[body]),
-                        std::abs(state_.angular_acceleration[body]) * state_.radius[body]});
+    largest =
+        std::max({largest, std::hypot(free[k][0], free[k][1]), std::abs(free[k][2]) * state_.radius[body]});
   }
   const auto add = [&](const AccelerationRow& from, RowKind kind) -> Row& {
     Row row;
@@ -324,11 +342,10 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
     row.b = from.b;
     row.Ja = from.Ja;
     row.Jb = from.Jb;
-    if (kind == RowKind::Joint || kind == RowKind::Friction || kind == RowKind::Rolling)
-      row.lower = -kInfinity;
+    if (kind != RowKind::Normal && kind != RowKind::Limit) row.lower = -kInfinity;
     row.source = static_cast<std::uint64_t>(system.rows.size());
     system.rows.push_back(row);
-    system.b.push_back(-(from.bias + external(from)));
+    system.b.push_back(-(from.bias + along_row(from.a, from.Ja, from.b, from.Jb, free)));
     largest = std::max(largest, std::abs(system.b.back()));
     return system.rows.back();
   };
@@ -336,12 +353,25 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
     int row = -1;
     std::size_t index = 0;
   };
-  std::vector<Place> ropes, normals, frictions;
-  for (std::size_t j = 0; j < island_.joints.size(); ++j) {
-    if (mode.taut[j] == 0) continue;
-    if (g.joint_limit[j] != 0) ropes.push_back({system.size(), j});
-    for (int i = 0; i < g.joint_count[j]; ++i)
-      add(g.joints[j][static_cast<std::size_t>(i)], g.joint_limit[j] != 0 ? RowKind::Limit : RowKind::Joint);
+  std::vector<Place> limits, motors, normals, frictions;
+  for (std::size_t i = 0; i < mode.rows.size(); ++i) {
+    if (mode.rows[i].state != RowState::Holds) continue;
+    const int at = system.size();
+    switch (mode.rows[i].kind) {
+      case JointRowKind::Limit:
+        limits.push_back({at, i});
+        add(g.rows[i], RowKind::Limit);
+        break;
+      case JointRowKind::Motor: {
+        motors.push_back({at, i});
+        Row& row = add(g.rows[i], RowKind::Motor);
+        row.upper = g.joint_rows[i].most;
+        row.lower = -row.upper;
+        break;
+      }
+      default:
+        add(g.rows[i], RowKind::Joint);
+    }
   }
   for (std::size_t p = 0; p < mode.points.size(); ++p) {
     const int normal = system.size();
@@ -378,7 +408,13 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
   double load = 0;
   for (const double lambda : solution.lambda) load = std::max(load, std::abs(lambda));
   const auto carries = [&](int row) { return solution.lambda[static_cast<std::size_t>(row)] > 1e-11 * load; };
-  for (const Place& place : ropes) mode.taut[place.index] = carries(place.row) ? 1 : 0;
+  for (const Place& place : limits)
+    mode.rows[place.index].state = carries(place.row) ? RowState::Holds : RowState::Off;
+  for (const Place& place : motors) {
+    const double force = solution.lambda[static_cast<std::size_t>(place.row)];
+    if (std::abs(force) < system.rows[static_cast<std::size_t>(place.row)].upper * (1 - 1e-12)) continue;
+    mode.rows[place.index].state = force > 0 ? RowState::Forward : RowState::Backward;
+  }
   for (const Place& place : normals) mode.points[place.index].closed = carries(place.row);
   for (const Place& place : frictions) {
     Grip& grip = mode.grips[place.index];

@@ -15,13 +15,13 @@ namespace skerry {
 struct ModeForces {
   std::vector<std::array<double, 3>> acceleration;  ///< of each body
   std::vector<ContactKinematics> points;
-  std::vector<double> point_force;                 ///< normal forces [N]; 0 for points that are not closed
-  std::vector<double> grip_force;                  ///< friction [N] or rolling moment [N m]
-  std::vector<double> grip_limit;                  ///< largest possible one
-  std::vector<double> grip_speed;                  ///< of sliding [m/s] or rolling [rad/s]
-  std::vector<std::array<double, 2>> joint_force;  ///< of each row of each joint [N]
-  std::vector<double> joint_error;                 ///< of the first row [m]; ropes: their slack
-  double scale = 0;                                ///< a large force of this system [N]
+  std::vector<double> point_force;  ///< normal forces [N]; 0 for points that are not closed
+  std::vector<double> grip_force;   ///< friction [N] or rolling moment [N m]
+  std::vector<double> grip_limit;   ///< largest possible one
+  std::vector<double> grip_speed;   ///< of sliding [m/s] or rolling [rad/s]
+  std::vector<JointRow> rows;       ///< joint rows as they are now
+  std::vector<double> row_force;    ///< of each of them [N or N m]
+  double scale = 0;                 ///< a large force of this system [N]
 };
 
 /// The index-1 problem of an island: constraints are differentiated twice,
@@ -33,7 +33,7 @@ struct ModeForces {
 class AccelerationProblem {
  public:
   /// State vector: (x, y, angle, vx, vy, omega) of each body, then the impulses of the mode: one a point, one
-  /// a grip, two a joint.
+  /// a grip, one a row of a joint.
   using State = std::vector<double>;
 
   AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result)
@@ -42,13 +42,14 @@ class AccelerationProblem {
   State gather(const ContactMode& mode) const;  ///< from the bodies; impulses are zero
   void scatter(const State& y, WorldState& state) const;
   BodyMotion motion(std::uint32_t body, double elapsed, const State& y) const;
+  JointEnd joint_end(std::uint32_t body, double elapsed, const State& y) const;
 
   /// Forces and accelerations of `mode` at (elapsed, y). @return false if there are none, or not finite
   bool evaluate(const ContactMode& mode, double elapsed, const State& y, ModeForces& out) const;
   void derivative(const State& y, const ModeForces& forces, State& dy) const;
 
-  /// Decides which of the points stay closed, which grips hold and which ropes carry, by one solve of the
-  /// complementarity problem of the accelerations with the world's solver.
+  /// Decides which of the points stay closed, which grips and motors hold and which limits carry, by one
+  /// solve of the complementarity problem of the accelerations with the world's solver.
   /// @param mode  its points, grips and joints are candidates; grips that move already have a sign
   /// @return false if the solver found no answer
   bool choose(ContactMode& mode, double elapsed, const State& y) const;
@@ -62,7 +63,10 @@ class AccelerationProblem {
   struct Geometry;
 
   bool geometry(const ContactMode& mode, double elapsed, const State& y, Geometry& out) const;
-  double external(const AccelerationRow& row) const;
+  /// Accelerations by everything that is known: external forces, springs, motors at their largest force.
+  void apply(const ContactMode& mode, const Geometry& g,
+             std::vector<std::array<double, 3>>& acceleration) const;
+  std::array<double, 3> inverse_mass(int k) const;
   AccelerationRow contact_row(const Contact& contact, Vec2 direction, Vec2 where, double bias,
                               const BodyMotion& a, const BodyMotion& b) const;
 

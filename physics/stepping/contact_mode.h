@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Which contacts of an island are closed, which of them stick or slip, which ropes are taut: between two
-// events none of it changes.
+// Which contacts of an island are closed, which of them stick or slip, which ropes are taut, which motors
+// reach their speed: between two events none of it changes.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "physics/joint_rows.h"
 #include "physics/stepping/contact_kinematics.h"
 
 namespace skerry {
@@ -33,18 +34,33 @@ struct Grip {
   int count = 0;
 };
 
+/// What a row of a joint does.
+enum class RowState : std::uint8_t {
+  Off,       ///< no force (a limit that is not reached), or one that position and speed give (a spring)
+  Holds,     ///< it keeps what it keeps with whatever force that takes
+  Forward,   ///< a motor pushes with its largest force
+  Backward,  ///< and against its direction
+};
+
+struct ModeRow {
+  std::size_t joint = 0;  ///< position in the island's list
+  int row = 0;            ///< of the joint; rows of one joint stand together, in order
+  JointRowKind kind = JointRowKind::Hold;
+  RowState state = RowState::Off;
+};
+
 struct ContactMode {
   std::vector<ModePoint> points;
   std::vector<Grip> grips;
-  std::vector<std::uint8_t> taut;  ///< per joint of the island: its rows take part (ropes may be slack)
+  std::vector<ModeRow> rows;  ///< of all joints of the island
 
   /// True if nothing acts on the bodies but their external forces.
   bool free() const {
     for (const ModePoint& point : points) {
       if (point.closed) return false;
     }
-    for (const std::uint8_t joint : taut) {
-      if (joint != 0) return false;
+    for (const ModeRow& row : rows) {
+      if (row.state != RowState::Off || row.kind == JointRowKind::Spring) return false;
     }
     return true;
   }

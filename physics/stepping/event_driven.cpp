@@ -49,6 +49,7 @@ class EventStep {
     int points = 0;
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
     const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
+    obey_joints();
     while (elapsed_ < h_) {
       if (!keep_mode_) {
         if (!impacts()) return false;
@@ -129,6 +130,26 @@ class EventStep {
     return result_.report.status == SolveStatus::Solved;
   }
 
+  /// Ends that were given another velocity, and motors another speed, between the steps: what joints cannot
+  /// but obey happens at once.
+  void obey_joints() {
+    const State y = problem_.gather(mode_);
+    double worst = 0;
+    for (const std::uint32_t slot : island_.joints) {
+      const JointRecord& joint = state_.joints[slot];
+      JointRows rows;
+      const int count = joint_rows(joint, problem_.joint_end(joint.def.a.index, 0, y),
+                                   problem_.joint_end(joint.def.b.index, 0, y), rows);
+      for (int i = 0; i < count; ++i) {
+        const JointRow& row = rows[static_cast<std::size_t>(i)];
+        if (row.kind == JointRowKind::Hold) worst = std::max(worst, std::abs(row.rate));
+        if (row.kind == JointRowKind::Motor && row.most == kInfinity)
+          worst = std::max(worst, std::abs(row.rate - row.speed));
+      }
+    }
+    if (worst > 1e-9 * (1 + speed_bound())) project_velocities(state_, island_, 0, result_);
+  }
+
   /// Which contacts are closed from here on, and how.
   bool begin_mode() {
     mode_ = {};
@@ -174,22 +195,35 @@ class EventStep {
                problem_.motion(contact.body_b, elapsed_, y).omega -
                    problem_.motion(contact.body_a, elapsed_, y).omega);
     }
-    for (const std::uint32_t slot : island_.joints) mode_.taut.push_back(takes_part(slot, still, y));
+    for (std::size_t j = 0; j < island_.joints.size(); ++j) add_rows(j, still, y);
     if (mode_.points.empty() && mode_.free()) return true;
     return problem_.choose(mode_, elapsed_, problem_.gather(mode_)) && is_consistent();
   }
 
-  /// Joints always, ropes when taut and not about to slacken.
-  std::uint8_t takes_part(std::uint32_t slot, double still, const State& y) const {
-    const JointRecord& joint = state_.joints[slot];
-    if (joint.def.kind != JointKind::Rope) return 1;
-    const BodyMotion a = problem_.motion(joint.def.a.index, elapsed_, y);
-    const BodyMotion b = problem_.motion(joint.def.b.index, elapsed_, y);
-    std::array<JointRow, 2> rows;
-    joint_rows(joint, {a.p, a.q}, {b.p, b.q}, rows);
-    const double rate = rows[0].Ja[0] * a.v.x + rows[0].Ja[1] * a.v.y + rows[0].Ja[2] * a.omega +
-                        rows[0].Jb[0] * b.v.x + rows[0].Jb[1] * b.v.y + rows[0].Jb[2] * b.omega;
-    return rows[0].error <= touch_tolerance(state_, b.p) && rate <= still ? 1 : 0;
+  /// Rows of a joint: what holds always, limits when reached and not about to slacken, motors by how they
+  /// compare with their speed.
+  void add_rows(std::size_t j, double still, const State& y) {
+    const JointRecord& joint = state_.joints[island_.joints[j]];
+    const JointEnd b = problem_.joint_end(joint.def.b.index, elapsed_, y);
+    JointRows rows;
+    const int count = joint_rows(joint, problem_.joint_end(joint.def.a.index, elapsed_, y), b, rows);
+    for (int i = 0; i < count; ++i) {
+      const JointRow& row = rows[static_cast<std::size_t>(i)];
+      RowState state = RowState::Holds;
+      if (row.kind == JointRowKind::Spring) state = RowState::Off;
+      if (row.kind == JointRowKind::Limit) {
+        const bool reached = row.error <= touch_tolerance(state_, b.p) && row.rate <= still;
+        state = reached ? RowState::Holds : RowState::Off;
+      }
+      // Drift while it held is taken out by the projection of velocities, which knows motors by this.
+      if (row.kind == JointRowKind::Motor && row.most < kInfinity) {
+        const double missing = row.speed - row.rate;
+        const bool held = std::abs(joint.row_force[i]) < row.most * (1 - 1e-9);
+        if (std::abs(missing) > (held ? 1e-9 * (1 + std::abs(row.speed)) : still))
+          state = missing > 0 ? RowState::Forward : RowState::Backward;
+      }
+      mode_.rows.push_back({j, i, row.kind, state});
+    }
   }
 
   /// The forces of the mode must be of the kind the mode assumes.
@@ -204,6 +238,14 @@ class EventStep {
     for (std::size_t k = 0; k < mode_.grips.size(); ++k) {
       if (mode_.grips[k].sign == 0 && std::abs(forces_.grip_force[k]) > forces_.grip_limit[k] + slack)
         return false;
+    }
+    for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
+      if (mode_.rows[i].state != RowState::Holds) continue;
+      if (mode_.rows[i].kind == JointRowKind::Limit && forces_.row_force[i] < -slack) return false;
+      if (mode_.rows[i].kind == JointRowKind::Motor &&
+          std::abs(forces_.row_force[i]) > forces_.rows[i].most + slack) {
+        return false;
+      }
     }
     return true;
   }
@@ -290,6 +332,23 @@ class EventStep {
     return smallest;
   }
 
+  static JointEnd end_at(const Motion& m, double t) {
+    const Motion then = later(m, t);
+    return {then.p0, Rot::from_angle(then.angle0), then.angle0, then.v, then.omega};
+  }
+
+  /// About the largest rate at which a flight of length `h` changes the slack of a limit.
+  static double limit_speed(const JointRow& row, const Motion& a, const Motion& b, double h) {
+    double sum = 1e-9;
+    const auto add = [&](const std::array<double, 3>& J, const Motion& m) {
+      sum += std::hypot(J[0], J[1]) * (length(m.v) + h * length(m.a)) +
+             (std::abs(J[2]) + h * length(m.v)) * (std::abs(m.omega) + h * std::abs(m.alpha));
+    };
+    add(row.Ja, a);
+    add(row.Jb, b);
+    return sum;
+  }
+
   bool fly_on() {
     const double left = h_ - elapsed_;
     double first = left;
@@ -321,19 +380,21 @@ class EventStep {
       first = from + impact.t;
       landing = &contact;
     }
-    for (const std::uint32_t slot : island_.joints) {
-      const JointRecord& joint = state_.joints[slot];
+    for (const ModeRow& row : mode_.rows) {
+      const JointRecord& joint = state_.joints[island_.joints[row.joint]];
+      if (row.kind != JointRowKind::Limit) continue;
       const Motion a = flight_of(joint.def.a.index), b = flight_of(joint.def.b.index);
+      JointRows rows;
       const auto slack = [&](double t) {
-        std::array<JointRow, 2> rows;
-        joint_rows(joint, a.at(t), b.at(t), rows);
-        return rows[0].error;
+        joint_rows(joint, end_at(a, t), end_at(b, t), rows);
+        return rows[static_cast<std::size_t>(row.row)].error;
       };
-      const std::optional<double> taut =
-          closing_time(slack, gap_speed(joint.def.a.index, joint.def.b.index, first), first,
+      slack(0);
+      const std::optional<double> reached =
+          closing_time(slack, limit_speed(rows[static_cast<std::size_t>(row.row)], a, b, first), first,
                        touch_tolerance(state_, state_.bodies.position[joint.def.b.index]));
-      if (!taut) continue;
-      first = *taut;
+      if (!reached) continue;
+      first = *reached;
       limit = &joint;
     }
 
@@ -364,9 +425,10 @@ class EventStep {
       if (!is_loaded(mode_.grips[k])) continue;
       out.push_back({mode_.grips[k].sign == 0 ? MotionEventKind::Slip : MotionEventKind::Stick, k});
     }
-    for (std::size_t j = 0; j < island_.joints.size(); ++j) {
-      if (state_.joints[island_.joints[j]].def.kind == JointKind::Rope)
-        out.push_back({MotionEventKind::Limit, j});
+    for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
+      if (mode_.rows[i].kind == JointRowKind::Limit) out.push_back({MotionEventKind::Limit, i});
+      if (mode_.rows[i].kind == JointRowKind::Motor && forces_.rows[i].most < kInfinity)
+        out.push_back({MotionEventKind::Motor, i});
     }
     return out;
   }
@@ -390,8 +452,15 @@ class EventStep {
         return forces.grip_limit[i] - std::abs(forces.grip_force[i]) + 1e-14 * forces.scale;
       case MotionEventKind::Stick:
         return mode_.grips[i].sign * forces.grip_speed[i];
+      case MotionEventKind::Motor: {
+        const JointRow& row = forces.rows[i];
+        if (mode_.rows[i].state == RowState::Forward) return row.speed - row.rate;
+        if (mode_.rows[i].state == RowState::Backward) return row.rate - row.speed;
+        return row.most - std::abs(forces.row_force[i]) + 1e-14 * forces.scale;
+      }
       default:
-        return mode_.taut[i] != 0 ? forces.joint_force[i][0] + 1e-14 * forces.scale : forces.joint_error[i];
+        return mode_.rows[i].state == RowState::Holds ? forces.row_force[i] + 1e-14 * forces.scale
+                                                      : forces.rows[i].error;
     }
   }
 
@@ -564,9 +633,10 @@ class EventStep {
       case MotionEventKind::Landing:
         return note(watch.kind, elapsed_, *landing);
       default: {
-        const JointRecord& joint = state_.joints[island_.joints[watch.index]];
-        note(mode_.taut[watch.index] != 0 ? MotionEventKind::Release : MotionEventKind::Limit, elapsed_,
-             joint.def.a, joint.def.b);
+        const ModeRow& row = mode_.rows[watch.index];
+        const JointRecord& joint = state_.joints[island_.joints[row.joint]];
+        const bool released = watch.kind == MotionEventKind::Limit && row.state == RowState::Holds;
+        note(released ? MotionEventKind::Release : watch.kind, elapsed_, joint.def.a, joint.def.b);
       }
     }
   }
@@ -601,7 +671,7 @@ class EventStep {
       }
     }
     for (const std::uint32_t slot : island_.joints)
-      state_.joints[slot].row_force[0] = state_.joints[slot].row_force[1] = 0;
+      std::fill(std::begin(state_.joints[slot].row_force), std::end(state_.joints[slot].row_force), 0);
   }
 
   /// Writes the present forces (as impulses of a whole step) and the impulses in `y` to contacts and joints.
@@ -634,12 +704,10 @@ class EventStep {
         memory->sticking = grip.sign == 0;
       }
     }
-    for (std::size_t j = 0; j < island_.joints.size(); ++j) {
-      JointRecord& joint = state_.joints[island_.joints[j]];
-      for (std::size_t i = 0; i < 2; ++i) {
-        joint.row_force[i] = forces_.joint_force[j][i];
-        joint.row_impulse[i] += y[joints + 2 * j + i];
-      }
+    for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
+      JointRecord& joint = state_.joints[island_.joints[mode_.rows[i].joint]];
+      joint.row_force[mode_.rows[i].row] = forces_.row_force[i];
+      joint.row_impulse[mode_.rows[i].row] += y[joints + i];
     }
   }
 

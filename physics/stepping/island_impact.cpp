@@ -33,6 +33,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   request.friction = true;
   request.elapsed = elapsed;
   request.rope_slack = state.config.touch_tolerance;
+  request.actuators = AssemblyRequest::Actuators::Rigid;
   assemble(state, island, request, assembly);
 
   ImpactProblem problem;
@@ -52,6 +53,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   for (int i = 0; i < assembly.system.size(); ++i) {
     Row& row = assembly.system.rows[i];
     if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
+    if (row.kind == RowKind::Motor) row.kind = RowKind::Joint;
     const RowOrigin& origin = assembly.origin[i];
     const bool contact_row = row.kind == RowKind::Normal && !origin.joint;
     problem.restitution.push_back(contact_row ? state.contacts[origin.index].restitution : 0);
@@ -82,7 +84,10 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   store_velocities(state, island, impact.velocity);
   for (int i = 0; i < problem.system.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];
-    if (origin.joint) continue;
+    if (origin.joint) {
+      state.joints[origin.index].row_impulse[origin.point] += impact.lambda[i];
+      continue;
+    }
     PointMemory& memory = state.contacts[origin.index].points[origin.point];
     if (origin.kind == RowKind::Normal && impact.lambda[i] != 0) {
       memory.total_impact += impact.lambda[i];

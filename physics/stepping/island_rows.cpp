@@ -44,21 +44,57 @@ Transform pose_of(const WorldState& state, const AssemblyRequest& request, std::
                                                 : pose_at(state, body, request.elapsed);
 }
 
+JointEnd end_of(const WorldState& state, const AssemblyRequest& request, std::uint32_t body) {
+  JointEnd end = joint_end(state, body, request.elapsed);
+  const int local = local_index(state, body);
+  if (request.poses == nullptr || local < 0) return end;
+  end.p = (*request.poses)[local].p;
+  end.q = (*request.poses)[local].q;
+  end.angle = (*request.angles)[local];
+  return end;
+}
+
 void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, Assembly& out) {
   const JointRecord& joint = state.joints[slot];
   const std::uint32_t a = joint.def.a.index;
   const std::uint32_t b = joint.def.b.index;
-  std::array<JointRow, 2> geometry;
-  const int count = joint_rows(joint, pose_of(state, request, a), pose_of(state, request, b), geometry);
+  JointRows geometry;
+  const int count = joint_rows(joint, end_of(state, request, a), end_of(state, request, b), geometry);
   for (int k = 0; k < count; ++k) {
-    if (geometry[k].limit && geometry[k].error > request.rope_slack) continue;
+    const JointRow& from = geometry[k];
     Row row;
-    row.kind = geometry[k].limit ? RowKind::Limit : RowKind::Joint;
-    row.lower = geometry[k].limit ? 0 : -kInfinity;
-    row.Ja = geometry[k].Ja;
-    row.Jb = geometry[k].Jb;
-    row.source = (std::uint64_t{slot} << 2 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
-    add_row(state, a, b, row, 0, {row.kind, true, slot, k, geometry[k].error}, out);
+    double drive = 0;
+    RowOrigin origin{RowKind::Joint, true, slot, k, from.error};
+    row.lower = -kInfinity;
+    switch (from.kind) {
+      case JointRowKind::Hold:
+        break;
+      case JointRowKind::Limit:
+        if (from.error > request.rope_slack) continue;
+        origin.kind = RowKind::Limit;
+        row.lower = 0;
+        break;
+      case JointRowKind::Motor: {
+        using enum AssemblyRequest::Actuators;
+        if (request.actuators == None || (request.actuators == Rigid && from.most < kInfinity)) continue;
+        origin.kind = RowKind::Motor;
+        row.lower = -from.most;
+        row.upper = from.most;
+        drive = -from.speed;
+        break;
+      }
+      case JointRowKind::Spring:
+        if (request.actuators != AssemblyRequest::Actuators::All) continue;
+        origin.kind = RowKind::Motor;
+        origin.stiffness = from.stiffness;
+        origin.damping = from.damping;
+        break;
+    }
+    row.kind = origin.kind;
+    row.Ja = from.Ja;
+    row.Jb = from.Jb;
+    row.source = (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
+    add_row(state, a, b, row, drive, origin, out);
   }
 }
 

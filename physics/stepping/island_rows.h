@@ -21,9 +21,12 @@ using Velocity = std::array<double, 3>;  ///< (vx, vy, omega)
 struct RowOrigin {
   RowKind kind;
   bool joint;
-  std::uint32_t index;  ///< contact or joint slot
-  int point;            ///< of the contact's manifold, or row of the joint
-  double error;         ///< separation of the point, or position error of the joint [m]
+  std::uint32_t index;                ///< contact or joint slot
+  int point;                          ///< of the contact's manifold, or row of the joint
+  double error;                       ///< separation of the point, or position error of the joint [m or rad]
+  double stiffness = 0, damping = 0;  ///< of a joint's spring: the row is compliant then
+
+  bool spring() const { return stiffness > 0 || damping > 0; }
 };
 
 /// Rows with what they were made of.
@@ -31,7 +34,7 @@ struct Assembly {
   IslandSystem system;
   std::vector<RowOrigin> origin;
   std::vector<double>
-      drive;  ///< per row: velocity that comes from kinematic bodies and conveyor surfaces [m/s]
+      drive;  ///< per row: velocity that comes from kinematic bodies, conveyor surfaces and motors [m/s]
 };
 
 /// What `assemble` is to take.
@@ -41,10 +44,18 @@ struct AssemblyRequest {
   /// Per contact: geometry to use instead of the contact's own manifold; same length as the island's
   /// contacts.
   const std::vector<Manifold>* manifolds = nullptr;
-  /// Poses of the island's bodies for joint geometry, or null: the current ones.
+  /// Poses of the island's bodies, and their angles, for joint geometry, or null: the current ones.
   const std::vector<Transform>* poses = nullptr;
+  const std::vector<double>* angles = nullptr;
+  /// Which motors and springs are taken.
+  enum class Actuators : std::uint8_t {
+    None,
+    Rigid,  ///< motors whose force has no limit
+    All,    ///< bounds of motors are forces [N]: times the length of the piece they become impulses
+  };
+  Actuators actuators = Actuators::None;
   bool friction = false;
-  double rope_slack = 0;  ///< ropes with at most this slack are taken [m]
+  double rope_slack = 0;  ///< ropes and limits with at most this slack are taken [m or rad]
   double elapsed = 0;     ///< since the beginning of the step [s], for kinematic bodies
 };
 

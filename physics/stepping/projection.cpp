@@ -132,10 +132,17 @@ void project_velocities(WorldState& state, const Island& island, double elapsed,
   request.points = &points;
   request.friction = true;
   request.rope_slack = -1;
+  request.actuators = AssemblyRequest::Actuators::All;
   request.elapsed = elapsed;
   assemble(state, island, request, assembly);
 
-  // Sliding and rolling rows are free here; the rest holds in both directions.
+  const std::vector<Velocity> before = island_velocities(state, island);
+  double fastest = 0;
+  for (const Velocity& v : before)
+    fastest = std::max({fastest, std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+
+  // Sliding and rolling rows are free here, and so are springs and motors that do not reach their speed; the
+  // rest holds in both directions.
   IslandSystem& system = assembly.system;
   Assembly bilateral;
   bilateral.system.bodies = system.bodies;
@@ -145,6 +152,13 @@ void project_velocities(WorldState& state, const Island& island, double elapsed,
     if (origin.kind == RowKind::Rolling) continue;
     if (origin.kind == RowKind::Friction && !state.contacts[origin.index].points[origin.point].sticking)
       continue;
+    if (origin.spring()) continue;
+    if (origin.kind == RowKind::Motor && system.rows[i].upper < kInfinity) {
+      const double force = state.joints[origin.index].row_force[origin.point];
+      const bool reaches = std::abs(force) < system.rows[i].upper * (1 - 1e-9) &&
+                           std::abs(row_velocity(assembly, i, before)) <= 1e-6 * (1 + fastest);
+      if (!reaches) continue;
+    }
     Row row = system.rows[i];
     row.kind = RowKind::Joint;
     row.lower = -kInfinity;
@@ -154,16 +168,12 @@ void project_velocities(WorldState& state, const Island& island, double elapsed,
     bilateral.origin.push_back(origin);
     bilateral.drive.push_back(assembly.drive[i]);
   }
-  const std::vector<Velocity> before = island_velocities(state, island);
   const auto violation = [&bilateral](const std::vector<Velocity>& v) {
     double worst = 0;
     for (int i = 0; i < bilateral.system.size(); ++i)
       worst = std::max(worst, std::abs(row_velocity(bilateral, i, v)));
     return worst;
   };
-  double fastest = 0;
-  for (const Velocity& v : before)
-    fastest = std::max({fastest, std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
   const double error = violation(before);
   if (error <= 1e-13 * std::max(fastest, 1e-3)) return;
 

@@ -8,6 +8,7 @@
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/touching.h"
@@ -15,6 +16,10 @@
 
 namespace skerry {
 namespace {
+
+// Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
+// s.
+constexpr double kStablePieces = 256;
 
 class IslandStep {
  public:
@@ -28,11 +33,15 @@ class IslandStep {
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
     const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
     // The manifolds of the beginning are those by which the island was found.
-    for (int piece = 1; elapsed_ < h; ++piece) {
+    int piece = 1;
+    while (elapsed_ < h) {
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last = piece > cuts;
       if (!last) apply_impact(state_, island_, elapsed_, {}, result_);
-      const double length = h - elapsed_;
+      // Joints that shake light bodies get shorter pieces, which are not cuts.
+      const double stable = std::max(stable_length(state_, island_), h / kStablePieces);
+      const bool whole = h - elapsed_ <= stable;
+      const double length = whole ? h - elapsed_ : (h - elapsed_) / std::ceil((h - elapsed_) / stable);
       choose_resting(last);
       const std::vector<Velocity> before = island_velocities(state_, island_);
       std::vector<Velocity> after = solve_forces(length, before, last);
@@ -43,7 +52,8 @@ class IslandStep {
         hit = next_hit(length, before, after);
       }
       advance(hit, length, before, after, last);
-      elapsed_ = hit < length ? elapsed_ + hit : h;
+      elapsed_ = hit < length || !whole ? elapsed_ + hit : h;
+      if (hit < length || whole) ++piece;
       refresh_manifolds();
       StageTimer timer(state_, result_, Stage::Apply);
       project_positions(state_, island_, elapsed_, result_);
@@ -76,13 +86,15 @@ class IslandStep {
 
   /// Geometry half-way through the piece, if anything moves enough to matter.
   bool midpoint(double h, const std::vector<Velocity>& v, std::vector<Transform>& poses,
-                std::vector<Manifold>& manifolds) {
+                std::vector<double>& angles, std::vector<Manifold>& manifolds) {
     double largest = 0;
     poses.resize(v.size());
+    angles.resize(v.size());
     for (std::size_t k = 0; k < v.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
+      angles[k] = state_.bodies.angle[body] + 0.5 * h * v[k][2];
       poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
-                  Rot::from_angle(state_.bodies.angle[body] + 0.5 * h * v[k][2])};
+                  Rot::from_angle(angles[k])};
       largest = std::max(largest, 0.5 * h * (std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2])));
     }
     // Below this the Jacobian changes by less than rounding.
@@ -134,11 +146,14 @@ class IslandStep {
       request.friction = true;
       request.elapsed = elapsed_;
       request.rope_slack = kInfinity;
+      request.actuators = AssemblyRequest::Actuators::All;
       assemble(state_, island_, request, start);
       std::vector<Transform> poses;
+      std::vector<double> angles;
       std::vector<Manifold> manifolds;
-      if (!plastic && midpoint(h, before, poses, manifolds)) {
+      if (!plastic && midpoint(h, before, poses, angles, manifolds)) {
         request.poses = &poses;
+        request.angles = &angles;
         request.elapsed = elapsed_ + 0.5 * h;
         request.manifolds = &manifolds;
         assemble(state_, island_, request, mid);
@@ -154,11 +169,20 @@ class IslandStep {
       double target = 0;
       // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
       // not kept.
-      if (moving_ && (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || sticks(origin))) {
-        target = row_velocity(start, i, before) - row_velocity(mid, i, before);
+      if (origin.spring()) {
+        target = add_spring(assembly, i, start.origin[i].error, before, h);
+      } else {
+        const bool stays = origin.kind == RowKind::Normal || origin.kind == RowKind::Joint ||
+                           origin.kind == RowKind::Motor || sticks(origin) || rests(start, i, before);
+        if (moving_ && stays) target = row_velocity(start, i, before) - row_velocity(mid, i, before);
+        if (plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
+        if (origin.kind == RowKind::Limit && !rests(start, i, before))
+          target = -std::max(0.0, origin.error) / h;
+        if (origin.kind == RowKind::Motor) {
+          system.rows[i].lower *= h;
+          system.rows[i].upper *= h;
+        }
       }
-      if (plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
-      if (origin.kind == RowKind::Limit) target -= std::max(0.0, origin.error) / h;
       system.b[i] = target - row_velocity(assembly, i, after);
     }
 
@@ -183,6 +207,30 @@ class IslandStep {
                  solution.residual, false, std::move(solution.trace), result_);
     }
     return after;
+  }
+
+  /// A joint limit that is reached and is not about to be left.
+  bool rests(const Assembly& start, int i, const std::vector<Velocity>& v) const {
+    const RowOrigin& origin = start.origin[i];
+    return origin.kind == RowKind::Limit && origin.error <= state_.config.touch_tolerance &&
+           row_velocity(start, i, v) <= state_.config.rest_speed;
+  }
+
+  /// A spring by the midpoint rule: its force is that of the stretch and the speed half-way,
+  ///
+  ///   lambda = -h (k (C + h u / 2) + c u),   u = (J v0 + J v1) / 2,   so with  g = 4 / (h^2 k + 2 h c)
+  ///   J v1 + g lambda = -J v0 - g h k C
+  ///
+  /// a row with compliance g. For a linear oscillator without damper the energy is that of the beginning
+  /// [Hairer, Lubich & Wanner 2006, sec. II.1.2, IV.2]; of second order in general.
+  /// @param stretch  C at the beginning of the piece
+  static double add_spring(Assembly& assembly, int i, double stretch, const std::vector<Velocity>& before,
+                           double h) {
+    const RowOrigin& origin = assembly.origin[i];
+    const double g = 4 / (h * (h * origin.stiffness + 2 * origin.damping));
+    assembly.system.compliance.resize(assembly.system.rows.size(), 0);
+    assembly.system.compliance[i] = g;
+    return -row_velocity(assembly, i, before) - g * h * origin.stiffness * stretch;
   }
 
   /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than
@@ -340,7 +388,7 @@ class IslandStep {
     }
     for (const std::uint32_t slot : island_.joints) {
       JointRecord& joint = state_.joints[slot];
-      for (int k = 0; k < 2; ++k) joint.row_impulse[k] += t * joint.row_force[k];
+      for (int k = 0; k < kMaxJointRows; ++k) joint.row_impulse[k] += t * joint.row_force[k];
     }
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/joint_rows.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -19,6 +20,16 @@ inline Transform pose_at(const WorldState& state, std::uint32_t body, double ela
   if (all.type[body] != BodyType::Kinematic || elapsed == 0) return all.pose(body);
   return {all.position[body] + elapsed * all.velocity[body],
           Rot::from_angle(all.angle[body] + elapsed * all.omega[body])};
+}
+
+/// A body as a joint sees it, `elapsed` after the beginning of the step.
+inline JointEnd joint_end(const WorldState& state, std::uint32_t body, double elapsed = 0) {
+  if (body == BodyId::kNone) return {};
+  const BodyArrays& all = state.bodies;
+  const bool told = all.type[body] == BodyType::Kinematic && elapsed != 0;
+  const Transform pose = pose_at(state, body, elapsed);
+  return {pose.p, pose.q, told ? all.angle[body] + elapsed * all.omega[body] : all.angle[body],
+          all.velocity[body], all.omega[body]};
 }
 
 /// Gaps up to this count as closed: the world's tolerance, or what rounding leaves of coordinates this large
