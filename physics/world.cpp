@@ -240,9 +240,8 @@ void remove_joint(WorldState& s, std::uint32_t i) {
   s.free_joints.push_back(i);
 }
 
-}  // namespace
-
-World::World(WorldConfig config) : state_(std::make_unique<WorldState>()) {
+/// Refuses settings out of range.
+void check(const WorldConfig& config) {
   require_finite(config.gravity, "gravity");
   require_at_least_zero(config.contact_margin, "contact_margin");
   require_at_least_zero(config.touch_tolerance, "touch_tolerance");
@@ -254,13 +253,51 @@ World::World(WorldConfig config) : state_(std::make_unique<WorldState>()) {
   require(config.touch_tolerance <= config.contact_margin,
           "touch_tolerance must not exceed contact_margin, got " + to_text(config.touch_tolerance) + " and " +
               to_text(config.contact_margin));
+}
+
+/// All names are looked up before any is taken.
+void look_up_methods(WorldState& s, const WorldConfig& config) {
+  const SolverEntry& solver = find_solver(config.solver);
+  const ImpactLawEntry& impact_law = find_impact_law(config.impact_law);
+  const StepperEntry& stepper = find_stepper(config.stepper);
+  s.solver = &solver;
+  s.impact_law = &impact_law;
+  s.stepper = &stepper;
+}
+
+}  // namespace
+
+void fill_broad_phase(WorldState& s) {
+  for (std::uint32_t i = 0; i < s.shapes.size(); ++i) {
+    const ShapeRecord& shape = s.shapes[i];
+    if (!shape.alive || !shape.in_broad_phase) continue;
+    const bool fixed = s.bodies.type[shape.body.index] == BodyType::Static;
+    s.broad_phase->insert(i, shape.box, fixed ? ProxyKind::Fixed : ProxyKind::Moving);
+  }
+  s.broad_phase->moved_pairs(s.pairs);
+}
+
+World::World(WorldConfig config) : state_(std::make_unique<WorldState>()) {
+  check(config);
   state_->pool = std::make_unique<ThreadPool>(config.threads);
   config.broad_phase_options.threads = config.threads;
   state_->broad_phase = make_broad_phase(config.broad_phase, config.broad_phase_options);
-  state_->solver = &find_solver(config.solver);
-  state_->impact_law = &find_impact_law(config.impact_law);
-  state_->stepper = &find_stepper(config.stepper);
+  look_up_methods(*state_, config);
   state_->config = std::move(config);
+}
+
+void World::reconfigure(const WorldConfig& given) {
+  WorldState& s = *state_;
+  WorldConfig config = given;
+  check(config);
+  config.threads = config.broad_phase_options.threads = s.config.threads;
+  std::unique_ptr<BroadPhase> broad_phase = make_broad_phase(config.broad_phase, config.broad_phase_options);
+  look_up_methods(s, config);
+  s.config = std::move(config);
+  s.memories.clear();
+  s.resting.clear();
+  s.broad_phase = std::move(broad_phase);
+  fill_broad_phase(s);
 }
 
 World::~World() = default;

@@ -13,6 +13,7 @@
 // and throws std::invalid_argument with the offending value; the world is unchanged then.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -155,6 +156,9 @@ class World {
   void observe(const Observe& what);
   const WorldConfig& config() const;
   void set_gravity(Vec2 gravity);
+  /// Changes settings while running; `threads` stays as it is. What the old solver or stepper kept of the
+  /// islands is dropped. @throws std::invalid_argument as the constructor; nothing is changed then
+  void reconfigure(const WorldConfig& config);
 
   // --- Looking
   // --------------------------------------------------------------------------------------------------------
@@ -204,6 +208,9 @@ class World {
   ClosestPoints distance(ShapeId a, ShapeId b) const;
 
  private:
+  friend std::vector<std::byte> save_snapshot(const World& world);
+  friend World load_snapshot(std::span<const std::byte> bytes);
+
   std::unique_ptr<WorldState> state_;
 };
 

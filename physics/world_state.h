@@ -72,4 +72,7 @@ struct WorldState {
   std::uint64_t steps = 0;
 };
 
+/// Gives an empty broad phase the boxes of the last step. Their pairs are in the contact table already.
+void fill_broad_phase(WorldState& state);
+
 }  // namespace skerry

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <string>
 
+#include "physics/archive.h"
 #include "physics/solver/body_space.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/convex_step.h"
@@ -23,6 +24,9 @@ constexpr double kPoor = 1e-2;
 
 struct AutoMemory : SolverMemory {
   std::unique_ptr<SolverMemory> body_space, convex;
+
+  std::string_view solver() const override { return "auto"; }
+  void archive(Archive& a) override { a(body_space, convex); }
 };
 
 bool is_one_contact(const IslandSystem& system) {
@@ -175,6 +179,7 @@ const SolverEntry kAutoEntry = {
     .bilateral = true,
     .solve = solve_auto,
     .solve_contact = solve_auto_contact,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<AutoMemory>(); },
 };
 
 }  // namespace skerry

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/archive.h"
 #include "physics/solver/simd.h"
 
 namespace skerry {
@@ -25,6 +26,15 @@ namespace skerry {
 struct alignas(32) Block3 {
   Vec4 column[3];
 };
+
+inline void fields(Archive& a, Block3& block) {
+  static_assert(sizeof(Block3) == 12 * sizeof(double));
+  a.doubles(&block, 12);
+}
+inline void fields(Archive& a, BodyVector& vector) {
+  static_assert(sizeof(BodyVector) == 4 * sizeof(double));
+  a.doubles(&vector, 4);
+}
 
 /// Fill-reducing elimination order of a graph, and where the numbers of its factor stand.
 class BlockPattern {
@@ -46,6 +56,11 @@ class BlockPattern {
   int block(int low, int high) const;
   /// Block updates of one factorisation, a measure of its cost.
   std::int64_t updates() const { return static_cast<std::int64_t>(update_.size()); }
+
+  void fields(Archive& a) {
+    auto& [order, position, begin, row, update_begin, update] = *this;
+    a(order, position, begin, row, update_begin, update);
+  }
 
  private:
   friend class BlockFactor;
@@ -76,6 +91,12 @@ class BlockFactor {
   /// Solves in place: `x` holds the right-hand side, one vector a position, then the solution.
   /// @pre the last `factor` returned true
   void solve(BodyVector* x) const;
+
+  /// @pre when reading, `set_pattern` with the same pattern
+  void fields(Archive& a) {
+    [[maybe_unused]] auto& [pattern, general, diagonal, lower, upper, column, pivot] = *this;
+    a(general, diagonal, lower, upper, column, pivot);
+  }
 
  private:
   struct Kernels;

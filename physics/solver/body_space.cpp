@@ -24,6 +24,9 @@ struct BodySpaceMemory : SolverMemory {
   BodySpaceModel model;
   ActiveSet active{model};
   bool has_states = false;  // `active` holds states worth starting from
+
+  std::string_view solver() const override { return "body_space"; }
+  void archive(Archive& a) override { a(model, active, has_states); }
 };
 
 void note(SolveTrace* trace, const char* text) {
@@ -135,6 +138,7 @@ const SolverEntry kBodySpaceEntry = {
     .friction = true,
     .bilateral = true,
     .solve = solve_body_space,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<BodySpaceMemory>(); },
 };
 
 }  // namespace skerry

@@ -83,6 +83,15 @@ class ActiveSet {
   /// The factor is not of these states any more: another method used the model's.
   void drop_factor() { factored_ = false; }
 
+  /// @pre when reading, the model is in the state that it had
+  void fields(Archive& a) {
+    [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
+                            d_lambda, centre, best_residual, factored_eta, factored, stale] = *this;
+    // `centre` is null between solves.
+    a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
+      factored_eta, factored, stale);
+  }
+
  private:
   double linear_error() const;
   bool leap(double length);

@@ -42,6 +42,11 @@ class BodySpaceModel {
     double D = 0;           ///< diagonal of W, compliance included
     double compliance = 0;  ///< of which compliance
     double b = 0;
+
+    void fields(Archive& a) {
+      auto& [normal_, dead_, mu_, lower_, upper_, D_, compliance_, b_] = *this;
+      a(normal_, dead_, mu_, lower_, upper_, D_, compliance_, b_);
+    }
   };
 
   /// Packs `system`; the ordering and the fill are kept if every pair of touching bodies is already in them.
@@ -80,14 +85,30 @@ class BodySpaceModel {
   /// Solves with the last factor, in place.
   void solve_bodies(BodyVector* x, SolveWork& work) const;
 
+  void fields(Archive& a) {
+    auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
+           pattern, factor, analysed] = *this;
+    a(nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
+      pattern, analysed);
+    if (a.reading() && analysed) factor.set_pattern(pattern);
+    a(factor);
+  }
+
  private:
   struct Kernels;
   struct alignas(32) Jacobian {
     Vec4 low, high;  // blocks of the body eliminated first and of the other one
+
+    void fields(Archive& a) { a.doubles(this, 8); }
   };
   struct Place {
     int low, high;  // elimination positions; high = nodes_ for the ground
     int block;      // off-diagonal block, or -1
+
+    void fields(Archive& a) {
+      auto& [low_, high_, block_] = *this;
+      a(low_, high_, block_);
+    }
   };
 
   int nodes_ = 0;

@@ -4,6 +4,7 @@
 // kept factor in O(c^2). Where W is singular (a box on two contacts with friction is enough) it says so.
 #include <Eigen/LU>
 
+#include "physics/solver/eigen_archive.h"
 #include "physics/solver/state_search.h"
 
 namespace skerry {
@@ -47,6 +48,16 @@ class DenseEngine : public StateEngine {
     return true;
   }
 
+  void fields(Archive& a) {
+    [[maybe_unused]] auto& [W, A, scale, lu, free, slipping, shift, factored] = *this;
+    archive_dense(a, W);
+    archive_dense(a, A);
+    archive_dense(a, scale);
+    a(free, slipping, shift, factored);
+    // The same matrix gives the same factor.
+    if (a.reading() && factored) lu.compute(A);
+  }
+
  private:
   bool factor(const Reduction& reduction, double shift) {
     const auto& F = reduction.free;
@@ -79,6 +90,9 @@ class DenseEngine : public StateEngine {
 struct DenseMemory : SolverMemory {
   DenseEngine engine;
   std::vector<RowState> states;
+
+  std::string_view solver() const override { return "dense_lu"; }
+  void archive(Archive& a) override { a(engine, states); }
 };
 
 Solution solve_dense_contact(const ContactProblem& problem, std::span<const double> warm_start,
@@ -113,6 +127,7 @@ extern const SolverEntry kDenseLuEntry{
     .friction = true,
     .bilateral = true,
     .solve = solve_dense,
-    .solve_contact = solve_dense_contact};
+    .solve_contact = solve_dense_contact,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<DenseMemory>(); }};
 
 }  // namespace skerry

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/solver/eigen_archive.h"
 #include "physics/solver/incremental_ldlt.h"
 #include "physics/solver/state_search.h"
 
@@ -38,6 +39,12 @@ class IncrementalEngine : public StateEngine {
     if (!solve_factored(reduction, b, lambda)) return false;
     if (let_in(reduction, b, lambda, left_out, work)) return solve_factored(reduction, b, lambda);
     return true;
+  }
+
+  void fields(Archive& a) {
+    auto& [W, factor, rows] = *this;
+    archive_dense(a, W);
+    a(factor, rows);
   }
 
  private:
@@ -148,6 +155,9 @@ class IncrementalEngine : public StateEngine {
 struct IncrementalMemory : SolverMemory {
   IncrementalEngine engine;
   std::vector<RowState> states;
+
+  std::string_view solver() const override { return "incremental_ldlt"; }
+  void archive(Archive& a) override { a(engine, states); }
 };
 
 Solution solve_incremental_contact(const ContactProblem& problem, std::span<const double> warm_start,
@@ -182,6 +192,7 @@ extern const SolverEntry kIncrementalLdltEntry{
     .friction = true,
     .bilateral = true,
     .solve = solve_incremental,
-    .solve_contact = solve_incremental_contact};
+    .solve_contact = solve_incremental_contact,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<IncrementalMemory>(); }};
 
 }  // namespace skerry

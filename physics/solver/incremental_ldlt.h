@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "physics/archive.h"
+
 namespace skerry {
 
 /// A = L D L^T of the rows added so far, in the order of addition; A symmetric positive semi-definite up to
@@ -45,6 +47,11 @@ class IncrementalLdlt {
   double growth() const;                                      ///< max |L_ij|
   int refinements() const { return refinements_; }            ///< steps so far
   int refactorisations() const { return refactorisations_; }  ///< with or without pivoting, so far
+
+  void fields(Archive& a) {
+    auto& [size, A, L, D, order, P, E, pivoted, backward_error, refinements, refactorisations] = *this;
+    a(size, A, L, D, order, P, E, pivoted, backward_error, refinements, refactorisations);
+  }
 
  private:
   double& l(int i, int j) { return L_[offset(i) + j]; }

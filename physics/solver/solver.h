@@ -15,6 +15,8 @@
 
 namespace skerry {
 
+class Archive;
+
 enum class SolveStatus : std::uint8_t {
   Solved,       ///< residual within the tolerance, or at the rounding floor
   Inexact,      ///< best iterate found within the budget; the residual says how good
@@ -80,6 +82,10 @@ struct Solution {
 class SolverMemory {
  public:
   virtual ~SolverMemory() = default;
+  /// The row of the registry whose `make_memory` makes an empty one.
+  virtual std::string_view solver() const = 0;
+  /// Writes or reads everything on which a later answer depends by a bit (physics/archive.h).
+  virtual void archive(Archive& archive) = 0;
 };
 
 /// Solves `system`. @param warm_start n impulses to begin from, or empty. @param memory may be null;
@@ -104,7 +110,8 @@ struct SolverEntry {
   bool friction;               ///< solves Coulomb friction (otherwise frictionless problems only)
   bool bilateral;              ///< accepts Joint, Limit and Motor rows
   SolveFn solve;
-  ContactSolveFn solve_contact = nullptr;  ///< null for solvers that need bodies
+  ContactSolveFn solve_contact = nullptr;                    ///< null for solvers that need bodies
+  std::unique_ptr<SolverMemory> (*make_memory)() = nullptr;  ///< null for solvers that keep nothing
 };
 
 std::span<const SolverEntry> solvers();

@@ -10,6 +10,7 @@
 #include <Eigen/SparseLU>
 #include <cmath>
 
+#include "physics/solver/eigen_archive.h"
 #include "physics/solver/independent_parts.h"
 #include "physics/solver/state_search.h"
 
@@ -86,6 +87,21 @@ class SparseEngine : public StateEngine {
              SolveWork& work) override {
     if (solve_raised(reduction, b, shift, kShift, lambda, work)) return true;
     return solve_raised(reduction, b, shift, kSmallShift, lambda, work);
+  }
+
+  void fields(Archive& a) {
+    auto& [given, W, A, normals, ldlt, lu, analyzed_symmetric, analyzed_general, factored, symmetric, raise,
+           place, slipping] = *this;
+    archive_sparse(a, given);
+    archive_sparse(a, W);
+    archive_sparse(a, A);
+    a(normals, analyzed_symmetric, analyzed_general, factored, symmetric, raise, place, slipping);
+    if (!a.reading()) return;
+    // The same pattern gives the same order, the same matrix the same factor.
+    if (analyzed_symmetric) ldlt.analyzePattern(A);
+    if (analyzed_general) lu.analyzePattern(A);
+    if (factored && symmetric) ldlt.factorize(A);
+    if (factored && !symmetric) lu.factorize(A);
   }
 
  private:
@@ -205,6 +221,20 @@ struct SparseMemory : SolverMemory {
     std::vector<RowState> states;
   };
   std::vector<std::unique_ptr<Part>> parts;
+
+  std::string_view solver() const override { return "sparse_contact"; }
+  void archive(Archive& a) override {
+    std::size_t count = parts.size();
+    a.count(count);
+    parts.resize(count);
+    for (std::unique_ptr<Part>& part : parts) {
+      bool there = part != nullptr;
+      a(there);
+      if (!there) continue;
+      if (!part) part = std::make_unique<Part>();
+      a(part->engine, part->states);
+    }
+  }
 };
 
 Solution solve_part(const ContactProblem& problem, std::vector<double> start, const SolveOptions& options,
@@ -262,6 +292,7 @@ extern const SolverEntry kSparseContactEntry{
     .friction = true,
     .bilateral = true,
     .solve = solve_sparse,
-    .solve_contact = solve_sparse_contact_space};
+    .solve_contact = solve_sparse_contact_space,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<SparseMemory>(); }};
 
 }  // namespace skerry

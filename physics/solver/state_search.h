@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/archive.h"
 #include "physics/solver/contact_states.h"
 
 namespace skerry {
@@ -17,6 +18,11 @@ struct Tie {
   double factor = 0;
   friend bool operator==(const Tie&, const Tie&) = default;
 };
+
+inline void fields(Archive& a, Tie& v) {
+  auto& [row, normal, factor] = v;
+  a(row, normal, factor);
+}
 
 /// What a set of states leaves to be solved: lambda = constant for rows at bounds of their own,
 /// factor * lambda[normal] for slipping rows, and unknown for the free ones.

@@ -8,6 +8,7 @@
 // definite W of a chain [Judice & Pires 1994].
 #include <cmath>
 
+#include "physics/archive.h"
 #include "physics/solver/contact_states.h"
 
 namespace skerry {
@@ -180,6 +181,9 @@ RowState wanted_state(const Path& path, RowState state, const std::vector<double
 
 struct TridiagonalMemory : SolverMemory {
   std::vector<RowState> states;
+
+  std::string_view solver() const override { return "tridiagonal"; }
+  void archive(Archive& a) override { a(states); }
 };
 
 bool search(const Path& path, const SolveOptions& options, std::vector<RowState>& states,
@@ -251,6 +255,7 @@ extern const SolverEntry kTridiagonalEntry{
     .exact = true,
     .friction = false,
     .bilateral = true,
-    .solve = solve_tridiagonal};
+    .solve = solve_tridiagonal,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<TridiagonalMemory>(); }};
 
 }  // namespace skerry

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "physics/snapshot.h"
+
+#include <algorithm>
+
+#include "physics/snapshot_fields.h"
+
+namespace skerry {
+namespace {
+
+constexpr std::string_view kKind = "world";
+constexpr std::uint32_t kSnapshotVersion = 1;
+constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
+constexpr std::size_t kParts = std::size(kTags);
+
+/// Indices and sizes that the step takes for granted.
+void check_tables(const WorldState& s, const WorldArchives& from) {
+  const auto require = [](const Archive& archive, bool holds, const char* what) {
+    if (!holds) archive.refuse(what);
+  };
+  const BodyArrays& b = s.bodies;
+  const std::size_t n = b.size();
+  for (const std::size_t size :
+       {b.angle.size(),        b.rotation.size(),        b.velocity.size(),      b.omega.size(),
+        b.force.size(),        b.torque.size(),          b.mass.size(),          b.inertia.size(),
+        b.inverse_mass.size(), b.inverse_inertia.size(), b.gravity_scale.size(), b.type.size(),
+        b.alive.size(),        b.island.size(),          b.generation.size(),    s.names.size(),
+        s.given_mass.size(),   s.given_inertia.size(),   s.shapes_of.size(),     s.joints_of.size(),
+        s.centre.size(),       s.radius.size(),          s.stale_boxes.size()}) {
+    require(from.bodies, size == n, "the lists of the bodies differ in length");
+  }
+  const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {
+    return std::all_of(list.begin(), list.end(), [&](std::uint32_t i) { return i < limit; });
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    require(from.bodies, below(s.shapes_of[i], s.shapes.size()), "a body has a shape that is not there");
+    require(from.bodies, below(s.joints_of[i], s.joints.size()), "a body has a joint that is not there");
+  }
+  require(from.bodies, below(s.free_bodies, n), "a free slot that is not there");
+  require(from.shapes, below(s.free_shapes, s.shapes.size()) && below(s.loose_shapes, s.shapes.size()),
+          "a free slot that is not there");
+  require(from.joints, below(s.free_joints, s.joints.size()), "a free slot that is not there");
+  for (const ShapeRecord& shape : s.shapes) {
+    require(from.shapes, !shape.alive || (shape.body.index < n && !shape.shape.vertices.empty()),
+            "a shape without a body or without corners");
+  }
+  for (const JointRecord& joint : s.joints) {
+    const auto there = [&](BodyId body) { return body.index < n; };
+    require(from.joints, !joint.alive || (there(joint.def.b) && (!joint.def.a || there(joint.def.a))),
+            "a joint to a body that is not there");
+  }
+  for (const Contact& c : s.contacts) {
+    require(from.contacts,
+            c.shape_a < s.shapes.size() && c.shape_b < s.shapes.size() && c.body_a < n && c.body_b < n &&
+                c.manifold.count >= 0 && c.manifold.count <= 2 && c.child >= 0,
+            "a contact of something that is not there");
+  }
+}
+
+/// Arrays that every step fills, in their sizes; the boxes as the last step left them.
+void complete(WorldState& s) {
+  const std::size_t n = s.bodies.size();
+  s.acceleration.resize(n);
+  s.angular_acceleration.resize(n);
+  s.reach.resize(n);
+  s.travelled.resize(n);
+  s.local_index.assign(n, -1);
+  fill_broad_phase(s);
+}
+
+}  // namespace
+
+std::vector<std::byte> save_snapshot(const World& world) {
+  std::array<ArchiveSection, kParts> sections;
+  std::vector<Archive> archives;
+  archives.reserve(kParts);
+  for (std::size_t i = 0; i < kParts; ++i) {
+    std::copy_n(kTags[i].begin(), 4, sections[i].tag.begin());
+    archives.emplace_back(sections[i].bytes);
+  }
+  // The same lists read and write, so they take mutable references; writing changes nothing.
+  auto& state = const_cast<WorldState&>(*world.state_);
+  fields(WorldArchives{archives[0], archives[1], archives[2], archives[3], archives[4], archives[5],
+                       archives[6]},
+         state);
+  return pack_sections(kKind, kSnapshotVersion, sections);
+}
+
+World load_snapshot(std::span<const std::byte> bytes) {
+  std::vector<Archive> archives = unpack_sections(bytes, kKind, kSnapshotVersion, kTags);
+  // The world is made by its configuration, so this is read twice.
+  Archive first = archives[0];
+  WorldConfig config;
+  first(config);
+  try {
+    World world(config);
+    WorldState& s = *world.state_;
+    const WorldArchives from{archives[0], archives[1], archives[2], archives[3],
+                             archives[4], archives[5], archives[6]};
+    fields(from, s);
+    for (const Archive& archive : archives) archive.finish();
+    check_tables(s, from);
+    complete(s);
+    return world;
+  } catch (const std::invalid_argument& error) {
+    archives[0].refuse(error.what());
+  }
+}
+
+}  // namespace skerry

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+//
+// What a snapshot holds of each structure. Every list binds all members: a member that is added elsewhere
+// stops the compiler here. Then either archive it, or leave it out of the call with a word why; and raise
+// kSnapshotVersion in snapshot.cpp.
+#pragma once
+
+#include "physics/archive.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+
+inline void fields(Archive& a, Vec2& v) {
+  auto& [x, y] = v;
+  a(x, y);
+}
+inline void fields(Archive& a, Rot& v) {
+  auto& [c, s] = v;
+  a(c, s);
+}
+inline void fields(Archive& a, Transform& v) {
+  auto& [p, q] = v;
+  a(p, q);
+}
+inline void fields(Archive& a, Aabb& v) {
+  auto& [lower, upper] = v;
+  a(lower, upper);
+}
+template <class Tag>
+void fields(Archive& a, Handle<Tag>& v) {
+  auto& [index, generation] = v;
+  a(index, generation);
+}
+inline void fields(Archive& a, Material& v) {
+  auto& [friction, restitution, rolling_resistance, surface_velocity] = v;
+  a(friction, restitution, rolling_resistance, surface_velocity);
+}
+inline void fields(Archive& a, Filter& v) {
+  auto& [category, mask, group] = v;
+  a(category, mask, group);
+}
+inline void fields(Archive& a, Shape& v) {
+  auto& [kind, radius, vertices, normals, closed] = v;
+  a(kind, radius, vertices, normals, closed);
+}
+
+// --- World
+// ----------------------------------------------------------------------------------------------------------
+inline void fields(Archive& a, BroadPhaseOptions& v) {
+  auto& [cell_size, axes, threads] = v;
+  a(cell_size, axes, threads);
+}
+inline void fields(Archive& a, SolveOptions& v) {
+  auto& [tolerance, max_iterations, time_budget, trace] = v;
+  a(tolerance, max_iterations, time_budget, trace);
+}
+inline void fields(Archive& a, WorldConfig& v) {
+  auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
+         touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, threads] = v;
+  a(gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
+    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, threads);
+}
+inline void fields(Archive& a, Observe& v) {
+  auto& [contacts, systems, solve_traces, stage_times] = v;
+  a(contacts, systems, solve_traces, stage_times);
+}
+inline void fields(Archive& a, BodyArrays& v) {
+  auto& [position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass,
+         inverse_inertia, gravity_scale, type, alive, island, generation] = v;
+  a(position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass, inverse_inertia,
+    gravity_scale, type, alive, island, generation);
+}
+inline void fields(Archive& a, ShapeRecord& v) {
+  auto& [shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase,
+         body, generation, box] = v;
+  a(shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase, body,
+    generation, box);
+}
+inline void fields(Archive& a, JointDef& v) {
+  auto& [kind, body_a, body_b, anchor_a, anchor_b, length, collide, axis, ratio, pulley_a, pulley_b, lower,
+         upper, motor_speed, motor_limit, stiffness, damping, break_force, break_torque] = v;
+  a(kind, body_a, body_b, anchor_a, anchor_b, length, collide, axis, ratio, pulley_a, pulley_b, lower, upper,
+    motor_speed, motor_limit, stiffness, damping, break_force, break_torque);
+}
+inline void fields(Archive& a, JointRecord& v) {
+  auto& [def, local_a, local_b, local_axis, length, reference_angle, alive, generation, impulse,
+         angular_impulse, row_force, row_impulse] = v;
+  a(def, local_a, local_b, local_axis, length, reference_angle, alive, generation, impulse, angular_impulse,
+    row_force, row_impulse);
+}
+
+// --- Contacts
+// ---------------------------------------------------------------------------------------------------------
+inline void fields(Archive& a, PointMemory& v) {
+  auto& [feature, normal_impulse, friction_impulse, rolling_impulse, h, sticking, total_normal,
+         total_friction, total_impact, impact_position] = v;
+  a(feature, normal_impulse, friction_impulse, rolling_impulse, h, sticking, total_normal, total_friction,
+    total_impact, impact_position);
+}
+inline void fields(Archive& a, SatCache& v) {
+  auto& [axis, partner, valid, exchanged, slack, reach, offset, turn] = v;
+  a(axis, partner, valid, exchanged, slack, reach, offset, turn);
+}
+inline void fields(Archive& a, ManifoldPoint& v) {
+  auto& [position, separation, feature] = v;
+  a(position, separation, feature);
+}
+inline void fields(Archive& a, Manifold& v) {
+  auto& [normal, points, count] = v;
+  a(normal, points, count);
+}
+inline void fields(Archive& a, Contact& v) {
+  auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
+         sensor, linked, touched, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b,
+         manifold_reused, cache, manifold, points, points_at_start] = v;
+  a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
+    sensor, linked, touched, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b, manifold_reused,
+    cache, manifold, points, points_at_start);
+}
+
+// --- What is kept of islands
+// ------------------------------------------------------------------------------------------
+inline void fields(Archive& a, IslandReport& v) {
+  auto& [bodies, contacts, rows, status, method, residual, iterations] = v;
+  a(bodies, contacts, rows, status, method, residual, iterations);
+}
+inline void fields(Archive& a, RestingIsland& v) {
+  auto& [key, report, friction_rows, memory_keys] = v;
+  a(key, report, friction_rows, memory_keys);
+}
+inline void fields(Archive& a, IslandMemory& v) {
+  auto& [key, memory] = v;
+  a(key, memory);
+}
+
+// --- The last report: scripts and pictures look at it before the next step
+// -------------------------------------------------------------
+inline void fields(Archive& a, NarrowPhaseStats& v) {
+  auto& [pairs, axes_tested, axes_skipped, manifolds] = v;
+  a(pairs, axes_tested, axes_skipped, manifolds);
+}
+inline void fields(Archive& a, SolveWork& v) {
+  auto& [factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped] = v;
+  a(factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped);
+}
+inline void fields(Archive& a, ContactEvent& v) {
+  auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, sensor] = v;
+  a(kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, sensor);
+}
+inline void fields(Archive& a, MotionEvent& v) {
+  auto& [kind, time, body_a, body_b] = v;
+  a(kind, time, body_a, body_b);
+}
+inline void fields(Archive& a, JointEvent& v) {
+  auto& [joint, body_a, body_b, force, torque] = v;
+  a(joint, body_a, body_b, force, torque);
+}
+inline void fields(Archive& a, ContactPointReport& v) {
+  auto& [position, separation, feature, normal_impulse, friction_impulse, impact_impulse, impact_position] =
+      v;
+  a(position, separation, feature, normal_impulse, friction_impulse, impact_impulse, impact_position);
+}
+inline void fields(Archive& a, ContactReport& v) {
+  auto& [shape_a, shape_b, body_a, body_b, normal, points, count, island] = v;
+  a(shape_a, shape_b, body_a, body_b, normal, points, count, island);
+}
+inline void fields(Archive& a, StepReport& v) {
+  [[maybe_unused]] auto& [step, time, h,
+                          stage_seconds,  // measured, of that run
+                          bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
+                          rows, substeps, impacts, reflections, friction_rows, narrow, work, force_solves,
+                          events_found, rejected_steps, fallbacks, island_retries, islands_in_flight,
+                          islands_at_rest, manifolds_reused, pairs_out_of_reach, worst_residual,
+                          inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy,
+                          momentum, angular_momentum, total_normal_impulse, total_friction_impulse,
+                          state_hash, contacts_list, islands_list, events, motion_events, joint_events,
+                          traces  // large, and for an observer only
+  ] = v;
+  a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
+    substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, rejected_steps,
+    fallbacks, island_retries, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
+    worst_residual, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
+    angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
+    events, motion_events, joint_events);
+}
+
+/// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.
+struct WorldArchives {
+  Archive &config, &bodies, &shapes, &joints, &contacts, &islands, &report;
+};
+
+inline void fields(WorldArchives a, WorldState& v) {
+  // Not archived: the broad phase and the threads, made again from the configuration and the shapes' boxes;
+  // acceleration to shape_moved, which every step fills before it looks; the methods, looked up by name.
+  auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
+         free_bodies, shapes, free_shapes, joints, free_joints, broad_phase, pool, contacts, memories,
+         resting, acceleration, angular_acceleration, reach, travelled, local_index, backup, pairs,
+         box_updates, shape_moved, stale_boxes, loose_shapes, solver, impact_law, stepper, report, time,
+         steps] = v;
+  a.config(config, observe, time, steps);
+  a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
+           stale_boxes);
+  a.shapes(shapes, free_shapes, loose_shapes);
+  a.joints(joints, free_joints);
+  a.contacts(contacts);
+  a.islands(memories, resting);
+  a.report(report);
+}
+
+}  // namespace skerry
