@@ -232,16 +232,71 @@ void write_labels(Writer& out, const DrawLayer& layer, const Camera& camera, con
   }
 }
 
+void write_mark(Writer& out, const Sheet& sheet, const Mark& mark) {
+  const Pixel* p = sheet.points(mark);
+  const auto path = [&](bool closed) {
+    for (std::uint32_t i = 0; i < mark.count; ++i)
+      out.raw(i == 0 ? "M" : "L").pair(static_cast<double>(p[i].x), static_cast<double>(p[i].y));
+    out.raw(closed ? "Z\"" : "\"");
+  };
+  switch (mark.kind) {
+    case MarkKind::Rect: {
+      const double inset = 0.5 * static_cast<double>(mark.width);
+      out.raw("<rect").attribute("x", static_cast<double>(p[0].x) + inset);
+      out.attribute("y", static_cast<double>(p[0].y) + inset);
+      out.attribute("width", static_cast<double>(p[1].x - p[0].x) - 2 * inset);
+      out.attribute("height", static_cast<double>(p[1].y - p[0].y) - 2 * inset);
+      if (mark.rounding > 0) out.attribute("rx", static_cast<double>(mark.rounding));
+      if (mark.width > 0)
+        out.raw(" fill=\"none\"").color("stroke", mark.color).attribute("stroke-width", 2 * inset);
+      else
+        out.color("fill", mark.color);
+      out.raw("/>\n");
+      return;
+    }
+    case MarkKind::Fill:
+      out.raw("<path d=\"");
+      path(true);
+      out.color("fill", mark.color).raw("/>\n");
+      return;
+    case MarkKind::Stroke:
+      out.raw("<path d=\"");
+      path(false);
+      out.raw(" fill=\"none\" stroke-linejoin=\"round\"").color("stroke", mark.color);
+      out.attribute("stroke-width", static_cast<double>(mark.width)).raw("/>\n");
+      return;
+    case MarkKind::Text:
+      const double line = static_cast<double>(mark.width);
+      out.raw("<text").attribute("x", static_cast<double>(p[0].x));
+      out.attribute("y", static_cast<double>(p[0].y) + kSheetAscent * line);
+      out.attribute("font-size", kSheetEm * line);
+      if (mark.face == Face::Bold || mark.face == Face::Title) out.raw(" font-weight=\"bold\"");
+      if (mark.face == Face::Mono) out.raw(" font-family=\"DejaVu Sans Mono, monospace\"");
+      if (mark.align == Align::Right) out.raw(" text-anchor=\"end\"");
+      if (mark.align == Align::Centre) out.raw(" text-anchor=\"middle\"");
+      out.color("fill", mark.color).raw(">").escaped(sheet.words(mark)).raw("</text>\n");
+  }
+}
+
+void begin_svg(Writer& out, int width, int height, Color background, const std::string& title) {
+  out.raw("<svg xmlns=\"http://www.w3.org/2000/svg\"").attribute("width", width);
+  out.attribute("height", height).raw(" viewBox=\"0 0 ").pair(width, height);
+  out.raw("\" font-family=\"DejaVu Sans, Verdana, sans-serif\" xml:space=\"preserve\">\n");
+  if (!title.empty()) out.raw("<title>").escaped(title).raw("</title>\n");
+  out.raw("<rect width=\"100%\" height=\"100%\"").color("fill", background).raw("/>\n");
+}
+
+void write_sheet(Writer& out, const Sheet& sheet) {
+  for (const Mark& mark : sheet.marks()) write_mark(out, sheet, mark);
+}
+
 }  // namespace
 
-std::string to_svg(const DrawList& list, const Camera& camera, const std::string& title) {
+std::string to_svg(const DrawList& list, const Camera& camera, const std::string& title,
+                   const Sheet* panels) {
   camera.validate();
   Writer out;
-  out.raw("<svg xmlns=\"http://www.w3.org/2000/svg\"").attribute("width", camera.width_px);
-  out.attribute("height", camera.height_px).raw(" viewBox=\"0 0 ").pair(camera.width_px, camera.height_px);
-  out.raw("\" font-family=\"DejaVu Sans, Verdana, sans-serif\">\n");
-  if (!title.empty()) out.raw("<title>").escaped(title).raw("</title>\n");
-  out.raw("<rect width=\"100%\" height=\"100%\"").color("fill", list.background).raw("/>\n");
+  begin_svg(out, camera.width_px, camera.height_px, list.background, title);
   GlyphAtlas atlas;
   ShapeBatches batches;
   for (const DrawLayer& layer : list.layers) {
@@ -266,6 +321,15 @@ std::string to_svg(const DrawList& list, const Camera& camera, const std::string
     }
     write_labels(out, layer, camera, atlas);
   }
+  if (panels) write_sheet(out, *panels);
+  out.raw("</svg>\n");
+  return std::move(out.text);
+}
+
+std::string to_svg(const Sheet& sheet, int width, int height, Color background, const std::string& title) {
+  Writer out;
+  begin_svg(out, width, height, background, title);
+  write_sheet(out, sheet);
   out.raw("</svg>\n");
   return std::move(out.text);
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "physics/world.h"
+#include "sandbox/selection.h"
 
 namespace skerry::sandbox {
 
@@ -87,6 +88,7 @@ struct Picture {
   std::optional<double> impulse_scale;  ///< impact arrows [N s / m]
   std::optional<double> force_scale;    ///< arrows of resting forces [N / m]
   std::vector<int> colors;              ///< by body slot: index into the palette, -1: the usual colour
+  SelectionText selection;              ///< of `highlight`
 };
 
 /// How the bodies can be coloured in a script; the index is what `Picture::colors` holds.

@@ -2,12 +2,16 @@
 #include "sandbox/history.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 namespace skerry::sandbox {
 namespace {
 
 // The equations of an impact stay on screen for this many flashes' time.
 constexpr double kImpactSystemFlashes = 6;
+constexpr std::size_t kMostSamples = 4096;
+constexpr int kMostAnchors = 4096;
 
 // "A-B n": the bodies and, where a contact has several rows, which of them this is. The ground comes last.
 std::string row_name(const World& world, const IslandTrace& trace, const Row& row, bool friction) {
@@ -28,14 +32,70 @@ std::string row_name(const World& world, const IslandTrace& trace, const Row& ro
   }
 }
 
+using ContactsOfPair = std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<const ContactReport*>>;
+
+// The moving body of a side, or none: rows call all fixed bodies the ground.
+std::uint32_t moving(const World& world, BodyId body) {
+  return world.bodies().type[body.index] == BodyType::Dynamic ? body.index : BodyId::kNone;
+}
+
+ContactsOfPair contacts_of_pairs(const World& world) {
+  ContactsOfPair result;
+  for (const ContactReport& contact : world.report().contacts_list)
+    result[{moving(world, contact.body_a), moving(world, contact.body_b)}].push_back(&contact);
+  return result;
+}
+
+// How badly a row does not act at this point: its lever arm about a body against that of the point.
+double mismatch(const IslandSystem& system, const Row& row, Vec2 point) {
+  const bool on_b = row.b >= 0;
+  const std::array<double, 3>& J = on_b ? row.Jb : row.Ja;
+  const Vec2 arm = point - system.positions[static_cast<std::size_t>(on_b ? row.b : row.a)];
+  return std::abs(cross(arm, Vec2{J[0], J[1]}) - J[2]);
+}
+
+RowAnchor anchor_of(const World& world, const IslandTrace& trace, const Row& given,
+                    const ContactsOfPair& contacts) {
+  // The lever arm of the normal row names the point; that of the others is the same for both points of an
+  // edge.
+  const Row& row = given.normal >= 0 ? trace.system.rows[static_cast<std::size_t>(given.normal)] : given;
+  RowAnchor anchor;
+  if (row.a >= 0) anchor.a = trace.bodies[static_cast<std::size_t>(row.a)];
+  if (row.b >= 0) anchor.b = trace.bodies[static_cast<std::size_t>(row.b)];
+  anchor.carrier = anchor.b ? anchor.b : anchor.a;
+  const auto found = contacts.find({anchor.a.index, anchor.b.index});
+  if (row.kind != RowKind::Normal || found == contacts.end()) return anchor;
+  double best = HUGE_VAL;
+  for (const ContactReport* contact : found->second) {
+    for (int i = 0; i < contact->count; ++i) {
+      const Vec2 point = contact->points[static_cast<std::size_t>(i)].position;
+      const double error = mismatch(trace.system, row, point);
+      if (error >= best) continue;
+      best = error;
+      anchor.local = to_local(world.pose(anchor.carrier), point);
+    }
+  }
+  return anchor;
+}
+
 SystemRecord record(const World& world, const IslandTrace& trace) {
   SystemRecord result;
   result.time = trace.time;
   result.impact = trace.impact;
+  result.island = trace.island;
   result.system = trace.system;
   result.lambda = trace.lambda;
   result.method = trace.method;
+  result.status = trace.status;
   result.residual = trace.residual;
+  if (trace.trace) {
+    result.iterations = trace.trace->iterations;
+    result.notes = trace.trace->notes;
+  }
+  if (trace.system.size() <= kMostAnchors) {
+    const ContactsOfPair contacts = contacts_of_pairs(world);
+    for (const Row& row : trace.system.rows) result.anchors.push_back(anchor_of(world, trace, row, contacts));
+  }
   if (trace.system.size() > kMostNamedRows) return result;
   const bool friction = std::any_of(trace.system.rows.begin(), trace.system.rows.end(),
                                     [](const Row& row) { return row.kind == RowKind::Friction; });
@@ -43,22 +103,54 @@ SystemRecord record(const World& world, const IslandTrace& trace) {
   return result;
 }
 
+LedgerSample sample_of(const World& world, double time, double residual) {
+  return {
+      time,    world.kinetic_energy(), world.potential_energy(), world.momentum(), world.angular_momentum(),
+      residual};
+}
+
 }  // namespace
 
-std::string body_label(const World& world, BodyId body) {
-  if (!body) return "ground";
-  const std::string_view name = world.alive(body) ? world.name(body) : std::string_view();
-  if (!name.empty()) return std::string(name);
-  const BodyArrays& bodies = world.bodies();
-  int rank = 0;
-  for (std::size_t i = 0; i < body.index; ++i) rank += bodies.type[i] == BodyType::Dynamic;
-  return rank < 26 ? std::string(1, static_cast<char>('A' + rank)) : std::to_string(rank + 1);
+const FactorViews& SystemRecord::factors() const {
+  if (!factors_) {
+    const Eigen::SparseMatrix<double> W = delassus(system);
+    factors_ = std::make_shared<const FactorViews>(
+        FactorViews{factor_pattern(W, Ordering::Natural), factor_pattern(W, Ordering::ApproximateMinimum)});
+  }
+  return *factors_;
 }
 
 History::History(const Demo& demo, bool keep_systems, double flash_seconds)
     : keep_systems_(keep_systems), flash_seconds_(flash_seconds) {
-  energy_.push_back({0, demo.world().kinetic_energy(), demo.world().potential_energy()});
+  add_sample(sample_of(demo.world(), 0, 0));
   look_at_bodies(demo.world());
+}
+
+void History::add_sample(const LedgerSample& sample) {
+  // Sample k stays if k is a multiple of the stride; the newest is always the last entry.
+  if (samples_ > 0 && (samples_ - 1) % stride_ != 0) ledger_.pop_back();
+  ledger_.push_back(sample);
+  const bool stays = samples_++ % stride_ == 0;
+  if (ledger_.size() <= kMostSamples || !stays) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < ledger_.size(); i += 2) ledger_[kept++] = ledger_[i];
+  if (ledger_.size() % 2 == 0) ledger_[kept++] = sample;
+  ledger_.resize(kept);
+  stride_ *= 2;
+}
+
+void History::add_beat(double impulse) {
+  if (!beats_.empty() && beats_.back().time == now_) {
+    beats_.back().impulse = std::max(beats_.back().impulse, impulse);
+    return;
+  }
+  beats_.push_back({now_, impulse});
+  if (beats_.size() <= kMostSamples) return;
+  // Neighbours become one, the stronger.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i + 1 < beats_.size(); i += 2)
+    beats_[kept++] = beats_[i].impulse > beats_[i + 1].impulse ? beats_[i] : beats_[i + 1];
+  beats_.resize(kept);
 }
 
 void History::look_at_bodies(const World& world) {
@@ -70,13 +162,9 @@ void History::look_at_bodies(const World& world) {
   }
 }
 
-void History::update(const Demo& demo) {
-  const World& world = demo.world();
+void History::look_at_contacts(const World& world) {
   const StepReport& report = world.report();
-  now_ = demo.time();
-  look_at_bodies(world);
-  energy_.push_back({now_, report.kinetic_energy, report.potential_energy});
-
+  const std::vector<BodyType>& types = world.bodies().type;
   std::erase_if(flashes_, [&](const Flash& flash) { return brightness(flash) <= 0; });
   for (const ContactReport& contact : report.contacts_list) {
     for (int i = 0; i < contact.count; ++i) {
@@ -84,23 +172,40 @@ void History::update(const Demo& demo) {
       if (report.h > 0 && point.normal_impulse / report.h > force_floor(world))
         largest_force_ = std::max(largest_force_, point.normal_impulse / report.h);
       if (point.impact_impulse <= 0) continue;
-      const std::vector<BodyType>& types = world.bodies().type;
       flashes_.push_back({now_, point.impact_position, contact.normal, point.impact_impulse,
                           types[contact.body_a.index] != BodyType::Dynamic,
                           types[contact.body_b.index] != BodyType::Dynamic});
       largest_impulse_ = std::max(largest_impulse_, point.impact_impulse);
     }
   }
+  // Events come with every report, contacts only for those who look at them.
+  for (const ContactEvent& event : report.events)
+    if (event.kind == ContactEventKind::Hit && !event.sensor) add_beat(event.impulse);
+}
 
-  if (!keep_systems_) return;
+void History::look_at_systems(const World& world) {
   const IslandTrace* impact = nullptr;
   const IslandTrace* resting = nullptr;
-  for (const IslandTrace& trace : report.traces) {
+  for (const IslandTrace& trace : world.report().traces) {
+    if (followed_ >= 0 && trace.island != followed_) continue;
     const IslandTrace*& best = trace.impact ? impact : resting;
     if (!best || trace.system.size() > best->system.size()) best = &trace;
   }
   if (impact) impact_ = record(world, *impact);
   if (resting) resting_ = record(world, *resting);
+}
+
+void History::update(const Demo& demo) {
+  const World& world = demo.world();
+  const StepReport& report = world.report();
+  now_ = demo.time();
+  look_at_bodies(world);
+  add_sample({now_, report.kinetic_energy, report.potential_energy, report.momentum, report.angular_momentum,
+              report.worst_residual});
+  look_at_contacts(world);
+  for (std::size_t k = 0; k < stage_seconds_.size(); ++k)
+    stage_seconds_[k] += (report.stage_seconds[k] - stage_seconds_[k]) * (report.step < 2 ? 1 : 0.1);
+  if (keep_systems_) look_at_systems(world);
 }
 
 double History::force_floor(const World& world) const {
@@ -117,6 +222,11 @@ const SystemRecord* History::system() const {
   const bool recent = impact_ && now_ - impact_->time < kImpactSystemFlashes * flash_seconds_;
   if (impact_ && (recent || !resting_)) return &*impact_;
   return resting_ ? &*resting_ : nullptr;
+}
+
+Vec2 anchor_point(const World& world, const RowAnchor& anchor) {
+  if (!anchor.carrier || !world.alive(anchor.carrier)) return anchor.local;
+  return to_world(world.pose(anchor.carrier), anchor.local);
 }
 
 }  // namespace skerry::sandbox

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/layout.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "render/gl_renderer.h"
@@ -29,12 +30,13 @@ double round_down(double value) {
   return round_down_to(value, {1, 1.5, 2, 3, 5, 7, 10});
 }
 
-render::Camera place_camera(const View& view, int width_px, int height_px, bool column) {
+render::Camera place_camera(const View& view, int width_px, int height_px, int columns, double footer) {
   const double ui = render::ui_scale(height_px);
   const double left = 0;
-  const double right = width_px - (column ? (kColumnPx + 2 * kMarginPx) * ui : 0);
+  const double taken = columns > 0 ? (columns * (kColumnPx + kMarginPx) + kMarginPx) * ui : 0;
+  const double right = width_px - taken;
   const double top = kHeaderPx * ui;
-  const double bottom = height_px - kFooterPx * ui;
+  const double bottom = height_px - footer * ui;
   double scale = (bottom - top) / view.height;  // [px/m]
   if (view.width > 0) scale = std::min(scale, (right - left) / view.width);
   render::Camera camera;
@@ -59,10 +61,67 @@ View fitted_view(const World& world) {
   return {0.5 * (all.lower + all.upper), std::max(1.2 * size.y, 0.1), 1.2 * size.x};
 }
 
-Legend::Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer)
-    : camera_(camera), style_(style), layer_(layer), scale_(render::ui_scale(camera.height_px)) {
+double moving_width(const World& world, double centre) {
+  double half = 0;
+  for (const ShapeRecord& shape : world.shapes()) {
+    if (!shape.alive || world.bodies().type[shape.body.index] != BodyType::Dynamic) continue;
+    const Aabb box = bounding_box(shape.shape, world.pose(shape.body));
+    half = std::max({half, centre - box.lower.x, box.upper.x - centre});
+  }
+  return 2.1 * half;  // and a little air
+}
+
+PanelLayout::PanelLayout(int width_px, int height_px, double footer)
+    : width_(width_px), scale_(render::ui_scale(height_px)), room_(height_px / scale_ - kHeaderPx - footer) {
+  // A third of the picture stays for the scene.
+  const double columns = width_ * 2 / 3 / ((kColumnPx + kMarginPx) * scale_);
+  most_columns_ = static_cast<std::size_t>(std::max(1.0, std::floor(columns)));
+}
+
+int PanelLayout::reserve(double height) {
+  std::size_t column = 0;
+  while (column < used_.size() && used_[column] + height > room_) ++column;
+  if (column == most_columns_) return -1;
+  // A panel higher than the picture gets a column of its own.
+  if (column == used_.size()) used_.push_back(0);
+  used_[column] += height + kMarginPx;
+  column_.push_back(column);
+  return static_cast<int>(column_.size()) - 1;
+}
+
+double PanelLayout::scene_right() const {
+  return width_ - (static_cast<double>(used_.size()) * (kColumnPx + kMarginPx) + kMarginPx) * scale_;
+}
+
+void PanelLayout::begin_frame() {
+  next_.assign(used_.size(), kHeaderPx * scale_);
+}
+
+PanelLayout::Position PanelLayout::place(int index, double height) {
+  const std::size_t column = column_.at(static_cast<std::size_t>(index));
+  const double x = width_ - static_cast<double>(column + 1) * (kColumnPx + kMarginPx) * scale_;
+  const Position position{x, next_[column]};
+  next_[column] += (height + kMarginPx) * scale_;
+  return position;
+}
+
+Legend::Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer,
+               double scene_right)
+    : scene_right_(scene_right),
+      camera_(camera),
+      style_(style),
+      layer_(layer),
+      scale_(render::ui_scale(camera.height_px)) {
   x_ = kMarginPx * scale_;
-  y_ = camera.height_px - 0.5 * kFooterPx * scale_;
+  y_ = bottom_ = camera.height_px - 0.5 * kFooterPx * scale_;
+  right_ = camera.width_px - kMarginPx * scale_;
+}
+
+void Legend::make_room(double width) {
+  if (x_ + width <= right_ || x_ <= kMarginPx * scale_) return;
+  x_ = kMarginPx * scale_;
+  y_ -= 21 * scale_;
+  right_ = scene_right_;
 }
 
 void Legend::text(const std::string& text) {
@@ -77,6 +136,7 @@ void Legend::text(const std::string& text) {
 }
 
 void Legend::arrow(render::Color color, double length_px, const std::string& words) {
+  make_room(length_px + (8 + render::text_width(words, style_.small_text_px)) * scale_);
   layer_.arrows.push_back({.from = at(x_, y_),
                            .to = at(x_ + length_px, y_),
                            .color = color,
@@ -87,6 +147,7 @@ void Legend::arrow(render::Color color, double length_px, const std::string& wor
 }
 
 void Legend::marker(render::Color fill, render::Color outline, const std::string& words) {
+  make_room((14 + render::text_width(words, style_.small_text_px)) * scale_);
   x_ += 4 * scale_;
   layer_.markers.push_back(
       {.at = at(x_, y_), .fill = fill, .outline = outline, .radius_px = style_.contact_px});
@@ -96,6 +157,7 @@ void Legend::marker(render::Color fill, render::Color outline, const std::string
 
 void Legend::swatch(render::Paint paint, const std::string& words) {
   const double size = 12 * scale_;
+  make_room(size + (7 + render::text_width(words, style_.small_text_px)) * scale_);
   const render::Point corners[] = {at(x_, y_ + 0.5 * size), at(x_ + size, y_ + 0.5 * size),
                                    at(x_ + size, y_ - 0.5 * size), at(x_, y_ - 0.5 * size)};
   layer_.polygon(corners, 4, paint.fill, paint.outline);
@@ -111,11 +173,13 @@ void Legend::length_bar(double metres, double right_edge_px) {
   const auto line = [&](render::Point from, render::Point to) {
     layer_.lines.push_back({.from = from, .to = to, .color = style_.text_dim, .width_px = 1.5f});
   };
-  line(at(left, y_), at(right, y_));
-  line(at(left, y_ - tick), at(left, y_ + tick));
-  line(at(right, y_ - tick), at(right, y_ + tick));
-  layer_.labels.push_back({.at = at(left, y_),
-                           .text = format_number(metres) + " m",
+  const std::string text = format_number(metres) + " m";
+  right_ = left - (16 + render::text_width(text, style_.small_text_px)) * scale_;
+  line(at(left, bottom_), at(right, bottom_));
+  line(at(left, bottom_ - tick), at(left, bottom_ + tick));
+  line(at(right, bottom_ - tick), at(right, bottom_ + tick));
+  layer_.labels.push_back({.at = at(left, bottom_),
+                           .text = text,
                            .color = style_.text_dim,
                            .halo = style_.halo,
                            .size_px = style_.small_text_px,

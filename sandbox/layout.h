@@ -4,6 +4,9 @@
 // what is left. Lengths are pixels of the style (720 lines) unless said.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "render/camera.h"
 #include "render/draw_list.h"
 #include "render/style.h"
@@ -16,52 +19,77 @@ inline constexpr double kHeaderPx = 78;   ///< title and two lines of lesson
 inline constexpr double kFooterPx = 40;   ///< legends and the length scale
 inline constexpr double kColumnPx = 404;  ///< panels
 
-/// Places the camera so that `view` fills the free part of the picture.
-render::Camera place_camera(const View& view, int width_px, int height_px, bool column);
+/// Places the camera so that `view` fills the part of the picture that header, footer and columns leave free.
+/// @param columns of panels at the right
+/// @param footer  height of what stands below the scene
+render::Camera place_camera(const View& view, int width_px, int height_px, int columns,
+                            double footer = kFooterPx);
 
 /// A view around all bodies of the world that have a size, for demos that do not say.
 View fitted_view(const World& world);
 
-/// Stacks panels below each other in the column.
+/// Width of a view around x = `centre` that shows all dynamic bodies [m].
+double moving_width(const World& world, double centre);
+
+/// Gives every panel its place in columns at the right, the first one at the edge. Each panel asks for the
+/// greatest height that it may need and keeps its column, so the scene has the same room in every frame.
 class PanelLayout {
  public:
-  PanelLayout(int width_px, double scale)
-      : x_(width_px - (kColumnPx + kMarginPx) * scale), y_(kHeaderPx * scale), gap_(kMarginPx * scale) {}
+  /// @param footer height of what stands below the scene
+  PanelLayout(int width_px, int height_px, double footer = kFooterPx);
+
+  /// Reserves room. @param height greatest height, frame included
+  /// @return number of the panel, or -1 if there is no room left
+  int reserve(double height);
+  int columns() const { return static_cast<int>(used_.size()); }
+  /// Right edge of what the columns leave for the scene [px of the picture].
+  double scene_right() const;
+
+  /// Begins a frame: columns are empty again.
+  void begin_frame();
 
   struct Position {
     double x, y;  ///< top left corner [px of the picture]
   };
-  /// The place of the next panel. @param height [px of the picture]
-  Position next(double height) {
-    const Position position{x_, y_};
-    y_ += height + gap_;
-    return position;
-  }
+  /// The place of panel `index` below those that were placed before it in its column.
+  /// @param height now, frame included
+  Position place(int index, double height);
+
+  double scale() const { return scale_; }  ///< pixels of the picture per pixel of the style
 
  private:
-  double x_, y_, gap_;
+  double width_, scale_, room_;
+  std::size_t most_columns_;
+  std::vector<double> used_, next_;  ///< by column
+  std::vector<std::size_t> column_;  ///< by panel
 };
 
 /// Entries from left to right along the lower edge; each shows what a colour or an arrow's length means.
 class Legend {
  public:
-  Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer);
+  /// @param scene_right where panels begin: lines above the first end there [px of the picture]
+  Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer,
+         double scene_right);
 
   void arrow(render::Color color, double length_px, const std::string& text);
   void marker(render::Color fill, render::Color outline, const std::string& text);
   void swatch(render::Paint paint, const std::string& text);
-  /// A bar of `metres` at the right edge.
+  /// A bar of `metres` at the right edge; entries that would run into it begin a second line above the first.
   void length_bar(double metres, double right_edge_px);
 
  private:
   render::Point at(double x, double y) const { return camera_.to_world({x, y}); }
+  void make_room(double width);
   void text(const std::string& text);
 
+  double scene_right_;
   const render::Camera& camera_;
   const render::Style& style_;
   render::DrawLayer& layer_;
   double scale_;
-  double x_, y_;  ///< where the next entry begins, and the middle line [px of the picture]
+  double x_, y_;   ///< where the next entry begins, and the middle line [px of the picture]
+  double right_;   ///< where entries have to end
+  double bottom_;  ///< middle line of the first line
 };
 
 /// The largest of 1, 2, 5 times a power of ten that is not above `value` > 0.

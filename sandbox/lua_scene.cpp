@@ -177,6 +177,37 @@ int show(lua_State* L) {
   return 0;
 }
 
+// highlight{ row = 3, col = 5, body = plank, other = "A", island = 1 }
+int highlight(lua_State* L) {
+  Script& script = script_with_world(L, "highlight");
+  const Args args(L, "highlight", {"row", "col", "body", "other", "island"});
+  SelectionText selection;
+  const auto whole = [&](const char* key) -> std::optional<int> {
+    const std::optional<double> value = args.number_from(key, 1);
+    if (value && (*value > 1e6 || *value != std::floor(*value)))
+      throw std::invalid_argument(std::string("highlight: ") + key + " expected a whole number from 1, got " +
+                                  format_number(*value));
+    return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+  };
+  const auto body = [&](const char* key) {
+    const int type = lua_getfield(L, args.index(), key);
+    lua_pop(L, 1);
+    if (type == LUA_TSTRING) return args.text(key).value_or("");
+    const std::optional<BodyId> id = args.body(key);
+    return id ? body_label(*script.world, *id) : std::string();
+  };
+  selection.row = whole("row");
+  selection.column = whole("col");
+  selection.island = whole("island");
+  selection.body = body("body");
+  selection.other = body("other");
+  if (selection.column && !selection.row) throw std::invalid_argument("highlight: col needs row");
+  if (!selection.other.empty() && selection.body.empty())
+    throw std::invalid_argument("highlight: other needs body");
+  script.picture.selection = selection;
+  return 0;
+}
+
 // expect(what, function, { at = 4, below = 1e-6, unit = "m" })
 int expect(lua_State* L) {
   Script& script = script_with_world(L, "expect");
@@ -249,10 +280,11 @@ Script& script_with_world(lua_State* state, const char* function) {
 }
 
 void add_scene_functions(lua_State* state) {
-  const luaL_Reg functions[] = {
-      {"demo", guarded<demo>}, {"param", guarded<param>},   {"choice", guarded<choice>},
-      {"show", guarded<show>}, {"expect", guarded<expect>}, {"watch", guarded<watch>},
-      {"note", guarded<note>}, {"at", guarded<at>},         {"on_step", guarded<on_step>}};
+  const luaL_Reg functions[] = {{"demo", guarded<demo>},       {"param", guarded<param>},
+                                {"choice", guarded<choice>},   {"show", guarded<show>},
+                                {"expect", guarded<expect>},   {"watch", guarded<watch>},
+                                {"note", guarded<note>},       {"at", guarded<at>},
+                                {"on_step", guarded<on_step>}, {"highlight", guarded<highlight>}};
   for (const luaL_Reg& entry : functions) lua_register(state, entry.name, entry.func);
 }
 

@@ -5,13 +5,71 @@
 
 #include "render/egl_context.h"
 #include "render/gl_renderer.h"
+#include "render/svg.h"
 #include "render/target.h"
 #include "render/ui_host.h"
-#include "sandbox/layout.h"
+#include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
 
 namespace skerry::sandbox {
+
+Composer::Composer(const render::Style& style, int width_px, int height_px)
+    : style_(&style), width_px_(width_px), height_px_(height_px), layout_(width_px, height_px) {}
+
+void Composer::show(const std::vector<std::string>& names, int width_px, int height_px) {
+  width_px_ = width_px;
+  height_px_ = height_px;
+  footer_ = kFooterPx;
+  shown_.clear();
+  left_out_.clear();
+  for (const Overlay& overlay : overlays()) {
+    if (std::find(names.begin(), names.end(), overlay.name) == names.end()) continue;
+    shown_.push_back({&overlay, -1});
+    footer_ += overlay.footer_px;
+  }
+  layout_ = PanelLayout(width_px, height_px, footer_);
+  for (Shown& shown : shown_) {
+    if (shown.overlay->panel_px <= 0) continue;
+    shown.place = layout_.reserve(shown.overlay->panel_px + kPanelTitlePx + kPanelPadPx);
+    if (shown.place < 0) left_out_.emplace_back(shown.overlay->name);
+  }
+}
+
+render::Camera Composer::camera(const Demo& demo) const {
+  View view = demo.picture().view.value_or(fitted_view(demo.world()));
+  // A view without a width is meant for the whole picture: beside panels, what moves has to fit at least.
+  if (view.width <= 0) {
+    const double whole = view.height * width_px_ / height_px_;
+    view.width = std::min(whole, moving_width(demo.world(), view.centre.x));
+  }
+  return place_camera(view, width_px_, height_px_, layout_.columns(), footer_);
+}
+
+void Composer::scene(const Demo& demo, const History& history, const render::Camera& camera,
+                     Selection& selection, render::DrawList& list) {
+  list.clear();
+  Legend legend(camera, *style_, list[render::Layer::Labels], layout_.scene_right());
+  const OverlayContext context{demo, demo.world(), history, *style_, camera, legend, selection};
+  draw_world(context, list);
+  for (const Shown& shown : shown_)
+    if (shown.overlay->draw) shown.overlay->draw(context, list);
+}
+
+void Composer::panels(const Demo& demo, const History& history, const render::Camera& camera,
+                      Selection& selection, render::UiHost& ui, double speed) {
+  const double scale = render::ui_scale(camera.height_px);
+  sheet_.clear();
+  layout_.begin_frame();
+  render::DrawLayer nowhere;
+  Legend legend(camera, *style_, nowhere, 0);
+  const OverlayContext scene{demo, demo.world(), history, *style_, camera, legend, selection};
+  show_header({scene, ui, layout_, sheet_, scale}, speed);
+  for (const Shown& shown : shown_) {
+    const bool fits = shown.place >= 0 || shown.overlay->panel_px <= 0;
+    if (shown.overlay->panel && fits) shown.overlay->panel({scene, ui, layout_, sheet_, scale, shown.place});
+  }
+}
 
 struct Painter::State {
   explicit State(const PaintOptions& given)
@@ -19,27 +77,25 @@ struct Painter::State {
         style(given.style ? *given.style : render::style(given.theme)),
         context(given.device),
         target(given.width, given.height, given.ssaa),
-        ui(style) {}
+        ui(style),
+        composer(style, given.width, given.height) {}
 
   PaintOptions options;
   render::Style style;
-  render::EglContext context;  // first: the rest lives in it
+  render::EglContext context;  // before all that lives in it
   render::GlRenderer renderer;
   render::Target target;
   render::UiHost ui;
+  Composer composer;
   render::Camera camera;
-  render::DrawList list;
-  std::vector<const Overlay*> overlays;
+  Selection selection;
+  render::DrawList list, last_list;
+  render::Sheet last_sheet;
+  bool painted = false;
 
-  // The panels of one frame; ImGui needs the same calls again until it has settled.
-  void panels(const OverlayContext& scene) {
-    const double scale = render::ui_scale(options.height);
-    ui.begin_frame(options.width, options.height, scale, 1 / options.fps);
-    PanelLayout layout(options.width, scale);
-    const PanelContext context_of_panel{scene, ui, layout, scale};
-    show_header(context_of_panel, options.speed);
-    for (const Overlay* overlay : overlays)
-      if (overlay->panel) overlay->panel(context_of_panel);
+  void panels(const Demo& demo, const History& history) {
+    ui.begin_frame(options.width, options.height, render::ui_scale(options.height), 1 / options.fps);
+    composer.panels(demo, history, camera, selection, ui, options.speed);
   }
 };
 
@@ -48,35 +104,46 @@ Painter::~Painter() = default;
 
 void Painter::start(const Demo& demo, const std::vector<std::string>& names) {
   State& state = *state_;
-  state.overlays.clear();
-  for (const Overlay& overlay : overlays())
-    if (std::find(names.begin(), names.end(), overlay.name) != names.end())
-      state.overlays.push_back(&overlay);
-  const bool column = std::any_of(state.overlays.begin(), state.overlays.end(),
-                                  [](const Overlay* overlay) { return overlay->column; });
-  const View view = demo.picture().view.value_or(fitted_view(demo.world()));
-  state.camera = place_camera(view, state.options.width, state.options.height, column);
+  state.composer.show(names, state.options.width, state.options.height);
+  state.camera = state.composer.camera(demo);
+  state.painted = false;
+  // ImGui needs two frames until it has settled.
   const History empty(demo, false, 1);
-  Legend legend(state.camera, state.style, state.list[render::Layer::Labels]);
   for (int i = 0; i < 2; ++i) {
-    state.panels({demo, demo.world(), empty, state.style, state.camera, legend});
+    state.panels(demo, empty);
     state.ui.end_frame();
   }
 }
 
-void Painter::paint(const Demo& demo, const History& history, render::Image& image) {
+void Painter::select(const Selection& selection) {
+  state_->selection = selection;
+}
+
+bool Painter::paint(const Demo& demo, const History& history, render::Image& image) {
   State& state = *state_;
-  state.list.clear();
-  Legend legend(state.camera, state.style, state.list[render::Layer::Labels]);
-  const OverlayContext scene{demo, demo.world(), history, state.style, state.camera, legend};
-  draw_world(scene, state.list);
-  for (const Overlay* overlay : state.overlays)
-    if (overlay->draw) overlay->draw(scene, state.list);
-  state.panels(scene);
+  state.composer.scene(demo, history, state.camera, state.selection, state.list);
+  state.panels(demo, history);
+  const render::Sheet& sheet = state.composer.sheet();
   if (state.options.edit) state.options.edit(state.list);
+  if (state.painted && !state.options.edit && state.list == state.last_list && sheet == state.last_sheet) {
+    state.ui.end_frame();
+    return false;
+  }
   state.renderer.draw(state.list, state.camera, state.target);
   state.ui.end_frame(state.target);
   state.target.read(image);
+  state.painted = true;
+  std::swap(state.list, state.last_list);
+  state.last_sheet = sheet;
+  return true;
+}
+
+std::string Painter::svg(const std::string& title) const {
+  return render::to_svg(state_->last_list, state_->camera, title, &state_->last_sheet);
+}
+
+const Composer& Painter::composer() const {
+  return state_->composer;
 }
 
 std::string Painter::driver() const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Paints frames of a demo: scene, overlays, panels, without a window.
+// Paints frames of a demo: scene, overlays, panels. `Composer` makes the parts as data, for whoever draws
+// them (captures, the window, figures); `Painter` draws them without a window.
 #pragma once
 
 #include <functional>
@@ -15,9 +16,48 @@
 #include "render/style.h"
 #include "sandbox/demo.h"
 #include "sandbox/history.h"
+#include "sandbox/layout.h"
 #include "sandbox/overlays/overlay.h"
 
 namespace skerry::sandbox {
+
+/// The overlays that are on, and who of them stands where.
+class Composer {
+ public:
+  Composer(const render::Style& style, int width_px, int height_px);
+
+  void set_style(const render::Style& style) { style_ = &style; }
+  /// Turns overlays on; all others are off. @param names rows of the overlay registry
+  void show(const std::vector<std::string>& names, int width_px, int height_px);
+  /// A camera that shows the demo's view, or everything, in the part that panels leave free.
+  render::Camera camera(const Demo& demo) const;
+
+  /// Fills the scene: world and overlays.
+  void scene(const Demo& demo, const History& history, const render::Camera& camera, Selection& selection,
+             render::DrawList& list);
+  /// Fills header and panels; between `begin_frame` and `end_frame` of `ui`.
+  /// @param speed of the video; 1 is not mentioned
+  void panels(const Demo& demo, const History& history, const render::Camera& camera, Selection& selection,
+              render::UiHost& ui, double speed);
+  /// The marks of the last `panels`.
+  const render::Sheet& sheet() const { return sheet_; }
+  /// Overlays whose panels found no room.
+  const std::vector<std::string>& left_out() const { return left_out_; }
+
+ private:
+  struct Shown {
+    const Overlay* overlay;
+    int place;  ///< in the layout; -1: no panel in a column
+  };
+
+  const render::Style* style_;
+  int width_px_, height_px_;
+  double footer_ = kFooterPx;
+  std::vector<Shown> shown_;
+  std::vector<std::string> left_out_;
+  PanelLayout layout_;
+  render::Sheet sheet_;
+};
 
 struct PaintOptions {
   int width = 1280, height = 720;  ///< [px]
@@ -40,7 +80,13 @@ class Painter {
 
   /// Prepares for a demo: camera and overlays. @param names rows of the overlay registry
   void start(const Demo& demo, const std::vector<std::string>& names);
-  void paint(const Demo& demo, const History& history, render::Image& image);
+  void select(const Selection& selection);
+  /// @return false: the picture is that of the last call, and `image`, which must be the same, was not
+  /// touched
+  bool paint(const Demo& demo, const History& history, render::Image& image);
+  /// The picture of the last `paint` as SVG.
+  std::string svg(const std::string& title) const;
+  const Composer& composer() const;
 
   /// What draws, without what cannot show in a picture: "llvmpipe (LLVM 15.0.6), 4.5 (Core Profile)
   /// Mesa 22.3.6".

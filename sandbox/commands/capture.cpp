@@ -13,6 +13,7 @@
 #include "sandbox/loop.h"
 #include "sandbox/names.h"
 #include "sandbox/painter.h"
+#include "sandbox/picture_options.h"
 #include "sandbox/progress.h"
 #include "sandbox/report.h"
 
@@ -21,59 +22,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFlashSeconds = 0.5;  // of the video: an impact lasts one step, eyes need longer
-
 struct Options {
   SharedOptions shared;
+  PictureOptions picture;
   std::string out;
-  std::string size = "1280x720";
-  std::string theme = "light";
   int fps = 60;
   double speed = 1;
-  int ssaa = 1;
-  std::vector<std::string> overlays;
-  bool matrix = false;
   std::optional<double> at;
   render::SinkOptions sink;
 
-  PaintOptions paint() const;
+  PaintOptions paint() const {
+    PaintOptions paint = picture.paint();
+    paint.fps = fps;
+    paint.speed = speed;
+    return paint;
+  }
 };
-
-PaintOptions Options::paint() const {
-  PaintOptions paint;
-  int used = 0;
-  const bool read = std::sscanf(size.c_str(), "%dx%d%n", &paint.width, &paint.height, &used) == 2;
-  if (!read || used != static_cast<int>(size.size()) || paint.width < 16 || paint.height < 16 ||
-      paint.width > 16384 || paint.height > 16384)
-    throw UsageError("--size expected WIDTHxHEIGHT from 16x16 to 16384x16384 pixels, got \"" + size + '"');
-  const std::optional<render::Theme> chosen = render::parse_theme(theme);
-  if (!chosen) throw UsageError("--theme expected light or dark, got \"" + theme + '"');
-  paint.theme = *chosen;
-  paint.ssaa = ssaa;
-  paint.fps = fps;
-  paint.speed = speed;
-  return paint;
-}
-
-// Overlays of the demo and of the command line, each once; "none" drops those of the demo.
-std::vector<std::string> chosen_overlays(const Options& options, const Demo& demo) {
-  std::vector<std::string> names;
-  const bool none =
-      std::find(options.overlays.begin(), options.overlays.end(), "none") != options.overlays.end();
-  if (!none) names = demo.picture().overlays;
-  for (const std::string& name : options.overlays)
-    if (name != "none") names.push_back(name);
-  if (options.matrix) names.emplace_back("matrix");
-  return names;
-}
-
-void check_overlays(const Options& options) {
-  std::vector<std::string> known = overlay_names();
-  known.emplace_back("none");
-  for (const std::string& name : options.overlays)
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      throw UsageError("--overlay: no \"" + name + '"' + suggestion(name, known));
-}
 
 bool is_folder(const std::string& path) {
   return path.empty() || path.back() == '/' || fs::is_directory(path);
@@ -99,10 +63,14 @@ class Recording {
         painter_(painter),
         clock_{static_cast<double>(options.fps), options.speed},
         demo_(file.path, demo_options(options, file.path, io)),
-        names_(chosen_overlays(options, demo_)),
+        names_(options.picture.overlays_for(demo_)),
         history_(demo_, needs_of(names_).systems, kFlashSeconds * options.speed) {
     demo_.observe(needs_of(names_));
     painter_.start(demo_, names_);
+    select();
+    const std::vector<std::string>& left_out = painter_.composer().left_out();
+    if (!left_out.empty())
+      io.err << "skerry: no room for " << join(left_out) << "; make the picture larger with --size\n";
   }
 
   /// @return whether all checks hold
@@ -110,7 +78,7 @@ class Recording {
     LoopCallbacks callbacks;
     callbacks.step = [&](Demo&) { history_.update(demo_); };
     run_loop(demo_, {}, callbacks);
-    painter_.paint(demo_, history_, image_);
+    paint_frame();
     render::write_png(path, image_);
     io_.out << path << ": " << format_number_of(demo_.time()) << " s, " << format_bytes(fs::file_size(path))
             << '\n';
@@ -135,8 +103,7 @@ class Recording {
     callbacks.frame = [&](const Demo&, bool moved) {
       for (; notes < demo_.notes().size(); ++notes) sink->chapter(demo_.notes()[notes].text);
       if (moved) {
-        painter_.paint(demo_, history_, image_);
-        sink->frame(image_);
+        paint_frame() ? sink->frame(image_) : sink->repeat();
       } else {
         sink->repeat();
       }
@@ -154,6 +121,19 @@ class Recording {
   }
 
  private:
+  // Scripts may move their highlight while they run.
+  bool paint_frame() {
+    if (!(demo_.picture().selection == selected_)) select();
+    return painter_.paint(demo_, history_, image_);
+  }
+
+  void select() {
+    selected_ = demo_.picture().selection;
+    const Selection selection = options_.picture.selection_for(demo_);
+    painter_.select(selection);
+    history_.follow_island(selection.island);
+  }
+
   // A still ends at its moment.
   static DemoOptions demo_options(const Options& options, const std::string& path, const Io& io) {
     DemoOptions demo = options.shared.checked(io);
@@ -182,11 +162,12 @@ class Recording {
   Demo demo_;
   std::vector<std::string> names_;
   History history_;
+  SelectionText selected_;
   render::Image image_;
 };
 
 int capture(const Options& options, const Io& io) {
-  check_overlays(options);
+  options.picture.check();
   std::vector<DemoFile> files;
   for (const std::string& name : options.shared.demos)
     files.push_back(find_demo(name, options.shared.folder));
@@ -231,26 +212,12 @@ Action setup_capture(CLI::App& app) {
   app.add_option("--fps", options->fps, "Frames a second (default 60)")
       ->check(CLI::Range(1, 240))
       ->group(group);
-  app.add_option("--size", options->size, "WIDTHxHEIGHT in pixels (default 1280x720)")
-      ->type_name("SIZE")
-      ->group(group);
   app.add_option("--speed", options->speed, "World seconds in a second of video (default 1)")
       ->check(CLI::PositiveNumber)
       ->group(group);
-  std::string names = join(overlay_names());
-  app.add_option("--overlay", options->overlays, "Adds overlays: " + names + "; none drops the demo's own")
-      ->type_name("NAME,...")
-      ->delimiter(',')
-      ->take_all()
-      ->expected(1)
-      ->group(group);
-  app.add_flag("--matrix", options->matrix, "Same as --overlay matrix")->group(group);
   app.add_flag("--sharp", options->sink.sharp, "Full colour resolution (4:4:4)")->group(group);
   app.add_flag("--lossless", options->sink.lossless, "Every bit of the picture")->group(group);
-  app.add_option("--ssaa", options->ssaa, "Draws the scene so many times finer, 1 to 4")
-      ->check(CLI::Range(1, 4))
-      ->group(group);
-  app.add_option("--theme", options->theme, "light or dark")->type_name("THEME")->group(group);
+  add_picture_options(app, options->picture);
   return [options](const Io& io) { return capture(*options, io); };
 }
 

@@ -10,6 +10,8 @@ std::span<const Command> commands() {
        "skerry run newtons_cradle --set lifted=2 --report out.json", setup_run},
       {"capture", "Records demos to MP4, MKV, WebM, GIF or PNG",
        "skerry capture newtons_cradle -o cradle.mp4 --matrix", setup_capture},
+      {"export", "Writes a moment of a demo as a figure: SVG, PNG, curves over time",
+       "skerry export newtons_cradle --at 1 --svg cradle.svg --plot energy.svg", setup_export},
       {"test", "Checks every number of demos, with every broad phase", "skerry test stack see_saw",
        setup_test},
       {"solve", "Solves a contact problem from a file, by any solver",

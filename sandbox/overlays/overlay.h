@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Overlays: layers over the picture of a world, each one file and one row of the registry. The command-line
-// value, the name in `show{...}`, the help text and the tests follow from the row.
+// value, the name in `show{...}`, the hotkey, the help text and the tests follow from the row.
 #pragma once
 
 #include <span>
@@ -12,9 +12,11 @@
 #include "physics/world.h"
 #include "render/camera.h"
 #include "render/draw_list.h"
+#include "render/sheet.h"
 #include "render/style.h"
 #include "sandbox/demo.h"
 #include "sandbox/history.h"
+#include "sandbox/selection.h"
 
 namespace skerry::render {
 class UiHost;
@@ -25,7 +27,7 @@ namespace skerry::sandbox {
 class PanelLayout;
 class Legend;
 
-/// What an overlay may look at.
+/// What an overlay may look at. Panels may change the selection.
 struct OverlayContext {
   const Demo& demo;
   const World& world;
@@ -33,25 +35,30 @@ struct OverlayContext {
   const render::Style& style;
   const render::Camera& camera;
   Legend& legend;
+  Selection& selection;
 };
 
-/// What a panel draws with; null pointers never.
+/// What a panel draws with.
 struct PanelContext {
   const OverlayContext& scene;
   render::UiHost& ui;
   PanelLayout& layout;
-  double scale;  ///< pixels of the picture per pixel of the style
+  render::Sheet& sheet;  ///< takes the marks of all panels
+  double scale;          ///< pixels of the picture per pixel of the style
+  int place = -1;        ///< of this panel in the layout
 };
 
 struct Overlay {
   std::string_view name;
   std::string_view summary;
+  char key = 0;     ///< hotkey in the window
   Observe needs{};  ///< observers it turns on
   /// Adds to the picture, in world coordinates; may be null.
   void (*draw)(const OverlayContext&, render::DrawList&) = nullptr;
-  /// Calls ImGui; may be null.
+  /// Fills a panel; may be null.
   void (*panel)(const PanelContext&) = nullptr;
-  bool column = false;  ///< the panel stands in the column on the right
+  double panel_px = 0;   ///< greatest height of the panel's content [px of the style]; 0: not in a column
+  double footer_px = 0;  ///< room that it takes below the scene
 };
 
 /// All overlays in drawing order.

@@ -1,22 +1,27 @@
 // SPDX-License-Identifier: MIT
 //
-// Small helpers for overlays that draw with ImGui.
+// Small helpers for overlays that draw panels.
 #pragma once
 
-#include <imgui.h>
 #include <string>
 
 #include "render/style.h"
 #include "sandbox/layout.h"
 #include "sandbox/overlays/overlay.h"
 
+struct ImDrawList;
+
 namespace skerry::sandbox {
 
-inline ImU32 pack(render::Color color) {
-  return IM_COL32(color.r, color.g, color.b, color.a);
-}
+inline constexpr double kPanelTitlePx = 30;
+inline constexpr double kPanelPadPx = 12;
+/// Inner width of a panel.
+inline constexpr double kPanelWidthPx = kColumnPx - 2 * kPanelPadPx;
+inline constexpr double kLinePx = 16;       ///< height of a line of text
+inline constexpr double kSmallLinePx = 14;  ///< the same, small
 
-/// A framed box in the column with a title line; lets the caller draw below it.
+/// A framed box in its column with a title line. Coordinates of its functions are pixels of the style, from
+/// the upper left corner of the content; what is drawn becomes visible when the panel ends.
 class Panel {
  public:
   /// @param height of the content below the title [px of the style]
@@ -25,25 +30,40 @@ class Panel {
   Panel(const Panel&) = delete;
   Panel& operator=(const Panel&) = delete;
 
-  ImDrawList* draw() const { return draw_; }
-  /// Top left corner of the content, its width and height [px of the picture].
-  float x() const { return x_; }
-  float y() const { return y_; }
-  float width() const { return width_; }
-  float height() const { return height_; }
+  double width() const { return kPanelWidthPx; }
+  double height() const { return height_; }
 
-  void text(float x, float y, render::Color color, const std::string& text, ImFont* font = nullptr) const;
-  /// Ends at `right`.
-  void text_right(float right, float y, render::Color color, const std::string& text,
-                  ImFont* font = nullptr) const;
-  /// Middle at (x, y).
-  void text_centred(float x, float y, render::Color color, const std::string& text,
-                    ImFont* font = nullptr) const;
+  void text(double x, double y, render::Color color, const std::string& words,
+            render::Face face = render::Face::Regular, render::Align align = render::Align::Left,
+            double line = kLinePx) const;
+  /// The same, cut to `width`.
+  void fitted(double x, double y, double width, render::Color color, const std::string& words) const;
+  /// Small text.
+  void small(double x, double y, render::Color color, const std::string& words,
+             render::Align align = render::Align::Left) const {
+    text(x, y, color, words, render::Face::Regular, align, kSmallLinePx);
+  }
+  double text_width(const std::string& words, double line = kLinePx) const;
+  /// Lines of at most `width`, at most `lines` of them; the last ends in ".." when there is more.
+  std::vector<std::string> wrapped(const std::string& words, double width, std::size_t lines) const;
+
+  void rect(double x, double y, double width, double height, render::Color fill, double rounding = 0) const;
+  void frame(double x, double y, double width, double height, render::Color color, double line = 1) const;
+  void line(double x0, double y0, double x1, double y1, render::Color color, double width = 1) const;
+  void curve(const std::vector<render::Pixel>& points, render::Color color, double width) const;
+  render::Pixel at(double x, double y) const;
+
+  /// Where the mouse is, if it is over this panel. @param x, y  [px of the style]
+  bool hovered(double& x, double& y) const;
+  bool clicked() const;
 
  private:
-  ImFont* standard_;
-  ImDrawList* draw_;
-  float x_, y_, width_, height_;
+  const PanelContext& context_;
+  double x_, y_, height_;
+  std::size_t first_;
 };
+
+/// "1.5 k", "230 m": three digits with the usual prefixes; 0 is "0".
+std::string si(double value);
 
 }  // namespace skerry::sandbox

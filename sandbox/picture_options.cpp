@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "sandbox/picture_options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+
+#include "sandbox/errors.h"
+#include "sandbox/names.h"
+
+namespace skerry::sandbox {
+
+PaintOptions PictureOptions::paint() const {
+  PaintOptions paint;
+  int used = 0;
+  const bool read = std::sscanf(size.c_str(), "%dx%d%n", &paint.width, &paint.height, &used) == 2;
+  if (!read || used != static_cast<int>(size.size()) || paint.width < 16 || paint.height < 16 ||
+      paint.width > 16384 || paint.height > 16384)
+    throw UsageError("--size expected WIDTHxHEIGHT from 16x16 to 16384x16384 pixels, got \"" + size + '"');
+  const std::optional<render::Theme> chosen = render::parse_theme(theme);
+  if (!chosen) throw UsageError("--theme expected light or dark, got \"" + theme + '"');
+  paint.theme = *chosen;
+  paint.ssaa = ssaa;
+  return paint;
+}
+
+void PictureOptions::check() const {
+  std::vector<std::string> known = overlay_names();
+  known.emplace_back("none");
+  for (const std::string& name : overlays)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw UsageError("--overlay: no \"" + name + '"' + suggestion(name, known));
+  parse_selection(select);
+}
+
+std::vector<std::string> PictureOptions::overlays_for(const Demo& demo) const {
+  std::vector<std::string> wanted;
+  if (std::find(overlays.begin(), overlays.end(), "none") == overlays.end()) wanted = demo.picture().overlays;
+  wanted.insert(wanted.end(), overlays.begin(), overlays.end());
+  if (matrix) wanted.emplace_back("matrix");
+  std::vector<std::string> names;
+  for (const std::string& name : wanted)
+    if (name != "none" && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+Selection PictureOptions::selection_for(const Demo& demo) const {
+  return resolve(merged(demo.picture().selection, parse_selection(select)), demo.world());
+}
+
+void add_picture_options(CLI::App& app, PictureOptions& options) {
+  const std::string group = "Picture";
+  app.add_option("--size", options.size, "WIDTHxHEIGHT in pixels (default 1280x720)")
+      ->type_name("SIZE")
+      ->group(group);
+  app.add_option("--overlay", options.overlays,
+                 "Adds overlays: " + join(overlay_names()) + "; none drops the demo's own")
+      ->type_name("NAME,...")
+      ->delimiter(',')
+      ->take_all()
+      ->expected(1)
+      ->group(group);
+  app.add_flag("--matrix", options.matrix, "Same as --overlay matrix")->group(group);
+  app.add_option("--select", options.select, "Lights up row=3,col=5, body=A, body=A,other=B or island=2")
+      ->type_name("NAME=VALUE,...")
+      ->group(group);
+  app.add_option("--ssaa", options.ssaa, "Draws the scene so many times finer, 1 to 4")
+      ->check(CLI::Range(1, 4))
+      ->group(group);
+  app.add_option("--theme", options.theme, "light or dark")->type_name("THEME")->group(group);
+}
+
+}  // namespace skerry::sandbox

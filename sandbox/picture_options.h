@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+//
+// The flags of commands that make pictures.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sandbox/cli.h"
+#include "sandbox/painter.h"
+
+namespace skerry::sandbox {
+
+/// --size --theme --ssaa --overlay --matrix --select
+struct PictureOptions {
+  std::string size = "1280x720";
+  std::string theme = "light";
+  int ssaa = 1;
+  std::vector<std::string> overlays;
+  bool matrix = false;
+  std::string select;
+
+  /// Size, theme and supersampling as the painter wants them. @throws UsageError
+  PaintOptions paint() const;
+  /// @throws UsageError for unknown overlays and malformed selections
+  void check() const;
+  /// Overlays of the demo and of the command line, each once; "none" drops those of the demo.
+  std::vector<std::string> overlays_for(const Demo& demo) const;
+  /// The demo's selection, changed by --select.
+  Selection selection_for(const Demo& demo) const;
+};
+
+void add_picture_options(CLI::App& app, PictureOptions& options);
+
+}  // namespace skerry::sandbox
