@@ -68,6 +68,8 @@ struct SinkOptions {
   bool sharp = false;     ///< 4:4:4: thin coloured lines keep their colour; some players cannot show it
   bool lossless = false;  ///< every bit of the converted picture (for mp4, mkv, webm); implies sharp
   int quality = 18;       ///< CRF of x264, 0..51; lower is better
+  /// An encoder of FFmpeg for mp4, mkv and webm, such as libx265 or mpeg4; empty: the usual one.
+  std::string encoder{};
 };
 
 /// Chooses by name: `.mp4 .mkv` H.264, `.webm` VP9, `.gif`, `.png` with a `%06d`-like pattern or (one file)

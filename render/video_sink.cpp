@@ -51,13 +51,13 @@ std::string av_message(int error) {
 
 /// What to encode with, by kind and options.
 struct Recipe {
-  const char* encoder;
+  std::string encoder;
   const char* container;
   AVPixelFormat format;
   const char* package;
 };
 
-Recipe choose(VideoKind kind, const SinkOptions& options) {
+Recipe usual_recipe(VideoKind kind, const SinkOptions& options) {
   switch (kind) {
     case VideoKind::Gif:
       return {"gif", "gif", AV_PIX_FMT_PAL8, "libavcodec59"};
@@ -74,6 +74,12 @@ Recipe choose(VideoKind kind, const SinkOptions& options) {
                                : AV_PIX_FMT_YUV420P,
               "libavcodec59"};
   }
+}
+
+Recipe choose(VideoKind kind, const SinkOptions& options) {
+  Recipe recipe = usual_recipe(kind, options);
+  if (!options.encoder.empty() && kind != VideoKind::Gif) recipe.encoder = options.encoder;
+  return recipe;
 }
 
 /// Pixels of `image` in the format of `frame`; 8-bit copies, or YUV by BT.709.
@@ -186,11 +192,12 @@ void VideoSink::open_encoder() {
                                 std::to_string(info().width) + " x " + std::to_string(info().height) +
                                 " px; use " + std::to_string(w) + " x " + std::to_string(h) + ", or sharp");
   }
-  const AVCodec* codec = avcodec_find_encoder_by_name(recipe_.encoder);
+  const AVCodec* codec = avcodec_find_encoder_by_name(recipe_.encoder.c_str());
   if (codec == nullptr) {
-    throw EnvironmentError(name() + ": FFmpeg on this machine lacks the encoder " + recipe_.encoder +
-                           "; apt install " + recipe_.package +
-                           ", or write .mkv, .webm, .gif or a PNG sequence");
+    const std::string remedy = options_.encoder.empty() ? std::string("; apt install ") + recipe_.package +
+                                                              ", or write .mkv, .webm, .gif or a PNG sequence"
+                                                        : "; `ffmpeg -encoders` lists those there are";
+    throw EnvironmentError(name() + ": FFmpeg on this machine lacks the encoder " + recipe_.encoder + remedy);
   }
   codec_.reset(avcodec_alloc_context3(codec));
   packet_.reset(av_packet_alloc());
@@ -244,6 +251,11 @@ void VideoSink::open_encoder() {
     // what the process did before (seen at 320 x 180 with MALLOC_PERTURB_). Without it the bits repeat.
     set("mbtree", "0");
     set(options_.lossless ? "qp" : "crf", std::to_string(options_.lossless ? 0 : options_.quality));
+  }
+  if (!options_.encoder.empty()) {
+    // Encoders without a CRF understand a fixed quantiser at best.
+    codec_->flags |= AV_CODEC_FLAG_QSCALE;
+    codec_->global_quality = FF_QP2LAMBDA * std::max(1, options_.quality / 6);
   }
   const AVOutputFormat* container = av_guess_format(recipe_.container, nullptr, nullptr);
   if (container != nullptr && (container->flags & AVFMT_GLOBALHEADER) != 0) {
@@ -427,8 +439,11 @@ void VideoSink::finish(SinkReport& report) {
                        : recipe_.format == AV_PIX_FMT_YUV420P ? "yuv420p"
                        : recipe_.format == AV_PIX_FMT_YUV444P ? "yuv444p"
                                                               : "lossless rgb";
-  const char* codec = kind_ == VideoKind::Gif ? "gif" : kind_ == VideoKind::Webm ? "vp9" : "h264";
-  report.format = std::string(codec) + " " + pixels + " in " + recipe_.container;
+  const std::string codec = !options_.encoder.empty()  ? options_.encoder
+                            : kind_ == VideoKind::Gif  ? "gif"
+                            : kind_ == VideoKind::Webm ? "vp9"
+                                                       : "h264";
+  report.format = codec + " " + pixels + " in " + recipe_.container;
 }
 
 }  // namespace

@@ -106,14 +106,14 @@ PanelLayout::Position PanelLayout::place(int index, double height) {
 }
 
 Legend::Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer,
-               double scene_right)
+               double scene_right, double below)
     : scene_right_(scene_right),
       camera_(camera),
       style_(style),
       layer_(layer),
       scale_(render::ui_scale(camera.height_px)) {
   x_ = kMarginPx * scale_;
-  y_ = bottom_ = camera.height_px - 0.5 * kFooterPx * scale_;
+  y_ = bottom_ = camera.height_px - (0.5 * kFooterPx + below) * scale_;
   right_ = camera.width_px - kMarginPx * scale_;
 }
 

@@ -68,8 +68,9 @@ class PanelLayout {
 class Legend {
  public:
   /// @param scene_right where panels begin: lines above the first end there [px of the picture]
+  /// @param below       height of what stands below the legend [px of the style]
   Legend(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer,
-         double scene_right);
+         double scene_right, double below = 0);
 
   void arrow(render::Color color, double length_px, const std::string& text);
   void marker(render::Color fill, render::Color outline, const std::string& text);

@@ -8,6 +8,7 @@
 #include "render/svg.h"
 #include "render/target.h"
 #include "render/ui_host.h"
+#include "sandbox/overlays/labels.h"
 #include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
@@ -49,8 +50,9 @@ render::Camera Composer::camera(const Demo& demo) const {
 void Composer::scene(const Demo& demo, const History& history, const render::Camera& camera,
                      Selection& selection, render::DrawList& list) {
   list.clear();
-  Legend legend(camera, *style_, list[render::Layer::Labels], layout_.scene_right());
-  const OverlayContext context{demo, demo.world(), history, *style_, camera, legend, selection};
+  Legend legend(camera, *style_, list[render::Layer::Labels], layout_.scene_right(), footer_ - kFooterPx);
+  LabelPlacer labels(camera, *style_, list[render::Layer::Labels]);
+  const OverlayContext context{demo, demo.world(), history, *style_, camera, legend, labels, selection};
   draw_world(context, list);
   for (const Shown& shown : shown_)
     if (shown.overlay->draw) shown.overlay->draw(context, list);
@@ -62,9 +64,10 @@ void Composer::panels(const Demo& demo, const History& history, const render::Ca
   sheet_.clear();
   layout_.begin_frame();
   render::DrawLayer nowhere;
-  Legend legend(camera, *style_, nowhere, 0);
-  const OverlayContext scene{demo, demo.world(), history, *style_, camera, legend, selection};
-  show_header({scene, ui, layout_, sheet_, scale}, speed);
+  Legend legend(camera, *style_, nowhere, 0);  // panels have none
+  LabelPlacer labels(camera, *style_, nowhere);
+  const OverlayContext scene{demo, demo.world(), history, *style_, camera, legend, labels, selection};
+  show_header({scene, ui, layout_, sheet_, scale}, speed, footer_);
   for (const Shown& shown : shown_) {
     const bool fits = shown.place >= 0 || shown.overlay->panel_px <= 0;
     if (shown.overlay->panel && fits) shown.overlay->panel({scene, ui, layout_, sheet_, scale, shown.place});

@@ -129,9 +129,14 @@ void draw_joint(const OverlayContext& context, const JointRecord& joint, render:
 render::Paint paint_of(const OverlayContext& context, std::size_t body) {
   const BodyArrays& bodies = context.world.bodies();
   const std::vector<int>& colors = context.demo.picture().colors;
-  if (body < colors.size() && colors[body] >= 0) return render::body_paint(context.style, colors[body]);
-  if (bodies.type[body] != BodyType::Dynamic) return context.style.ground;
-  return render::body_paint(context.style, 0);
+  render::Paint paint = render::body_paint(context.style, 0);
+  if (body < colors.size() && colors[body] >= 0)
+    paint = render::body_paint(context.style, colors[body]);
+  else if (bodies.type[body] != BodyType::Dynamic)
+    paint = context.style.ground;
+  if (context.selection.body && context.selection.body.index == body)
+    paint.outline = context.style.selected.outline;
+  return paint;
 }
 
 void draw_world(const OverlayContext& context, render::DrawList& list) {

@@ -28,8 +28,8 @@ struct Selection {
 
 /// A selection as people write it; bodies by the name that labels show ("A", "left", "3").
 struct SelectionText {
-  std::optional<int> row, column, island;  ///< rows and columns from 1
-  std::string body, other;
+  std::optional<int> row{}, column{}, island{};  ///< rows and columns from 1
+  std::string body{}, other{};
 
   bool operator==(const SelectionText&) const = default;
 };

@@ -6,6 +6,7 @@
 #include <memory>
 #include <ostream>
 
+#include "render/error.h"
 #include "render/frame_sink.h"
 #include "sandbox/commands/commands.h"
 #include "sandbox/demo_files.h"
@@ -181,7 +182,7 @@ int capture(const Options& options, const Io& io) {
   if (!options.out.empty() && options.out.back() == '/') {
     std::error_code error;
     fs::create_directories(options.out, error);
-    if (error) throw ScriptError(options.out + ": cannot be made: " + error.message());
+    if (error) throw render::EnvironmentError(options.out + ": cannot be made: " + error.message());
   }
   Painter painter(options.paint());
   catch_interrupts();
@@ -217,6 +218,9 @@ Action setup_capture(CLI::App& app) {
       ->group(group);
   app.add_flag("--sharp", options->sink.sharp, "Full colour resolution (4:4:4)")->group(group);
   app.add_flag("--lossless", options->sink.lossless, "Every bit of the picture")->group(group);
+  app.add_option("--encoder", options->sink.encoder, "Another encoder of FFmpeg, such as libx265 or mpeg4")
+      ->type_name("NAME")
+      ->group(group);
   add_picture_options(app, options->picture);
   return [options](const Io& io) { return capture(*options, io); };
 }

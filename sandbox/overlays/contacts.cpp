@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Contact points and normals. Full points carry an impulse, hollow ones only come near.
+#include <cmath>
+
 #include "sandbox/layout.h"
+#include "sandbox/overlays/labels.h"
+#include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
 
@@ -26,6 +30,24 @@ void add_contact(const OverlayContext& context, Vec2 point, Vec2 normal, bool lo
                            .radius_px = style.contact_px});
 }
 
+// "N 12.3 N, T 4 N": what acts at a contact point; impulses while an impact is in the step; else the gap.
+std::string value_text(const OverlayContext& context, const ContactPointReport& point) {
+  const double h = context.world.report().h;
+  if (point.impact_impulse > 0) return si(point.impact_impulse, "N s");
+  const double normal = h > 0 ? point.normal_impulse / h : 0,
+               friction = h > 0 ? point.friction_impulse / h : 0;
+  const double floor = context.history.force_floor(context.world);
+  if (normal <= floor) return "gap " + si(point.separation, "m");
+  std::string text = si(normal, "N");
+  if (std::abs(friction) > floor) text += ", friction " + si(std::abs(friction), "N");
+  return text;
+}
+
+bool is_selected(const Selection& selection, const ContactReport& contact) {
+  const auto has = [&](BodyId body) { return contact.body_a == body || contact.body_b == body; };
+  return selection.body && has(selection.body) && (!selection.other || has(selection.other));
+}
+
 }  // namespace
 
 void draw_contacts(const OverlayContext& context, render::DrawList& list) {
@@ -35,6 +57,8 @@ void draw_contacts(const OverlayContext& context, render::DrawList& list) {
       const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
       const bool loaded = point.normal_impulse > 0 || point.impact_impulse > 0;
       add_contact(context, point.position, contact.normal, loaded, 1, layer);
+      if (is_selected(context.selection, contact))
+        context.labels.add(point.position, value_text(context, point), context.style.text);
     }
   }
   // Impacts last one step; where the contact has gone they fade.

@@ -28,7 +28,7 @@ std::vector<std::string> broken(ImFont* font, const std::string& words, float wi
   return lines;
 }
 
-void show_note(const PanelContext& context, double speed, float width, float height) {
+void show_note(const PanelContext& context, double speed, float width, float bottom) {
   const std::vector<Note>& notes = context.scene.demo.notes();
   if (notes.empty() || context.scene.demo.time() - notes.back().time > kNoteSeconds * speed) return;
   const render::Style& style = context.scene.style;
@@ -41,7 +41,7 @@ void show_note(const PanelContext& context, double speed, float width, float hei
     widest = std::max(widest, font->CalcTextSizeA(line, 1e6f, 0, text.c_str()).x);
   const float high = line * static_cast<float>(lines.size());
   const float middle = 0.5f * width;
-  const float top = height - static_cast<float>(kFooterPx * context.scale) - high - 2 * pad;
+  const float top = bottom - high - 2 * pad;
   context.sheet.rect({middle - 0.5f * widest - pad, top - pad},
                      {middle + 0.5f * widest + pad, top + high + pad}, style.panel, pad);
   for (std::size_t i = 0; i < lines.size(); ++i)
@@ -51,7 +51,7 @@ void show_note(const PanelContext& context, double speed, float width, float hei
 
 }  // namespace
 
-void show_header(const PanelContext& context, double speed) {
+void show_header(const PanelContext& context, double speed, double footer) {
   const OverlayContext& scene = context.scene;
   const std::size_t first = context.sheet.size();
   const auto width = static_cast<float>(scene.camera.width_px);
@@ -87,7 +87,7 @@ void show_header(const PanelContext& context, double speed) {
     context.sheet.text({margin, y}, text, scene.style.text_dim, regular->FontSize);
     y += regular->FontSize;
   }
-  show_note(context, speed, width, height);
+  show_note(context, speed, width, height - static_cast<float>(footer * context.scale));
   render::draw_sheet(context.sheet, first, context.sheet.size(), context.ui, *ImGui::GetBackgroundDrawList());
 }
 

@@ -26,6 +26,7 @@ namespace skerry::sandbox {
 
 class PanelLayout;
 class Legend;
+class LabelPlacer;
 
 /// What an overlay may look at. Panels may change the selection.
 struct OverlayContext {
@@ -35,6 +36,7 @@ struct OverlayContext {
   const render::Style& style;
   const render::Camera& camera;
   Legend& legend;
+  LabelPlacer& labels;  ///< of the scene
   Selection& selection;
 };
 

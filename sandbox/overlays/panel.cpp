@@ -29,7 +29,9 @@ Panel::Panel(const PanelContext& context, const char* title, double height)
   context.sheet.rect({x, y}, {x + wide, y + high}, style.panel, rounding);
   context.sheet.frame({x, y}, {x + wide, y + high}, style.panel_border,
                       std::max(1.0f, std::round(static_cast<float>(scale))), rounding);
-  text(0, 8 - kPanelTitlePx, style.text, title, render::Face::Bold);
+  // ImGui's name of the window may go on after ###.
+  const std::string name = title;
+  text(0, 8 - kPanelTitlePx, style.text, name.substr(0, name.find("###")), render::Face::Bold);
 }
 
 Panel::~Panel() {
@@ -115,6 +117,12 @@ void Panel::line(double x0, double y0, double x1, double y1, render::Color color
   context_.sheet.line(at(x0, y0), at(x1, y1), color, static_cast<float>(width * context_.scale));
 }
 
+void Panel::triangle(double x0, double y0, double x1, double y1, double x2, double y2,
+                     render::Color fill) const {
+  const render::Pixel corners[] = {at(x0, y0), at(x1, y1), at(x2, y2)};
+  context_.sheet.fill(corners, 3, fill);
+}
+
 void Panel::curve(const std::vector<render::Pixel>& points, render::Color color, double width) const {
   context_.sheet.polyline(points.data(), points.size(), color, static_cast<float>(width * context_.scale));
 }
@@ -131,17 +139,16 @@ bool Panel::clicked() const {
   return ImGui::IsWindowHovered() && ImGui::IsMouseClicked(0);
 }
 
-std::string si(double value) {
-  if (value == 0 || !std::isfinite(value)) return value == 0 ? "0" : "inf";
+std::string si(double value, const char* unit) {
+  if (!(std::abs(value) >= 1e-13)) return std::string("0 ") + unit;
+  if (!std::isfinite(value)) return std::string("infinite ") + unit;
   constexpr const char* kPrefixes[] = {"p", "n", "\xC2\xB5", "m", "", "k", "M", "G", "T"};
   const double size = std::abs(value);
   int third = static_cast<int>(std::floor(std::log10(size) / 3 + 1e-12));
   third = std::max(-4, std::min(4, third));
   char text[48];
   std::snprintf(text, sizeof text, "%.3g %s", value / std::pow(1000.0, third), kPrefixes[third + 4]);
-  std::string result = text;
-  if (result.back() == ' ') result.pop_back();
-  return result;
+  return std::string(text) + unit;
 }
 
 }  // namespace skerry::sandbox

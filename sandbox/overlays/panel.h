@@ -50,6 +50,7 @@ class Panel {
   void rect(double x, double y, double width, double height, render::Color fill, double rounding = 0) const;
   void frame(double x, double y, double width, double height, render::Color color, double line = 1) const;
   void line(double x0, double y0, double x1, double y1, render::Color color, double width = 1) const;
+  void triangle(double x0, double y0, double x1, double y1, double x2, double y2, render::Color fill) const;
   void curve(const std::vector<render::Pixel>& points, render::Color color, double width) const;
   render::Pixel at(double x, double y) const;
 
@@ -63,7 +64,7 @@ class Panel {
   std::size_t first_;
 };
 
-/// "1.5 k", "230 m": three digits with the usual prefixes; 0 is "0".
-std::string si(double value);
+/// "1.5 kN", "230 mm": three digits with the usual prefixes; what is below 1e-13 is "0 N".
+std::string si(double value, const char* unit);
 
 }  // namespace skerry::sandbox

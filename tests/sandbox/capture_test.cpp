@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
 // Captures from the command line to decoded frames. ffprobe and ffmpeg are the independent judges.
+#include <csignal>
 #include <cstdio>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <set>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "render/image.h"
 #include "sandbox/errors.h"
@@ -99,20 +103,6 @@ TEST_F(Capture, StillShowsTheSceneInBothThemes) {
   EXPECT_FALSE(render::read_png(folder_ / "light.png") == render::read_png(folder_ / "dark.png"));
 }
 
-TEST_F(Capture, EveryOverlayChangesThePicture) {
-  const auto picture = [&](const std::string& overlay) {
-    const std::string path = folder_ / "o.png";
-    const Outcome outcome =
-        capture({"stack", "-o", path, "--at", "0.3", "--size", "640x360", "--overlay", overlay});
-    EXPECT_EQ(outcome.code, kGood) << overlay << outcome.err;
-    return render::read_png(path);
-  };
-  const render::Image bare = picture("none");
-  // Nothing moves in this demo, so there are no velocities to see.
-  for (const char* overlay : {"contacts", "impulses", "islands", "matrix", "energy", "checks"})
-    EXPECT_FALSE(picture(std::string("none,") + overlay) == bare) << overlay;
-}
-
 TEST_F(Capture, PngSequenceHasOneFileAFrame) {
   ASSERT_EQ(capture({"free_fall", "-o", folder_ / "f%03d.png", "--seconds", "0.1", "--size", "320x180"}).code,
             kGood);
@@ -146,15 +136,154 @@ TEST_F(Capture, UnwritablePathIsAnEnvironmentErrorWithTheName) {
   EXPECT_THAT(outcome.err, HasSubstr("/proc/skerry/x.mp4"));
 }
 
-TEST_F(Capture, FullDiskLeavesNoFileAndSaysSo) {
-  // /dev/full takes no byte; a link to it in the place of the partial file is a full disk.
-  const std::string path = folder_ / "x.png";
-  std::filesystem::create_symlink("/dev/full", path + ".part");
-  const Outcome outcome = capture({"free_fall", "-o", path, "--at", "0.1", "--size", "320x180"});
-  if (outcome.code == kGood) GTEST_SKIP() << "the partial file has another name";
+TEST_F(Capture, UnknownEncoderIsAnEnvironmentErrorWithItsName) {
+  const Outcome outcome =
+      capture({"free_fall", "-o", folder_ / "x.mp4", "--seconds", "0.1", "--encoder", "libnothing"});
   EXPECT_EQ(outcome.code, kEnvironmentError);
-  EXPECT_THAT(outcome.err, HasSubstr("x.png"));
-  EXPECT_FALSE(std::filesystem::exists(path));
+  EXPECT_THAT(outcome.err, HasSubstr("lacks the encoder libnothing"));
+  EXPECT_EQ(folder_.files(), 0u);
+}
+
+TEST_F(Capture, EveryContainerHasItsCodecTitleCommandAndChapters) {
+  if (!have_ffprobe()) GTEST_SKIP() << "no ffprobe; apt install ffmpeg";
+  const std::string demo =
+      folder_.write("notes.lua",
+                    "demo{ title = 'Notes', seconds = 0.4, view = { x = 0, y = 0, height = 4 } }\n"
+                    "disc{ at = {0, 1}, radius = 0.3 }\n"
+                    "at(0.1, function() note('first') end)\nat(0.2, function() note('second') end)\n");
+  const struct {
+    const char* name;
+    std::vector<std::string> options;
+    const char* codec;
+    bool chapters;
+  } cases[] = {{"c.mp4", {}, "codec_name=h264", true},
+               {"s.mp4", {"--sharp"}, "pix_fmt=yuv444p", true},
+               {"l.mkv", {"--lossless"}, "codec_name=h264", true},
+               {"c.mkv", {"--encoder", "mpeg4"}, "codec_name=mpeg4", true},
+               {"c.webm", {}, "codec_name=vp9", true},
+               {"c.gif", {}, "codec_name=gif", false}};
+  for (const auto& c : cases) {
+    const std::string path = folder_ / c.name;
+    std::vector<std::string> arguments{demo, "-o", path, "--size", "320x180", "--fps", "30"};
+    arguments.insert(arguments.end(), c.options.begin(), c.options.end());
+    const Outcome outcome = capture(arguments);
+    ASSERT_EQ(outcome.code, kGood) << c.name << outcome.err;
+    const std::string probe =
+        shell("ffprobe -v error -count_frames -show_streams -show_format -show_chapters " + path);
+    EXPECT_THAT(probe, HasSubstr(c.codec)) << c.name;
+    EXPECT_THAT(probe, HasSubstr("nb_read_frames=12")) << c.name;
+    if (!c.chapters) continue;
+    for (const char* fact : {"title=Notes", "skerry capture", "title=first", "title=second"})
+      EXPECT_THAT(probe, testing::AnyOf(HasSubstr(fact), HasSubstr(std::string("TAG:") + fact))) << c.name;
+  }
+}
+
+TEST_F(Capture, SeveralDemosBecomeSeveralVideos) {
+  const Outcome outcome = capture({"stack", "free_fall", "-o", folder_ / "out/", "--seconds", "0.1", "--size",
+                                   "320x180", "--theme", "dark", "--ssaa", "2"});
+  ASSERT_EQ(outcome.code, kGood) << outcome.err;
+  for (const char* name : {"out/stack.mp4", "out/free_fall.mp4"})
+    EXPECT_GT(std::filesystem::file_size(folder_ / name), 1000u);
+}
+
+// The program itself, beside the folder of this test.
+std::string program() {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "skerry").string();
+}
+
+// Runs the program in a process of its own, so that limits and signals hit nothing else.
+// @param prepare called in the child before it starts
+// @return the exit code; -1 if it did not end by itself
+template <class Prepare, class Meanwhile>
+int run_apart(std::vector<std::string> arguments, const std::string& messages, Prepare prepare,
+              Meanwhile meanwhile) {
+  arguments.insert(arguments.begin(), program());
+  std::vector<char*> words;
+  for (std::string& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!freopen(messages.c_str(), "w", stderr)) _exit(125);
+    prepare();
+    execv(words.front(), words.data());
+    _exit(126);
+  }
+  meanwhile(child);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST_F(Capture, FullDiskIsAnEnvironmentErrorThatLeavesNoFile) {
+  for (const char* name : {"x.mp4", "x.mkv", "x.webm", "x.gif", "f%04d.png", "x.png"}) {
+    const std::string path = folder_ / name;
+    std::vector<std::string> arguments{"capture", "--demos", demo_tree(), "newtons_cradle",
+                                       "-o",      path,      "--size",    "640x360"};
+    if (std::string(name) == "x.png")
+      arguments.insert(arguments.end(), {"--at", "0.2"});
+    else
+      arguments.insert(arguments.end(), {"--seconds", "0.5"});
+    const TemporaryFolder elsewhere;
+    const int code = run_apart(
+        arguments, elsewhere / "err",
+        [] {
+          // Files may not grow beyond 2 KiB: writing fails as on a full disk.
+          signal(SIGXFSZ, SIG_IGN);
+          const rlimit limit{2048, 2048};
+          setrlimit(RLIMIT_FSIZE, &limit);
+        },
+        [](pid_t) {});
+    const std::string message = read_file(elsewhere / "err");
+    EXPECT_EQ(code, kEnvironmentError) << name << message;
+    EXPECT_THAT(message, HasSubstr(folder_ / std::string(name).substr(0, 1)));
+    EXPECT_EQ(folder_.files(), 0u) << name;
+  }
+}
+
+TEST_F(Capture, CtrlCFinishesTheFile) {
+  if (!have_ffprobe()) GTEST_SKIP() << "no ffprobe; apt install ffmpeg";
+  const std::string path = folder_ / "long.mp4";
+  const TemporaryFolder elsewhere;
+  const int code = run_apart(
+      {"capture", "--demos", demo_tree(), "newtons_cradle", "-o", path, "--size", "640x360", "--speed",
+       "0.001"},
+      elsewhere / "err", [] {},
+      [&](pid_t child) {
+        // Not before there is something to finish.
+        for (int i = 0; i < 3000; ++i) {
+          std::error_code error;
+          if (std::filesystem::file_size(path + ".part", error) > 8192 && !error) break;
+          usleep(10000);
+        }
+        kill(child, SIGINT);
+      });
+  EXPECT_EQ(code, kGood);
+  const std::string probe = shell("ffprobe -v error -count_frames -show_streams " + path);
+  EXPECT_THAT(probe, HasSubstr("codec_name=h264"));
+  EXPECT_THAT(probe, testing::Not(HasSubstr("nb_read_frames=0")));
+  EXPECT_EQ(folder_.files(), 1u);
+}
+
+TEST_F(Capture, ExportWritesTheFrameAndCurvesAsFigures) {
+  const std::string svg = folder_ / "f.svg", png = folder_ / "f.png", plot = folder_ / "p.svg";
+  const Outcome outcome = run({"export", "--demos", demo_tree(), "four_body_chain", "--at", "0.6", "--svg",
+                               svg, "--png", png, "--plot", plot, "--curves", "momentum"});
+  ASSERT_EQ(outcome.code, kGood) << outcome.err;
+  const std::string figure = read_file(svg);
+  // Panels are text, not pixels.
+  for (const char* words : {"<svg ", "Four bodies, four contacts", "Island matrix W", "</svg>"})
+    EXPECT_THAT(figure, HasSubstr(words));
+  EXPECT_THAT(read_file(plot), HasSubstr("angular momentum"));
+  EXPECT_EQ(render::read_png(png).width, 1280);
+  if (shell("xmllint --version").rfind("failed", 0) != 0) {
+    EXPECT_EQ(shell("xmllint --noout " + svg), "");
+    EXPECT_EQ(shell("xmllint --noout " + plot), "");
+  }
+  EXPECT_EQ(run({"export", "--demos", demo_tree(), "four_body_chain"}).code, kUsage);
+  EXPECT_EQ(run({"export", "--demos", demo_tree(), "four_body_chain", "--plot", plot, "--curves", "x"}).code,
+            kUsage);
+  EXPECT_EQ(run({"export", "--demos", demo_tree(), "free_fall", "--at", "0", "--svg", "/proc/x.svg"}).code,
+            kEnvironmentError);
 }
 
 }  // namespace

@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: MIT
+//
+// Overlays: what their rows promise, what they draw, that nothing leaves its panel, that frames repeat.
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <random>
+#include <set>
+
+#include "render/gl_renderer.h"
+#include "sandbox/errors.h"
+#include "sandbox/loop.h"
+#include "sandbox/overlays/plot.h"
+#include "sandbox/painter.h"
+#include "tests/sandbox/temporary.h"
+
+namespace skerry::sandbox {
+namespace {
+
+using testing::HasSubstr;
+
+// Stacked boxes, a disc on them, a hinge, an impact, notes, checks: something for every overlay.
+constexpr const char* kScene = R"(
+demo{ title = "Everything", lesson = "A bit of all.", seconds = 1, view = { x = 0, y = 2, height = 6 } }
+ground{ y = 0 }
+local low = box{ at = {0, 0.5}, size = {2, 1}, mass = 2, name = "low" }
+local high = box{ at = {0.1, 1.5}, size = {1, 1}, mass = 1 }
+disc{ at = {0.1, 2.5}, radius = 0.3, mass = 1, velocity = {0, -1} }
+local bob = disc{ at = {3, 2}, radius = 0.2, mass = 1 }
+hinge{ a = bob, at = {2, 2} }
+note("begins")
+at(0.3, function() note("goes on") end)
+expect("low stays", function() return low.y end, { equals = 0.5, within = 0.1, unit = "m" })
+highlight{ row = 1, col = 2, body = low }
+)";
+
+struct Shot {
+  render::Image image;
+  std::string svg;
+  std::vector<std::string> left_out;
+};
+
+Shot shoot(const std::string& path, const std::vector<std::string>& names, PaintOptions paint = {},
+           DemoOptions options = {}) {
+  Demo demo(path, options);
+  const Observe needs = needs_of(names);
+  demo.observe(needs);
+  History history(demo, needs.systems, kFlashSeconds);
+  LoopCallbacks callbacks;
+  callbacks.step = [&](Demo&) { history.update(demo); };
+  run_loop(demo, {}, callbacks);
+  Painter painter(paint);
+  painter.start(demo, names);
+  painter.select(resolve(demo.picture().selection, demo.world()));
+  Shot shot;
+  painter.paint(demo, history, shot.image);
+  EXPECT_FALSE(painter.paint(demo, history, shot.image)) << "an unchanged frame is not drawn again";
+  shot.svg = painter.svg(demo.title());
+  shot.left_out = painter.composer().left_out();
+  return shot;
+}
+
+class OverlayRow : public testing::TestWithParam<const Overlay*> {
+ protected:
+  TemporaryFolder folder_;
+  std::string scene_ = folder_.write("scene.lua", kScene);
+  std::string name_ = std::string(GetParam()->name);
+};
+
+TEST_P(OverlayRow, ChangesThePictureInBothThemesAndTheFigure) {
+  for (const render::Theme theme : {render::Theme::Light, render::Theme::Dark}) {
+    const PaintOptions paint{.width = 960, .height = 540, .theme = theme};
+    const DemoOptions half{.seconds = 0.5};
+    const Shot bare = shoot(scene_, {}, paint, half);
+    const Shot with = shoot(scene_, {name_}, paint, half);
+    EXPECT_TRUE(with.left_out.empty());
+    EXPECT_FALSE(with.image == bare.image);
+    EXPECT_NE(with.svg, bare.svg);
+  }
+}
+
+// Profile shows wall time, which nobody can repeat.
+TEST_P(OverlayRow, DrawsTheSameFrameForAnyNumberOfThreads) {
+  if (name_ == "profile") GTEST_SKIP() << "shows wall time";
+  const PaintOptions paint{.width = 640, .height = 360};
+  const Shot first = shoot(scene_, {name_}, paint, {.seconds = 0.4, .threads = 1});
+  for (const int threads : {1, 2, 4}) {
+    const Shot again = shoot(scene_, {name_}, paint, {.seconds = 0.4, .threads = threads});
+    EXPECT_EQ(render::digest(again.image), render::digest(first.image)) << threads;
+    EXPECT_EQ(again.svg, first.svg) << threads;
+  }
+}
+
+TEST_P(OverlayRow, TurnsOnOnlyWhatItNeeds) {
+  const Observe none = needs_of({});
+  EXPECT_FALSE(none.contacts || none.systems || none.solve_traces || none.stage_times);
+  const Observe needs = needs_of({name_});
+  EXPECT_EQ(needs.contacts, GetParam()->needs.contacts);
+  EXPECT_EQ(needs.systems, GetParam()->needs.systems);
+  EXPECT_EQ(needs.stage_times, GetParam()->needs.stage_times);
+}
+
+std::vector<const Overlay*> rows() {
+  std::vector<const Overlay*> result;
+  for (const Overlay& overlay : overlays()) result.push_back(&overlay);
+  return result;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, OverlayRow, testing::ValuesIn(rows()),
+                         [](const auto& row) { return std::string(row.param->name); });
+
+TEST(OverlayRegistry, NamesAndHotkeysAreUnique) {
+  std::set<std::string_view> names;
+  std::set<char> keys;
+  for (const Overlay& overlay : overlays()) {
+    EXPECT_TRUE(names.insert(overlay.name).second) << overlay.name;
+    EXPECT_TRUE(overlay.key >= 'a' && overlay.key <= 'z') << overlay.name;
+    EXPECT_TRUE(keys.insert(overlay.key).second) << overlay.name << ' ' << overlay.key;
+    EXPECT_TRUE(overlay.draw || overlay.panel) << overlay.name;
+  }
+}
+
+// --- Panels keep to themselves
+// ----------------------------------------------------------------------------------------------
+
+struct Rect {
+  float left, top, right, bottom;
+};
+
+// What a mark covers; the width of its text by the label font, which has the metrics of the panels' fonts.
+Rect extent(const render::Sheet& sheet, const render::Mark& mark) {
+  const render::Pixel* p = sheet.points(mark);
+  Rect r{p[0].x, p[0].y, p[0].x, p[0].y};
+  for (std::uint32_t i = 1; i < mark.count; ++i) {
+    r = {std::min(r.left, p[i].x), std::min(r.top, p[i].y), std::max(r.right, p[i].x),
+         std::max(r.bottom, p[i].y)};
+  }
+  if (mark.kind != render::MarkKind::Text) return r;
+  const double em = static_cast<double>(mark.width) * render::kSheetEm;
+  const auto width = static_cast<float>(render::text_width(sheet.words(mark), em));
+  const float shift = mark.align == render::Align::Left ? 0 : mark.align == render::Align::Right ? 1 : 0.5f;
+  r.left -= shift * width;
+  r.right = r.left + width;
+  r.bottom += mark.width;
+  return r;
+}
+
+TEST(Panels, TextAndCurvesStayInsideTheirPanelAndPanelsApart) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("scene.lua", kScene);
+  std::vector<std::vector<std::string>> groups;
+  for (const Overlay& overlay : overlays())
+    if (overlay.panel_px > 0) groups.push_back({std::string(overlay.name)});
+  groups.push_back({"energy", "momentum", "skips", "inspector", "matrix"});
+  groups.push_back({"solver", "factor", "broadphase", "sat", "checks"});
+  for (const std::vector<std::string>& names : groups) {
+    Demo demo(path, {.seconds = 0.5});
+    const Observe needs = needs_of(names);
+    demo.observe(needs);
+    History history(demo, needs.systems, kFlashSeconds);
+    LoopCallbacks callbacks;
+    callbacks.step = [&](Demo&) { history.update(demo); };
+    run_loop(demo, {}, callbacks);
+    Painter painter({});
+    painter.start(demo, names);
+    painter.select(resolve(demo.picture().selection, demo.world()));
+    render::Image image;
+    painter.paint(demo, history, image);
+    EXPECT_TRUE(painter.composer().left_out().empty()) << testing::PrintToString(names);
+
+    const render::Sheet& sheet = painter.composer().sheet();
+    const render::Color panel_color = render::style(render::Theme::Light).panel;
+    std::vector<Rect> panels;
+    for (const render::Mark& mark : sheet.marks()) {
+      const Rect r = extent(sheet, mark);
+      const bool opens = mark.kind == render::MarkKind::Rect && mark.color == panel_color &&
+                         mark.rounding > 0 && mark.width == 0;
+      if (opens) {
+        for (const Rect& other : panels)
+          EXPECT_TRUE(r.left >= other.right || other.left >= r.right || r.top >= other.bottom ||
+                      other.top >= r.bottom)
+              << testing::PrintToString(names);
+        EXPECT_GE(r.top, kHeaderPx);
+        EXPECT_LE(r.bottom, 720 - kFooterPx);
+        EXPECT_LE(r.right, 1280);
+        panels.push_back(r);
+      }
+      if (panels.empty()) continue;
+      const Rect& panel = panels.back();
+      const bool inside = r.left >= panel.left - 1 && r.right <= panel.right + 1 && r.top >= panel.top - 1 &&
+                          r.bottom <= panel.bottom + 2;
+      EXPECT_TRUE(inside) << testing::PrintToString(names) << " \"" << sheet.words(mark) << "\" "
+                          << r.left - panel.left << ' ' << r.top - panel.top << ' ' << r.right - panel.right
+                          << ' ' << r.bottom - panel.bottom;
+    }
+    EXPECT_EQ(panels.size(), names.size());
+  }
+}
+
+TEST(Panels, ThoseWithoutRoomAreNamed) {
+  std::vector<std::string> all;
+  for (const Overlay& overlay : overlays()) all.emplace_back(overlay.name);
+  Composer composer(render::style(render::Theme::Light), 1280, 720);
+  composer.show(all, 1280, 720);
+  EXPECT_FALSE(composer.left_out().empty());
+  const TemporaryFolder folder;
+  const Outcome outcome = run({"capture", folder.write("scene.lua", kScene), "-o", folder / "x.png", "--at",
+                               "0.1", "--overlay", "matrix,solver,factor,compare"});
+  EXPECT_EQ(outcome.code, kGood) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("no room for compare"));
+}
+
+TEST(PanelLayout, KeepsPanelsApartForAnyHeights) {
+  std::mt19937 random(20240613);
+  std::uniform_real_distribution<double> height(20, 300);
+  for (int trial = 0; trial < 50; ++trial) {
+    PanelLayout layout(1920, 1080);
+    std::vector<int> places;
+    std::vector<double> most;
+    for (int i = 0; i < 8; ++i) {
+      const double h = height(random);
+      const int place = layout.reserve(h);
+      if (place < 0) continue;
+      places.push_back(place);
+      most.push_back(h);
+    }
+    ASSERT_GE(places.size(), 2u);
+    // Frame by frame panels may be lower than they said, never higher.
+    for (int frame = 0; frame < 3; ++frame) {
+      layout.begin_frame();
+      std::vector<Rect> rects;
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const double h = frame == 0 ? most[i] : most[i] * (0.4 + 0.2 * frame);
+        const PanelLayout::Position p = layout.place(places[i], h);
+        const Rect r{static_cast<float>(p.x), static_cast<float>(p.y),
+                     static_cast<float>(p.x + kColumnPx * layout.scale()),
+                     static_cast<float>(p.y + h * layout.scale())};
+        for (const Rect& other : rects)
+          EXPECT_TRUE(r.left >= other.right || other.left >= r.right || r.top >= other.bottom ||
+                      other.top >= r.bottom);
+        EXPECT_LE(r.bottom, 1080 - kFooterPx * layout.scale());
+        EXPECT_GE(r.left, layout.scene_right());
+        rects.push_back(r);
+      }
+    }
+  }
+}
+
+TEST(Legend, EntriesDoNotRunIntoEachOtherOrTheLengthBar) {
+  render::Camera camera;
+  render::DrawLayer layer;
+  const render::Style& style = render::style(render::Theme::Light);
+  Legend legend(camera, style, layer, 862);
+  legend.length_bar(1, 1280);
+  for (int i = 0; i < 12; ++i) legend.arrow(style.impulse, 60, "entry number " + std::to_string(i));
+  std::vector<Rect> rects;
+  for (const render::Label& label : layer.labels) {
+    const render::Point at = camera.to_pixels(label.at);
+    const double width = render::text_width(label.text, static_cast<double>(label.size_px));
+    const bool left = label.anchor == render::Anchor::Left;
+    const auto x0 = static_cast<float>(left ? at.x - static_cast<double>(label.offset_px) - width : at.x);
+    const Rect r{x0, static_cast<float>(at.y) - 6, x0 + static_cast<float>(width),
+                 static_cast<float>(at.y) + 6};
+    for (const Rect& other : rects)
+      EXPECT_TRUE(r.left >= other.right || other.left >= r.right || r.top >= other.bottom ||
+                  other.top >= r.bottom)
+          << label.text;
+    rects.push_back(r);
+  }
+  EXPECT_EQ(rects.size(), 13u);
+}
+
+// --- Selection
+// --------------------------------------------------------------------------------------------------------------
+
+TEST(SelectionText, ReadsWhatPeopleWriteAndExplainsWhatItRefuses) {
+  const SelectionText cell = parse_selection("row=3,col=5");
+  EXPECT_EQ(cell.row, 3);
+  EXPECT_EQ(cell.column, 5);
+  const SelectionText pair = parse_selection("body=left,other=B,island=2");
+  EXPECT_EQ(pair.body, "left");
+  EXPECT_EQ(pair.other, "B");
+  EXPECT_EQ(pair.island, 2);
+  EXPECT_EQ(parse_selection(""), SelectionText{});
+  for (const char* bad : {"row", "row=0", "row=x", "col=2", "other=A", "cell=1", "row=1,,col=2", "island=-1"})
+    EXPECT_THROW(parse_selection(bad), UsageError) << bad;
+}
+
+TEST(SelectionText, BodiesAreFoundByTheirLabels) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("scene.lua", kScene);
+  const Demo demo(path, {});
+  const World& world = demo.world();
+  for (std::size_t i = 0; i < world.bodies().size(); ++i) {
+    const BodyId body = world.body_id(i);
+    EXPECT_EQ(resolve({.body = body_label(world, body)}, world).body, body) << i;
+  }
+  EXPECT_EQ(demo.picture().selection.body, "low");
+  const Outcome outcome =
+      run({"capture", path, "-o", folder / "x.png", "--at", "0.1", "--select", "body=lov"});
+  EXPECT_EQ(outcome.code, kUsage);
+  EXPECT_THAT(outcome.err, HasSubstr("did you mean \"low\""));
+}
+
+TEST(SelectionText, HighlightInAScriptNamesItsMistakes) {
+  const TemporaryFolder folder;
+  for (const auto& [line, message] :
+       {std::pair("highlight{ col = 2 }", "col needs row"), std::pair("highlight{ row = 0 }", "row"),
+        std::pair("highlight{ row = 1.5 }", "whole number"), std::pair("highlight{ bodi = 'A' }", "body")}) {
+    const std::string path = folder.write("h.lua", "demo{ title = 'T' }\n" + std::string(line));
+    const Outcome outcome = run({"run", path});
+    EXPECT_EQ(outcome.code, kScriptOrFile) << line;
+    EXPECT_THAT(outcome.err, HasSubstr("h.lua:2"));
+    EXPECT_THAT(outcome.err, HasSubstr(message));
+  }
+}
+
+TEST(MatrixSelection, LightsUpBothContactsAndJoinsThemThroughTheSharedBody) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("scene.lua", kScene);
+  const std::vector<std::string> names{"matrix"};
+  Demo demo(path, {.seconds = 0.5});
+  demo.observe(needs_of(names));
+  History history(demo, true, kFlashSeconds);
+  LoopCallbacks callbacks;
+  callbacks.step = [&](Demo&) { history.update(demo); };
+  run_loop(demo, {}, callbacks);
+  const SystemRecord* record = history.system();
+  ASSERT_NE(record, nullptr);
+  ASSERT_EQ(record->anchors.size(), record->system.rows.size());
+  // Every normal row stands where a contact of the report is.
+  const auto& contacts = demo.world().report().contacts_list;
+  for (std::size_t i = 0; i < record->anchors.size(); ++i) {
+    if (record->system.rows[i].kind != RowKind::Normal) continue;
+    double nearest = 1e9;
+    for (const ContactReport& contact : contacts)
+      for (int k = 0; k < contact.count; ++k)
+        nearest = std::min(nearest, length(contact.points[static_cast<std::size_t>(k)].position -
+                                           anchor_point(demo.world(), record->anchors[i])));
+    EXPECT_LT(nearest, 1e-9) << i;
+  }
+  Composer composer(render::style(render::Theme::Light), 1280, 720);
+  composer.show(names, 1280, 720);
+  const render::Camera camera = composer.camera(demo);
+  const auto draw = [&](Selection selection) {
+    render::DrawList list;
+    composer.scene(demo, history, camera, selection, list);
+    return list[render::Layer::Labels];
+  };
+  const render::DrawLayer bare = draw({});
+  Selection cell;
+  cell.row = 0;
+  cell.column = 2;
+  const render::DrawLayer lit = draw(cell);
+  EXPECT_EQ(lit.markers.size(), bare.markers.size() + 2);
+  EXPECT_EQ(lit.lines.size(), bare.lines.size() + 2) << "contact - body - contact";
+  cell.column = -1;
+  EXPECT_EQ(draw(cell).markers.size(), bare.markers.size() + 1);
+  cell.row = 100000;
+  EXPECT_EQ(draw(cell), bare);
+}
+
+// --- Plots and history
+// ------------------------------------------------------------------------------------------------------
+
+TEST(Plot, TicksAreRoundAndInside) {
+  EXPECT_EQ(ticks(0, 1, 5), (std::vector<double>{0, 0.2, 0.4, 0.6000000000000001, 0.8, 1}));
+  EXPECT_TRUE(ticks(1, 1, 4).empty());
+  EXPECT_TRUE(ticks(0, HUGE_VAL, 4).empty());
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> exponent(-9, 9), shift(-3, 3);
+  for (int i = 0; i < 1000; ++i) {
+    const double span = std::pow(10, exponent(random)), low = shift(random) * span;
+    const std::vector<double> marks = ticks(low, low + span, 4);
+    ASSERT_GE(marks.size(), 1u);
+    ASSERT_LE(marks.size(), 5u);
+    EXPECT_GE(marks.front(), low - 1e-9 * span);
+    EXPECT_LE(marks.back(), low + span * (1 + 1e-9));
+  }
+}
+
+TEST(Plot, ThinningKeepsEndsAndPeaks) {
+  std::vector<double> values(10000, 0.0);
+  values[1234] = 5;
+  values[7777] = -3;
+  const std::vector<std::size_t> kept = thinned(values, 100);
+  EXPECT_LE(kept.size(), 100u);
+  EXPECT_EQ(kept.front(), 0u);
+  EXPECT_EQ(kept.back(), 9999u);
+  EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+  for (const std::size_t peak : {1234u, 7777u}) EXPECT_EQ(std::count(kept.begin(), kept.end(), peak), 1);
+  EXPECT_EQ(thinned({1, 2, 3}, 100).size(), 3u);
+}
+
+TEST(History, StaysSmallHoweverLongTheRun) {
+  const TemporaryFolder folder;
+  Demo demo(folder.write("d.lua", "demo{ title = 'T', seconds = 60 }\ndisc{ at = {0, 0}, radius = 1 }"),
+            {.dt = 0.001, .seconds = 20.0});
+  History history(demo, false, kFlashSeconds);
+  while (demo.steps_done() < demo.total_steps()) {
+    demo.step();
+    history.update(demo);
+    ASSERT_LE(history.ledger().size(), 4098u);
+    ASSERT_EQ(history.ledger().back().time, demo.time());
+  }
+  const auto& samples = history.ledger();
+  EXPECT_GE(samples.size(), 2048u);
+  for (std::size_t i = 2; i + 1 < samples.size(); ++i)
+    EXPECT_NEAR(samples[i].time - samples[i - 1].time, samples[1].time - samples[0].time, 1e-9);
+}
+
+}  // namespace
+}  // namespace skerry::sandbox
