@@ -28,11 +28,13 @@ std::vector<std::string> broken(ImFont* font, const std::string& words, float wi
   return lines;
 }
 
-void show_note(const PanelContext& context, double speed, float width, float bottom) {
+void show_note(const PanelContext& context, double speed, float bottom) {
   const std::vector<Note>& notes = context.scene.demo.notes();
   if (notes.empty() || context.scene.demo.time() - notes.back().time > kNoteSeconds * speed) return;
   const render::Style& style = context.scene.style;
   ImFont* font = context.ui.bold();
+  // In the middle of what panels leave free.
+  const auto width = static_cast<float>(context.layout.scene_right());
   const float pad = static_cast<float>(8 * context.scale);
   const float line = font->FontSize;
   const std::vector<std::string> lines = broken(font, notes.back().text, 0.9f * width);
@@ -87,7 +89,7 @@ void show_header(const PanelContext& context, double speed, double footer) {
     context.sheet.text({margin, y}, text, scene.style.text_dim, regular->FontSize);
     y += regular->FontSize;
   }
-  show_note(context, speed, width, height - static_cast<float>(footer * context.scale));
+  show_note(context, speed, height - static_cast<float>(footer * context.scale));
   render::draw_sheet(context.sheet, first, context.sheet.size(), context.ui, *ImGui::GetBackgroundDrawList());
 }
 

@@ -60,11 +60,13 @@ Shot shoot(const std::string& path, const std::vector<std::string>& names, Paint
   return shot;
 }
 
-class OverlayRow : public testing::TestWithParam<const Overlay*> {
+class OverlayRow : public testing::TestWithParam<std::string> {
  protected:
   TemporaryFolder folder_;
   std::string scene_ = folder_.write("scene.lua", kScene);
-  std::string name_ = std::string(GetParam()->name);
+  std::string name_ = GetParam();
+  const Overlay& row_ = *std::find_if(overlays().begin(), overlays().end(),
+                                      [&](const Overlay& overlay) { return overlay.name == name_; });
 };
 
 TEST_P(OverlayRow, ChangesThePictureInBothThemesAndTheFigure) {
@@ -95,19 +97,13 @@ TEST_P(OverlayRow, TurnsOnOnlyWhatItNeeds) {
   const Observe none = needs_of({});
   EXPECT_FALSE(none.contacts || none.systems || none.solve_traces || none.stage_times);
   const Observe needs = needs_of({name_});
-  EXPECT_EQ(needs.contacts, GetParam()->needs.contacts);
-  EXPECT_EQ(needs.systems, GetParam()->needs.systems);
-  EXPECT_EQ(needs.stage_times, GetParam()->needs.stage_times);
+  EXPECT_EQ(needs.contacts, row_.needs.contacts);
+  EXPECT_EQ(needs.systems, row_.needs.systems);
+  EXPECT_EQ(needs.stage_times, row_.needs.stage_times);
 }
 
-std::vector<const Overlay*> rows() {
-  std::vector<const Overlay*> result;
-  for (const Overlay& overlay : overlays()) result.push_back(&overlay);
-  return result;
-}
-
-INSTANTIATE_TEST_SUITE_P(All, OverlayRow, testing::ValuesIn(rows()),
-                         [](const auto& row) { return std::string(row.param->name); });
+INSTANTIATE_TEST_SUITE_P(All, OverlayRow, testing::ValuesIn(overlay_names()),
+                         [](const auto& row) { return row.param; });
 
 TEST(OverlayRegistry, NamesAndHotkeysAreUnique) {
   std::set<std::string_view> names;
@@ -151,8 +147,9 @@ TEST(Panels, TextAndCurvesStayInsideTheirPanelAndPanelsApart) {
   std::vector<std::vector<std::string>> groups;
   for (const Overlay& overlay : overlays())
     if (overlay.panel_px > 0) groups.push_back({std::string(overlay.name)});
-  groups.push_back({"energy", "momentum", "skips", "inspector", "matrix"});
-  groups.push_back({"solver", "factor", "broadphase", "sat", "checks"});
+  groups.push_back({"inspector", "energy", "momentum", "matrix"});
+  groups.push_back({"broadphase", "sat", "skips", "solver"});
+  groups.push_back({"factor", "checks"});
   for (const std::vector<std::string>& names : groups) {
     Demo demo(path, {.seconds = 0.5});
     const Observe needs = needs_of(names);
@@ -193,7 +190,7 @@ TEST(Panels, TextAndCurvesStayInsideTheirPanelAndPanelsApart) {
                           << r.left - panel.left << ' ' << r.top - panel.top << ' ' << r.right - panel.right
                           << ' ' << r.bottom - panel.bottom;
     }
-    EXPECT_EQ(panels.size(), names.size());
+    EXPECT_EQ(panels.size(), names.size() + 1) << "and the note";
   }
 }
 
@@ -207,7 +204,7 @@ TEST(Panels, ThoseWithoutRoomAreNamed) {
   const Outcome outcome = run({"capture", folder.write("scene.lua", kScene), "-o", folder / "x.png", "--at",
                                "0.1", "--overlay", "matrix,solver,factor,compare"});
   EXPECT_EQ(outcome.code, kGood) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("no room for compare"));
+  EXPECT_THAT(outcome.err, HasSubstr("no room for solver, compare"));
 }
 
 TEST(PanelLayout, KeepsPanelsApartForAnyHeights) {
