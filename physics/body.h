@@ -46,7 +46,8 @@ struct BodyArrays {
   std::vector<double> gravity_scale;
   std::vector<BodyType> type;
   std::vector<std::uint8_t> alive;
-  std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static or kinematic)
+  std::vector<std::uint8_t> asleep;  ///< 1: at rest to the bit and out of the working set (see sleep.h)
+  std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static, kinematic, asleep)
   std::vector<std::uint32_t> generation;
 
   std::size_t size() const { return position.size(); }

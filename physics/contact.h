@@ -38,6 +38,7 @@ struct Contact {
   bool sensor = false;
   bool linked = false;           ///< may touch within this step: part of an island
   bool touched = false;          ///< touched at the end of the last step
+  bool woken = false;            ///< came back from sleep and was not looked at since
   bool hit = false;              ///< took part in an impact in this step
   double hit_speed = 0;          ///< largest approach speed of those impacts [m/s]
   Vec2 hit_point, hit_normal;    ///< of the fastest of them, world frame

@@ -110,21 +110,21 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
   return true;
 }
 
-void remember_resting(const WorldState& s, const Island& island, double h, const IslandResult& result,
-                      std::vector<RestingIsland>& resting) {
-  if (!s.config.reuse_resting || result.in_flight || result.substeps != 1 || result.impacts > 0) return;
+std::optional<RestingIsland> remember_resting(const WorldState& s, const Island& island, double h,
+                                              const IslandResult& result) {
+  if (!s.config.reuse_resting || result.in_flight || result.substeps != 1 || result.impacts > 0) return {};
   for (const std::uint32_t i : island.bodies) {
-    if (s.bodies.velocity[i] != Vec2{} || s.bodies.omega[i] != 0 || !body_unchanged(s, i)) return;
+    if (s.bodies.velocity[i] != Vec2{} || s.bodies.omega[i] != 0 || !body_unchanged(s, i)) return {};
   }
   for (const std::uint32_t index : island.contacts) {
-    if (!impulses_unchanged(s.contacts[index])) return;
+    if (!impulses_unchanged(s.contacts[index])) return {};
   }
   RestingIsland known;
   known.key = resting_key(s, island, h);
   known.report = result.report;
   known.friction_rows = result.friction_rows;
   for (const IslandMemory& memory : result.memories) known.memory_keys.push_back(memory.key);
-  resting.push_back(std::move(known));
+  return known;
 }
 
 }  // namespace skerry

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "physics/stepping/stepper.h"
@@ -25,8 +26,8 @@ std::uint64_t resting_key(const WorldState& state, const Island& island, double 
 /// If the island was at rest under the same input, fills `result` as the last step did and returns true.
 bool reuse_resting(WorldState& state, const Island& island, double h, IslandResult& result);
 
-/// Remembers the island for the next step if this one changed neither its state nor its impulses.
-void remember_resting(const WorldState& state, const Island& island, double h, const IslandResult& result,
-                      std::vector<RestingIsland>& resting);
+/// What to remember of the island for the next step, if this one changed neither its state nor its impulses.
+std::optional<RestingIsland> remember_resting(const WorldState& state, const Island& island, double h,
+                                              const IslandResult& result);
 
 }  // namespace skerry

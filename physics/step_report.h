@@ -132,8 +132,10 @@ struct StepReport {
   int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
 
   // Skips: work that this step did not have to do.
+  int islands_asleep = 0;  ///< out of the working set; counted in `islands`, `contacts`, `rows` all the same
+  int bodies_asleep = 0;
   int islands_in_flight = 0;   ///< closed-form flight: no narrow phase, no rows, no solve
-  int islands_at_rest = 0;     ///< nothing changed by a bit: last step's forces serve
+  int islands_at_rest = 0;     ///< nothing changed by a bit: last step's forces serve; sleepers among them
   int manifolds_reused = 0;    ///< manifolds whose bodies had not moved by a bit
   int pairs_out_of_reach = 0;  ///< pairs that cannot meet within the step, left out of the islands
 
@@ -154,7 +156,7 @@ struct StepReport {
   std::uint64_t state_hash = 0;       ///< of all positions, angles and velocities, bit by bit
 
   std::vector<ContactReport> contacts_list;  ///< only with `Observe::contacts`
-  std::vector<IslandReport> islands_list;
+  std::vector<IslandReport> islands_list;  ///< awake ones; with `Observe::contacts` followed by the sleeping
   std::vector<ContactEvent> events;
   std::vector<MotionEvent> motion_events;  ///< by island, then in the order of time
   std::vector<JointEvent> joint_events;    ///< joints that broke at the end of the step, by slot

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "physics/hash.h"
 #include "physics/joint_rows.h"
 #include "physics/solver/impact_law.h"
 #include "physics/stepping/touching.h"
@@ -83,6 +82,7 @@ std::uint32_t new_body_slot(WorldState& s) {
   b.gravity_scale.push_back(1);
   b.type.push_back(BodyType::Static);
   b.alive.push_back(0);
+  b.asleep.push_back(0);
   b.island.push_back(-1);
   b.generation.push_back(0);
   s.names.emplace_back();
@@ -97,13 +97,21 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.reach.push_back(0);
   s.travelled.push_back(0);
   s.local_index.push_back(-1);
-  s.stale_boxes.push_back(1);
   return static_cast<std::uint32_t>(b.position.size() - 1);
+}
+
+/// Whatever the user changes at a body wakes its island, and those that lean on it.
+void touch(WorldState& s, std::uint32_t body) {
+  s.touched.push_back(body);
+  s.ledger.mark(body);
+  if (s.sleepers.none()) return;
+  s.sleepers.wake(s, {&body, 1});
+  s.sleepers.wake_at(s, body);
 }
 
 /// Queries look at these shapes themselves until the next step gives them boxes.
 void make_loose(WorldState& s, std::uint32_t body) {
-  s.stale_boxes[body] = 1;
+  touch(s, body);
   s.loose_shapes.insert(s.loose_shapes.end(), s.shapes_of[body].begin(), s.shapes_of[body].end());
 }
 
@@ -232,7 +240,9 @@ void check_joint(JointDef& def) {
 
 void remove_joint(WorldState& s, std::uint32_t i) {
   for (const BodyId id : {s.joints[i].def.a, s.joints[i].def.b}) {
-    if (id) std::erase(s.joints_of[id.index], i);
+    if (!id) continue;
+    touch(s, id.index);
+    std::erase(s.joints_of[id.index], i);
   }
   const std::uint32_t generation = s.joints[i].generation;
   s.joints[i] = JointRecord{};
@@ -336,6 +346,11 @@ BodyId World::create_body(const BodyDef& def) {
   s.centre[i] = {};
   s.radius[i] = 0;
   s.local_index[i] = -1;
+  b.asleep[i] = 0;
+  if (def.type == BodyType::Dynamic) s.awake.insert(std::lower_bound(s.awake.begin(), s.awake.end(), i), i);
+  if (def.type == BodyType::Kinematic) {
+    s.kinematic.insert(std::lower_bound(s.kinematic.begin(), s.kinematic.end(), i), i);
+  }
   update_mass(s, i);
   return {i, b.generation[i]};
 }
@@ -415,6 +430,9 @@ JointId World::create_joint(const JointDef& given) {
       def.kind == JointKind::Pulley || def.kind == JointKind::Gear || def.kind == JointKind::Rack;
   joint.length = keeps ? joint_coordinate(joint, joint_end(s, def.a.index), joint_end(s, b)).value
                        : def.length.value_or(length(def.anchor_b - def.anchor_a));
+  for (const BodyId end : {def.a, def.b}) {
+    if (end) touch(s, end.index);
+  }
   if (def.a) s.joints_of[def.a.index].push_back(i);
   s.joints_of[b].push_back(i);
   return {i, joint.generation};
@@ -456,11 +474,15 @@ void World::set_motor(JointId id, double speed, std::optional<double> limit) {
 void World::destroy(BodyId id) {
   WorldState& s = *state_;
   const std::uint32_t i = slot(s, id);
+  touch(s, i);
   for (const std::uint32_t shape : s.shapes_of[i]) remove_shape(s, shape);
   s.shapes_of[i].clear();
   const std::vector<std::uint32_t> joints = s.joints_of[i];
   for (const std::uint32_t joint : joints) remove_joint(s, joint);
   s.joints_of[i].clear();
+  std::erase(s.awake, i);
+  std::erase(s.kinematic, i);
+  s.local_index[i] = -1;
   BodyArrays& b = s.bodies;
   b.alive[i] = 0;
   b.type[i] = BodyType::Static;
@@ -476,6 +498,7 @@ void World::destroy(ShapeId id) {
   WorldState& s = *state_;
   const std::uint32_t i = slot(s, id);
   const std::uint32_t body = s.shapes[i].body.index;
+  touch(s, body);
   remove_shape(s, i);
   std::erase(s.shapes_of[body], i);
   update_mass(s, body);
@@ -546,6 +569,8 @@ void World::set_velocity(BodyId id, Vec2 velocity, double omega) {
   require_finite(velocity, "velocity");
   require_finite(omega, "omega");
   require(state_->bodies.type[i] != BodyType::Static, "a static body cannot have a velocity");
+  if (state_->bodies.velocity[i] == velocity && state_->bodies.omega[i] == omega) return;
+  touch(*state_, i);
   state_->bodies.velocity[i] = velocity;
   state_->bodies.omega[i] = omega;
 }
@@ -554,6 +579,7 @@ void World::apply_force(BodyId id, Vec2 force, Vec2 point_world) {
   const std::uint32_t i = slot(*state_, id);
   require_finite(force, "force");
   require_finite(point_world, "point");
+  touch(*state_, i);
   state_->bodies.force[i] += force;
   state_->bodies.torque[i] += cross(point_world - state_->bodies.position[i], force);
 }
@@ -561,6 +587,7 @@ void World::apply_force(BodyId id, Vec2 force, Vec2 point_world) {
 void World::apply_torque(BodyId id, double torque) {
   const std::uint32_t i = slot(*state_, id);
   require_finite(torque, "torque");
+  touch(*state_, i);
   state_->bodies.torque[i] += torque;
 }
 
@@ -568,6 +595,7 @@ void World::apply_impulse(BodyId id, Vec2 impulse, Vec2 point_world) {
   const std::uint32_t i = slot(*state_, id);
   require_finite(impulse, "impulse");
   require_finite(point_world, "point");
+  touch(*state_, i);
   BodyArrays& b = state_->bodies;
   b.velocity[i] += b.inverse_mass[i] * impulse;
   b.omega[i] += b.inverse_inertia[i] * cross(point_world - b.position[i], impulse);
@@ -588,7 +616,18 @@ const WorldConfig& World::config() const {
 
 void World::set_gravity(Vec2 gravity) {
   require_finite(gravity, "gravity");
+  if (gravity == state_->config.gravity) return;
   state_->config.gravity = gravity;
+  state_->ledger.mark_all();
+  state_->sleepers.wake_all(*state_);
+}
+
+bool World::asleep(BodyId id) const {
+  return state_->bodies.asleep[slot(*state_, id)] != 0;
+}
+
+void World::wake(BodyId id) {
+  touch(*state_, slot(*state_, id));
 }
 
 const BodyArrays& World::bodies() const {
@@ -610,51 +649,23 @@ BodyId World::body_id(std::size_t i) const {
 }
 
 double World::kinetic_energy() const {
-  const BodyArrays& b = state_->bodies;
-  double sum = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    sum += 0.5 * (b.mass[i] * length_squared(b.velocity[i]) + b.inertia[i] * b.omega[i] * b.omega[i]);
-  }
-  return sum;
+  return sum_bodies(state_->bodies, state_->config.gravity).kinetic;
 }
 
 double World::potential_energy() const {
-  const BodyArrays& b = state_->bodies;
-  double sum = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    sum -= b.mass[i] * b.gravity_scale[i] * dot(state_->config.gravity, b.position[i]);
-  }
-  return sum;
+  return sum_bodies(state_->bodies, state_->config.gravity).potential;
 }
 
 Vec2 World::momentum() const {
-  const BodyArrays& b = state_->bodies;
-  Vec2 sum;
-  for (std::size_t i = 0; i < b.size(); ++i) sum += b.mass[i] * b.velocity[i];
-  return sum;
+  return sum_bodies(state_->bodies, state_->config.gravity).momentum;
 }
 
 double World::angular_momentum() const {
-  const BodyArrays& b = state_->bodies;
-  double sum = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    sum += b.mass[i] * cross(b.position[i], b.velocity[i]) + b.inertia[i] * b.omega[i];
-  }
-  return sum;
+  return sum_bodies(state_->bodies, state_->config.gravity).angular;
 }
 
 std::uint64_t World::state_hash() const {
-  const BodyArrays& b = state_->bodies;
-  Fnv1a hash;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    if (!b.alive[i]) continue;
-    hash.add(static_cast<std::uint64_t>(i));
-    for (const double value :
-         {b.position[i].x, b.position[i].y, b.angle[i], b.velocity[i].x, b.velocity[i].y, b.omega[i]}) {
-      hash.add(value);
-    }
-  }
-  return hash.value();
+  return sum_bodies(state_->bodies, state_->config.gravity).hash;
 }
 
 }  // namespace skerry

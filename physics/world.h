@@ -60,6 +60,9 @@ struct WorldConfig {
   int max_impacts_per_step = 64;
   /// Islands that a step did not change by a bit are not stepped again until something does.
   bool reuse_resting = true;
+  /// Islands that are at rest to the bit leave the working set until something touches, moves or loads them;
+  /// no bit of the motion depends on it. Needs `reuse_resting`.
+  bool sleep = true;
   int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
 };
 
@@ -146,6 +149,8 @@ class World {
   void apply_force(BodyId body, Vec2 force, Vec2 point_world);
   void apply_torque(BodyId body, double torque);
   void apply_impulse(BodyId body, Vec2 impulse, Vec2 point_world);
+  bool asleep(BodyId body) const;  ///< its island is at rest and out of the working set
+  void wake(BodyId body);          ///< never needed: whatever changes a body wakes it
 
   // --- Stepping
   // -------------------------------------------------------------------------------------------------------

@@ -111,11 +111,44 @@ void add_contacts(WorldState& s) {
   }
 }
 
+/// Sleeping islands count as they did when they fell asleep.
+void add_sleepers(const SleepTotals& asleep, StepReport& r) {
+  r.islands_asleep = r.islands_at_rest = asleep.islands;
+  r.bodies_asleep = asleep.bodies;
+  r.contacts = asleep.contacts;
+  r.contact_points = asleep.contact_points;
+  r.pairs_out_of_reach = asleep.pairs_out_of_reach;
+  r.rows = asleep.rows;
+  r.friction_rows = asleep.friction_rows;
+  r.inexact_islands = asleep.inexact;
+  r.worst_residual = asleep.worst_residual;
+  r.worst_penetration = asleep.worst_penetration;
+  r.total_normal_impulse = asleep.normal_impulse;
+  r.total_friction_impulse = asleep.friction_impulse;
+}
+
+/// For an observer, islands and contacts of sleepers follow those of the awake.
+void list_sleepers(WorldState& s) {
+  StepReport& r = s.report;
+  for (const SleepingIsland& island : s.sleepers.islands()) {
+    if (island.bodies.empty()) continue;
+    for (const std::uint32_t body : island.bodies) {
+      s.bodies.island[body] = static_cast<std::int32_t>(r.islands_list.size());
+    }
+    r.islands_list.push_back(island.rest.report);
+    for (const Contact& contact : island.contacts) {
+      if (contact.touched) r.events.push_back(event_of(s, contact, ContactEventKind::Persist));
+      if (contact.linked && !contact.sensor && contact.manifold.count > 0)
+        r.contacts_list.push_back(report_of(s, contact));
+    }
+  }
+}
+
 void set_reactions(WorldState& s) {
-  for (JointRecord& joint : s.joints) {
+  for (const std::uint32_t j : s.active_joints) {
+    JointRecord& joint = s.joints[j];
     joint.impulse = {};
     joint.angular_impulse = 0;
-    if (!joint.alive) continue;
     const JointEnd b = joint_end(s, joint.def.b.index);
     JointRows rows;
     const int count = joint_rows(joint, joint_end(s, joint.def.a.index), b, rows);
@@ -129,9 +162,8 @@ void set_reactions(WorldState& s) {
 
 /// Joints that carried too much; the world removes them after the report.
 void note_broken_joints(WorldState& s, double h) {
-  for (std::uint32_t i = 0; i < s.joints.size(); ++i) {
+  for (const std::uint32_t i : s.active_joints) {
     const JointRecord& joint = s.joints[i];
-    if (!joint.alive) continue;
     const double force = length(joint.impulse) / h, torque = std::abs(joint.angular_impulse) / h;
     if (!(force > joint.def.break_force) && !(torque > joint.def.break_torque)) continue;
     s.report.joint_events.push_back({{i, joint.generation}, joint.def.a, joint.def.b, force, torque});
@@ -146,17 +178,14 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
   r.step = s.steps;
   r.time = s.time;
   r.h = h;
-  const BodyArrays& b = s.bodies;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    r.bodies += b.alive[i];
-    r.dynamic_bodies += b.alive[i] && b.type[i] == BodyType::Dynamic;
-  }
-  r.shapes = static_cast<int>(
-      std::count_if(s.shapes.begin(), s.shapes.end(), [](const auto& x) { return x.alive; }));
-  r.joints = static_cast<int>(
-      std::count_if(s.joints.begin(), s.joints.end(), [](const auto& x) { return x.alive; }));
-  r.pairs = static_cast<int>(s.contacts.size());
-  r.islands = static_cast<int>(islands.size());
+  const SleepTotals& asleep = s.sleepers.totals();
+  r.bodies = static_cast<int>(s.bodies.size() - s.free_bodies.size());
+  r.dynamic_bodies = static_cast<int>(s.awake.size()) + asleep.bodies;
+  r.shapes = static_cast<int>(s.shapes.size() - s.free_shapes.size());
+  r.joints = static_cast<int>(s.joints.size() - s.free_joints.size());
+  r.pairs = static_cast<int>(s.contacts.size()) + asleep.pairs;
+  r.islands = static_cast<int>(islands.size()) + asleep.islands;
+  add_sleepers(asleep, r);
 
   for (std::size_t n = 0; n < results.size(); ++n) {
     IslandResult& result = *results[n];
@@ -198,6 +227,7 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
   }
   add_events(s, lost);
   add_contacts(s);
+  if (s.observe.contacts) list_sleepers(s);
   set_reactions(s);
   note_broken_joints(s, h);
 }

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "physics/contact.h"
+#include "physics/ledger.h"
 #include "physics/resting.h"
+#include "physics/sleep.h"
 #include "physics/stepping/stepper.h"
 #include "physics/thread_pool.h"
 #include "physics/world.h"
@@ -45,21 +47,30 @@ struct WorldState {
 
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ThreadPool> pool;
-  std::vector<Contact> contacts;       ///< sorted by key
+  IslandBuilder island_builder;
+  std::vector<Contact> contacts;       ///< sorted by key; those of sleeping islands are in `sleepers`
   std::vector<IslandMemory> memories;  ///< sorted by key
   std::vector<RestingIsland> resting;  ///< sorted by key
+  Sleepers sleepers;
+  Ledger ledger;
 
-  // Of the current step.
+  // The working set, as slots in ascending order.
+  std::vector<std::uint32_t> awake;      ///< dynamic bodies that do not sleep
+  std::vector<std::uint32_t> kinematic;  ///< all kinematic bodies
+  std::vector<std::uint32_t> touched;    ///< bodies that the user changed since the last step; in any order
+
+  // Of the current step; by body, but valid for those that were active in it only, unless said.
+  std::vector<std::uint32_t> active;  ///< awake, moving or touched bodies, ascending
+  std::vector<std::uint32_t> active_joints;
   std::vector<Vec2> acceleration;  ///< by body [m/s^2]
   std::vector<double> angular_acceleration;
-  std::vector<double> reach;              ///< bound on how far any point of the body moves in the step [m]
+  std::vector<double> reach;  ///< bound on how far any point of the body moves in a step [m], for all bodies
   std::vector<double> travelled;          ///< how far it did at most [m]
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
-  std::vector<BodyBackup> backup;         ///< at the start of the step
+  std::vector<BodyBackup> backup;         ///< at the start of the step, for all bodies
   std::vector<Pair> pairs;
   std::vector<BoxUpdate> box_updates;
-  std::vector<std::uint8_t> shape_moved;  ///< by shape: its box is new in this round
-  std::vector<std::uint8_t> stale_boxes;  ///< by body: static, but moved or changed since its boxes were made
+  std::vector<std::uint8_t> shape_moved;    ///< by shape: its box is new in this round
   std::vector<std::uint32_t> loose_shapes;  ///< shapes whose box in the broad phase is missing or out of date
 
   // Looked up by name once, when the world is made.

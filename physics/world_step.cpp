@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <stdexcept>
 
 #include "physics/islands/island_builder.h"
@@ -36,12 +38,14 @@ class Step {
   void run() {
     begin();
     std::vector<SteppedIsland> islands;
-    std::vector<std::uint8_t> dirty(s_.bodies.size(), 1);
-    for (;;) {
-      find_pairs();
-      link_contacts(dirty);
-      step_islands(dirty, islands);
-      if (!extend_reach(dirty)) break;
+    if (!s_.active.empty() || !s_.contacts.empty()) {
+      std::vector<std::uint8_t> dirty(s_.bodies.size(), 1);
+      for (;;) {
+        find_pairs();
+        link_contacts(dirty);
+        step_islands(dirty, islands);
+        if (!extend_reach(dirty)) break;
+      }
     }
     finish(islands);
   }
@@ -55,42 +59,90 @@ class Step {
         std::chrono::duration<double>(Clock::now() - start).count();
   }
 
-  /// Accelerations, bounds on the motion, and what a second try needs.
+  /// The working set; accelerations, bounds on the motion, and what a second try needs.
   void begin() {
     const auto start = Clock::now();
+    require_masses();
     s_.report = {};
-    BodyArrays& b = s_.bodies;
-    s_.backup.resize(b.size());
-    for (std::size_t i = 0; i < b.size(); ++i) {
-      s_.backup[i] = {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]};
-      s_.travelled[i] = 0;
-      s_.acceleration[i] = {};
-      s_.angular_acceleration[i] = 0;
-      s_.reach[i] = 0;
-      if (!b.alive[i] || b.type[i] == BodyType::Static) continue;
-      if (b.type[i] == BodyType::Dynamic) {
-        if (!(b.inverse_mass[i] > 0)) {
-          throw std::invalid_argument(
-              "body " + std::to_string(i) + (s_.names[i].empty() ? "" : " '" + s_.names[i] + "'") +
-              " is dynamic but has no mass: give it a mass, or a shape with a density");
-        }
-        s_.acceleration[i] = b.gravity_scale[i] * s_.config.gravity + b.inverse_mass[i] * b.force[i];
-        s_.angular_acceleration[i] = b.inverse_inertia[i] * b.torque[i];
-      }
-      s_.reach[i] = h_ * (length(b.velocity[i]) + h_ * length(s_.acceleration[i]) +
-                          (std::abs(b.omega[i]) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
-      if (!(s_.reach[i] < kFarthest)) contain(i);
-    }
-    for (Contact& contact : s_.contacts) {
-      for (PointMemory& memory : contact.points)
-        memory.total_normal = memory.total_friction = memory.total_impact = 0;
-      contact.points_at_start = contact.points;
-      contact.hit = false;
-      contact.hit_speed = 0;
-    }
-    for (JointRecord& joint : s_.joints)
-      std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
+    // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
+    if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
+    choose_active();
+    s_.backup.resize(s_.bodies.size());
+    for (const std::uint32_t i : s_.active) begin(i);
+    for (Contact& contact : s_.contacts) begin(contact);
+    for (const std::uint32_t j : s_.active_joints) begin(s_.joints[j]);
     book(Stage::Forces, start);
+  }
+
+  /// Refuses the step before anything is changed.
+  void require_masses() const {
+    for (const std::uint32_t i : s_.awake) {
+      if (s_.bodies.inverse_mass[i] > 0) continue;
+      throw std::invalid_argument("body " + std::to_string(i) +
+                                  (s_.names[i].empty() ? "" : " '" + s_.names[i] + "'") +
+                                  " is dynamic but has no mass: give it a mass, or a shape with a density");
+    }
+  }
+
+  /// Awake bodies, kinematic ones that move, and what the user touched; with the joints of the awake ones.
+  void choose_active() {
+    const BodyArrays& b = s_.bodies;
+    std::vector<std::uint32_t> others = std::move(s_.touched);
+    s_.touched.clear();
+    for (const std::uint32_t i : s_.kinematic) {
+      if (b.velocity[i] != Vec2{} || b.omega[i] != 0) others.push_back(i);
+    }
+    // Awake bodies are in the set already.
+    std::erase_if(others, [&](std::uint32_t i) {
+      return !b.alive[i] || (b.type[i] == BodyType::Dynamic && b.asleep[i] == 0);
+    });
+    std::sort(others.begin(), others.end());
+    others.erase(std::unique(others.begin(), others.end()), others.end());
+    s_.active.clear();
+    std::merge(s_.awake.begin(), s_.awake.end(), others.begin(), others.end(), std::back_inserter(s_.active));
+    s_.active_joints.clear();
+    for (const std::uint32_t i : s_.awake) add_joints_of(i);
+    sort_joints();
+  }
+
+  void add_joints_of(std::uint32_t body) {
+    s_.active_joints.insert(s_.active_joints.end(), s_.joints_of[body].begin(), s_.joints_of[body].end());
+  }
+
+  void sort_joints() {
+    std::sort(s_.active_joints.begin(), s_.active_joints.end());
+    s_.active_joints.erase(std::unique(s_.active_joints.begin(), s_.active_joints.end()),
+                           s_.active_joints.end());
+  }
+
+  void begin(std::uint32_t i) {
+    BodyArrays& b = s_.bodies;
+    s_.backup[i] = {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]};
+    s_.travelled[i] = 0;
+    s_.acceleration[i] = {};
+    s_.angular_acceleration[i] = 0;
+    s_.reach[i] = 0;
+    s_.ledger.mark(i);
+    if (b.type[i] == BodyType::Static) return;
+    if (b.type[i] == BodyType::Dynamic) {
+      s_.acceleration[i] = b.gravity_scale[i] * s_.config.gravity + b.inverse_mass[i] * b.force[i];
+      s_.angular_acceleration[i] = b.inverse_inertia[i] * b.torque[i];
+    }
+    s_.reach[i] = h_ * (length(b.velocity[i]) + h_ * length(s_.acceleration[i]) +
+                        (std::abs(b.omega[i]) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
+    if (!(s_.reach[i] < kFarthest)) contain(i);
+  }
+
+  static void begin(Contact& contact) {
+    for (PointMemory& memory : contact.points)
+      memory.total_normal = memory.total_friction = memory.total_impact = 0;
+    contact.points_at_start = contact.points;
+    contact.hit = false;
+    contact.hit_speed = 0;
+  }
+
+  static void begin(JointRecord& joint) {
+    std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
   }
 
   /// A body that is about to leave the numbers stops where it is.
@@ -109,27 +161,25 @@ class Step {
     s_.box_updates.clear();
     s_.shape_moved.assign(s_.shapes.size(), 0);
     const BodyArrays& b = s_.bodies;
-    for (std::uint32_t i = 0; i < s_.shapes.size(); ++i) {
-      ShapeRecord& shape = s_.shapes[i];
-      if (!shape.alive) continue;
-      const std::uint32_t body = shape.body.index;
-      if (b.type[body] == BodyType::Static && shape.in_broad_phase && !s_.stale_boxes[body]) continue;
+    for (const std::uint32_t body : s_.active) {
       const BodyBackup& from = s_.backup[body];
-      const Aabb box = grown(bounding_box(shape.shape, {from.position, from.rotation}),
-                             s_.reach[body] + s_.config.contact_margin);
-      if (!shape.in_broad_phase) {
-        s_.broad_phase->insert(i, box,
-                               b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
-        shape.in_broad_phase = true;
-      } else if (box.lower != shape.box.lower || box.upper != shape.box.upper) {
-        s_.box_updates.push_back({i, box});
-      } else {
-        continue;
+      for (const std::uint32_t i : s_.shapes_of[body]) {
+        ShapeRecord& shape = s_.shapes[i];
+        const Aabb box = grown(bounding_box(shape.shape, {from.position, from.rotation}),
+                               s_.reach[body] + s_.config.contact_margin);
+        if (!shape.in_broad_phase) {
+          s_.broad_phase->insert(i, box,
+                                 b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
+          shape.in_broad_phase = true;
+        } else if (box.lower != shape.box.lower || box.upper != shape.box.upper) {
+          s_.box_updates.push_back({i, box});
+        } else {
+          continue;
+        }
+        shape.box = box;
+        s_.shape_moved[i] = 1;
       }
-      shape.box = box;
-      s_.shape_moved[i] = 1;
     }
-    std::fill(s_.stale_boxes.begin(), s_.stale_boxes.end(), 0);
     s_.loose_shapes.clear();
     if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
     s_.broad_phase->moved_pairs(s_.pairs);
@@ -224,6 +274,12 @@ class Step {
     return contact;
   }
 
+  struct LinkCount {
+    NarrowPhaseStats narrow;
+    int reused = 0;
+    std::vector<std::uint32_t> newly;  ///< bodies of contacts that became linked
+  };
+
   /// A pair belongs to the step if its shapes can meet within it. After the first round only pairs of dirty
   /// bodies can become linked; islands that gained one are then the dirty ones.
   void link_contacts(std::vector<std::uint8_t>& dirty) {
@@ -235,9 +291,13 @@ class Step {
     std::vector<LinkCount> counts(chunks);
     s_.pool->run(chunks, [&](std::size_t chunk) {
       const std::size_t end = std::min((chunk + 1) * kContactsPerChunk, s_.contacts.size());
-      for (std::size_t i = chunk * kContactsPerChunk; i < end; ++i)
+      for (std::size_t i = chunk * kContactsPerChunk; i < end; ++i) {
         link(s_.contacts[i], first, dirty, counts[chunk]);
+        s_.contacts[i].woken = false;
+      }
     });
+    while (wake_linked(first, dirty, counts)) {
+    }
     std::vector<std::uint8_t> newly(s_.bodies.size(), 0);
     for (const LinkCount& count : counts) {
       s_.report.manifolds_reused += count.reused;
@@ -251,11 +311,39 @@ class Step {
     book(Stage::Narrow, start);
   }
 
-  struct LinkCount {
-    NarrowPhaseStats narrow;
-    int reused = 0;
-    std::vector<std::uint32_t> newly;  ///< bodies of contacts that became linked
-  };
+  /// Sleeping islands that something can reach come back, as if they had been awake all the time; their own
+  /// contacts may reach others. @return false if there were none
+  bool wake_linked(bool first, const std::vector<std::uint8_t>& dirty, std::vector<LinkCount>& counts) {
+    if (s_.sleepers.none()) return false;
+    std::vector<std::uint32_t> struck;
+    for (const Contact& contact : s_.contacts) {
+      if (!contact.linked) continue;
+      for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+        if (s_.bodies.asleep[body]) struck.push_back(body);
+      }
+    }
+    const std::vector<std::uint32_t> woken = s_.sleepers.wake(s_, struck);
+    if (woken.empty()) return false;
+    for (const std::uint32_t body : woken) {
+      begin(body);
+      add_joints_of(body);
+      for (const std::uint32_t j : s_.joints_of[body]) begin(s_.joints[j]);
+    }
+    sort_joints();
+    const auto middle = static_cast<std::ptrdiff_t>(s_.active.size());
+    s_.active.insert(s_.active.end(), woken.begin(), woken.end());
+    std::inplace_merge(s_.active.begin(), s_.active.begin() + middle, s_.active.end());
+    LinkCount count;
+    for (Contact& contact : s_.contacts) {
+      if (!contact.woken) continue;
+      contact.woken = false;
+      begin(contact);
+      // In later rounds they are what the first would have made of them.
+      if (first) link(contact, first, dirty, count);
+    }
+    counts.push_back(std::move(count));
+    return true;
+  }
 
   void link(Contact& contact, bool first, const std::vector<std::uint8_t>& dirty, LinkCount& count) const {
     if (first) contact.linked = false;
@@ -283,24 +371,19 @@ class Step {
   void step_islands(std::vector<std::uint8_t>& dirty, std::vector<SteppedIsland>& stepped) {
     const auto start = Clock::now();
     const BodyArrays& b = s_.bodies;
-    std::vector<std::uint8_t> dynamic(b.size(), 0);
-    for (std::size_t i = 0; i < b.size(); ++i) dynamic[i] = b.alive[i] && b.type[i] == BodyType::Dynamic;
+    const auto dynamic = [&b](std::uint32_t i) { return b.type[i] == BodyType::Dynamic; };
     std::vector<IslandEdge> edges;
     for (std::uint32_t i = 0; i < s_.contacts.size(); ++i) {
       const Contact& c = s_.contacts[i];
-      if (c.linked)
-        edges.push_back({c.body_a, c.body_b, dynamic[c.body_a] != 0, dynamic[c.body_b] != 0, i, false});
+      if (c.linked) edges.push_back({c.body_a, c.body_b, dynamic(c.body_a), dynamic(c.body_b), i, false});
     }
-    for (std::uint32_t i = 0; i < s_.joints.size(); ++i) {
+    for (const std::uint32_t i : s_.active_joints) {
       const JointRecord& joint = s_.joints[i];
-      if (!joint.alive) continue;
       const bool ground = !joint.def.a;
       const std::uint32_t a = ground ? joint.def.b.index : joint.def.a.index;
-      edges.push_back(
-          {a, joint.def.b.index, !ground && dynamic[a] != 0, dynamic[joint.def.b.index] != 0, i, true});
+      edges.push_back({a, joint.def.b.index, !ground && dynamic(a), dynamic(joint.def.b.index), i, true});
     }
-    std::vector<Island> islands = build_islands(dynamic, edges);
-    std::fill(s_.local_index.begin(), s_.local_index.end(), -1);
+    std::vector<Island> islands = s_.island_builder.build(s_.awake, edges);
     for (std::size_t n = 0; n < islands.size(); ++n) {
       for (std::size_t k = 0; k < islands[n].bodies.size(); ++k) {
         s_.local_index[islands[n].bodies[k]] = static_cast<std::int32_t>(k);
@@ -372,7 +455,7 @@ class Step {
   bool extend_reach(std::vector<std::uint8_t>& dirty) {
     bool any = false;
     std::fill(dirty.begin(), dirty.end(), 0);
-    for (std::size_t i = 0; i < s_.bodies.size(); ++i) {
+    for (const std::uint32_t i : s_.active) {
       if (!(s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin)) continue;
       if (!std::isfinite(s_.travelled[i])) continue;
       s_.reach[i] = 1.25 * s_.travelled[i];
@@ -385,15 +468,13 @@ class Step {
   void finish(std::vector<SteppedIsland>& islands) {
     BodyArrays& b = s_.bodies;
     // Kinematic bodies move as told.
-    for (std::size_t i = 0; i < b.size(); ++i) {
-      if (!b.alive[i] || b.type[i] != BodyType::Kinematic) continue;
+    for (const std::uint32_t i : s_.kinematic) {
       b.position[i] += h_ * b.velocity[i];
       b.angle[i] += h_ * b.omega[i];
       b.rotation[i] = Rot::from_angle(b.angle[i]);
     }
     // A body whose new state is not finite goes back to where it was and stops; the others are unaffected.
-    for (std::uint32_t i = 0; i < b.size(); ++i) {
-      if (!b.alive[i] || b.type[i] != BodyType::Dynamic) continue;
+    for (const std::uint32_t i : s_.awake) {
       if (is_finite(b.position[i]) && std::isfinite(b.angle[i]) && is_finite(b.velocity[i]) &&
           std::isfinite(b.omega[i])) {
         continue;
@@ -401,8 +482,6 @@ class Step {
       restore({i});
       contain(i);
     }
-    std::fill(b.force.begin(), b.force.end(), Vec2{});
-    std::fill(b.torque.begin(), b.torque.end(), 0);
     s_.time += h_;
     ++s_.steps;
 
@@ -416,21 +495,44 @@ class Step {
     write_report(s_, h_, members, results, lost_);
     book(Stage::Report, start);
 
+    remember(islands);
+    for (const std::uint32_t i : s_.active) {
+      b.force[i] = {};
+      b.torque[i] = 0;
+    }
+  }
+
+  /// Keeps what the next step can use again: states at rest, solver memories. Islands at rest fall asleep.
+  void remember(std::vector<SteppedIsland>& islands) {
     std::vector<RestingIsland> resting;
-    for (std::size_t n = 0; n < results.size(); ++n) {
-      if (!s_.observe.systems) remember_resting(s_, *members[n], h_, *results[n], resting);
+    std::vector<Sleepers::Candidate> sleepy;
+    s_.memories.clear();
+    for (SteppedIsland& island : islands) {
+      std::optional<RestingIsland> known;
+      if (!s_.observe.systems) known = remember_resting(s_, island.island, h_, island.result);
+      std::vector<IslandMemory>& memories = island.result.memories;
+      std::erase_if(memories, [](const IslandMemory& memory) { return memory.memory == nullptr; });
+      if (known && may_sleep(island)) {
+        sleepy.push_back({&island.island, std::move(*known), std::move(memories)});
+        continue;
+      }
+      if (known) resting.push_back(std::move(*known));
+      std::move(memories.begin(), memories.end(), std::back_inserter(s_.memories));
     }
     std::sort(resting.begin(), resting.end(),
               [](const RestingIsland& x, const RestingIsland& y) { return x.key < y.key; });
     s_.resting = std::move(resting);
-    s_.memories.clear();
-    for (IslandResult* result : results) {
-      for (IslandMemory& memory : result->memories) {
-        if (memory.memory != nullptr) s_.memories.push_back(std::move(memory));
-      }
-    }
     std::sort(s_.memories.begin(), s_.memories.end(),
               [](const IslandMemory& x, const IslandMemory& y) { return x.key < y.key; });
+    s_.sleepers.put_to_sleep(s_, h_, std::move(sleepy));
+  }
+
+  /// At rest twice under the same input, and that input stays: forces of the user last one step only.
+  bool may_sleep(const SteppedIsland& island) const {
+    if (!s_.config.sleep || !island.result.at_rest) return false;
+    return std::all_of(island.island.bodies.begin(), island.island.bodies.end(), [this](std::uint32_t i) {
+      return s_.bodies.force[i] == Vec2{} && s_.bodies.torque[i] == 0;
+    });
   }
 
   WorldState& s_;
@@ -449,11 +551,12 @@ const StepReport& World::step(double h) {
   Step(*state_, h).run();
   StepReport& report = state_->report;
   for (const JointEvent& broken : report.joint_events) destroy(broken.joint);
-  report.kinetic_energy = kinetic_energy();
-  report.potential_energy = potential_energy();
-  report.momentum = momentum();
-  report.angular_momentum = angular_momentum();
-  report.state_hash = state_hash();
+  const BodySums sums = state_->ledger.total(state_->bodies, state_->config.gravity);
+  report.kinetic_energy = sums.kinetic;
+  report.potential_energy = sums.potential;
+  report.momentum = sums.momentum;
+  report.angular_momentum = sums.angular;
+  report.state_hash = sums.hash;
   return state_->report;
 }
 

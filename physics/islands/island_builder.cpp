@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "physics/islands/island_builder.h"
 
-#include <numeric>
-
 namespace skerry {
 
-std::vector<Island> build_islands(const std::vector<std::uint8_t>& dynamic,
-                                  const std::vector<IslandEdge>& edges) {
-  std::vector<std::uint32_t> parent(dynamic.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto find = [&parent](std::uint32_t i) {
-    while (parent[i] != i) {
-      parent[i] = parent[parent[i]];
-      i = parent[i];
+std::vector<Island> IslandBuilder::build(const std::vector<std::uint32_t>& bodies,
+                                         const std::vector<IslandEdge>& edges) {
+  if (!bodies.empty() && parent_.size() <= bodies.back()) {
+    parent_.resize(bodies.back() + 1);
+    number_.resize(parent_.size());
+  }
+  for (const std::uint32_t i : bodies) parent_[i] = i;
+  const auto find = [this](std::uint32_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
     }
     return i;
   };
@@ -22,24 +23,22 @@ std::vector<Island> build_islands(const std::vector<std::uint8_t>& dynamic,
     if (!edge.a_dynamic || !edge.b_dynamic) continue;
     const std::uint32_t a = find(edge.a);
     const std::uint32_t b = find(edge.b);
-    if (a < b) parent[b] = a;
-    if (b < a) parent[a] = b;
+    if (a < b) parent_[b] = a;
+    if (b < a) parent_[a] = b;
   }
 
   std::vector<Island> islands;
-  std::vector<std::uint32_t> number(dynamic.size());
-  for (std::uint32_t i = 0; i < dynamic.size(); ++i) {
-    if (!dynamic[i]) continue;
+  for (const std::uint32_t i : bodies) {
     const std::uint32_t root = find(i);
     if (root == i) {
-      number[i] = static_cast<std::uint32_t>(islands.size());
+      number_[i] = static_cast<std::uint32_t>(islands.size());
       islands.emplace_back();
     }
-    islands[number[root]].bodies.push_back(i);
+    islands[number_[root]].bodies.push_back(i);
   }
   for (const IslandEdge& edge : edges) {
     if (!edge.a_dynamic && !edge.b_dynamic) continue;
-    Island& island = islands[number[find(edge.a_dynamic ? edge.a : edge.b)]];
+    Island& island = islands[number_[find(edge.a_dynamic ? edge.a : edge.b)]];
     (edge.joint ? island.joints : island.contacts).push_back(edge.index);
   }
   return islands;

@@ -28,13 +28,18 @@ struct IslandEdge {
   bool joint;
 };
 
-/// Finds the connected components by union-find with path halving [Tarjan & van Leeuwen 1984].
-///
-/// @param dynamic  1 for each slot that holds a dynamic body
-/// @param edges    in ascending order of index, contacts and joints each
-/// @return islands in the order of their smallest body; edges between two bodies that are not dynamic belong
-/// to none
-std::vector<Island> build_islands(const std::vector<std::uint8_t>& dynamic,
-                                  const std::vector<IslandEdge>& edges);
+/// Finds the connected components by union-find with path halving [Tarjan & van Leeuwen 1984]. Keeps its
+/// tables, so that a world that is mostly asleep costs nothing for those who sleep.
+class IslandBuilder {
+ public:
+  /// @param bodies  slots of the dynamic bodies that take part, ascending
+  /// @param edges   in ascending order of index, contacts and joints each; dynamic ends are in `bodies`
+  /// @return islands in the order of their smallest body; edges between two bodies that are not dynamic
+  /// belong to none
+  std::vector<Island> build(const std::vector<std::uint32_t>& bodies, const std::vector<IslandEdge>& edges);
+
+ private:
+  std::vector<std::uint32_t> parent_, number_;  ///< by slot; only those of the present bodies mean something
+};
 
 }  // namespace skerry

@@ -59,7 +59,9 @@ class EventStep {
       keep_mode_ = false;
       if (!(mode_.free() ? fly_on() : integrate())) return false;
       ++result_.substeps;
-      if (events_ > kMaxEvents || result_.impacts > cuts) return false;
+      // Pieces that end without an event that counts must not go on for ever either.
+      if (events_ > kMaxEvents || result_.impacts > cuts || result_.substeps > kMaxEvents + 2 * cuts)
+        return false;
     }
     return true;
   }

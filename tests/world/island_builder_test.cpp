@@ -24,9 +24,18 @@ std::vector<int> labels_by_relabelling(const std::vector<std::uint8_t>& dynamic,
   return label;
 }
 
+std::vector<std::uint32_t> members_of(const std::vector<std::uint8_t>& flags) {
+  std::vector<std::uint32_t> members;
+  for (std::uint32_t i = 0; i < flags.size(); ++i) {
+    if (flags[i]) members.push_back(i);
+  }
+  return members;
+}
+
 TEST(IslandBuilder, AgreesWithRelabellingOnRandomGraphs) {
   const unsigned seed = 3;
   std::mt19937 random(seed);
+  IslandBuilder builder;
   for (int trial = 0; trial < 300; ++trial) {
     const std::uint32_t bodies = 1 + random() % 40;
     std::vector<std::uint8_t> dynamic(bodies);
@@ -37,7 +46,7 @@ TEST(IslandBuilder, AgreesWithRelabellingOnRandomGraphs) {
       const std::uint32_t b = (a + 1 + random() % (bodies - 1)) % bodies;
       edges.push_back({a, b, dynamic[a] != 0, dynamic[b] != 0, i, random() % 5 == 0});
     }
-    const std::vector<Island> islands = build_islands(dynamic, edges);
+    const std::vector<Island> islands = builder.build(members_of(dynamic), edges);
     const std::vector<int> label = labels_by_relabelling(dynamic, edges);
     std::size_t members = 0;
     std::uint32_t last_first = 0;
@@ -65,14 +74,14 @@ TEST(IslandBuilder, AgreesWithRelabellingOnRandomGraphs) {
 TEST(IslandBuilder, StaticBodiesDoNotConnect) {
   // Two boxes on one floor (body 0).
   const std::vector<Island> islands =
-      build_islands({0, 1, 1}, {{0, 1, false, true, 0, false}, {0, 2, false, true, 1, false}});
+      IslandBuilder().build({1, 2}, {{0, 1, false, true, 0, false}, {0, 2, false, true, 1, false}});
   ASSERT_EQ(islands.size(), 2u);
   EXPECT_EQ(islands[0].contacts, std::vector<std::uint32_t>{0});
   EXPECT_EQ(islands[1].contacts, std::vector<std::uint32_t>{1});
 }
 
 TEST(IslandBuilder, EdgesWithoutADynamicBodyBelongToNoIsland) {
-  const std::vector<Island> islands = build_islands({0, 0, 1}, {{0, 1, false, false, 0, false}});
+  const std::vector<Island> islands = IslandBuilder().build({2}, {{0, 1, false, false, 0, false}});
   ASSERT_EQ(islands.size(), 1u);
   EXPECT_TRUE(islands[0].contacts.empty());
 }

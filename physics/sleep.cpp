@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+#include "physics/sleep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+bool by_contact_key(const Contact& x, const Contact& y) {
+  return x.key() < y.key();
+}
+
+template <class T>
+bool by_key(const T& x, const T& y) {
+  return x.key < y.key;
+}
+
+/// Moves `more` into the sorted `all`.
+template <class T, class Less>
+void merge_in(std::vector<T>& all, std::vector<T> more, Less less) {
+  std::sort(more.begin(), more.end(), less);
+  const auto middle = static_cast<std::ptrdiff_t>(all.size());
+  std::move(more.begin(), more.end(), std::back_inserter(all));
+  std::inplace_merge(all.begin(), all.begin() + middle, all.end(), less);
+}
+
+SleepTotals count_contacts(const std::vector<Contact>& contacts) {
+  SleepTotals t;
+  for (const Contact& contact : contacts) {
+    ++t.pairs;
+    if (!contact.linked || contact.sensor) {
+      t.pairs_out_of_reach += contact.sensor ? 0 : 1;
+      continue;
+    }
+    for (const PointMemory& memory : contact.points) {
+      t.normal_impulse += memory.total_normal;
+      t.friction_impulse += std::abs(memory.total_friction);
+    }
+    if (contact.touched) {
+      ++t.contacts;
+      t.contact_points += contact.manifold.count;
+    }
+    for (int i = 0; i < contact.manifold.count; ++i)
+      t.worst_penetration = std::max(t.worst_penetration, -contact.manifold.points[i].separation);
+  }
+  return t;
+}
+
+}  // namespace
+
+void Sleepers::grow(const WorldState& s) {
+  place_of_.resize(s.bodies.size(), -1);
+  held_.resize(s.bodies.size(), 0);
+}
+
+/// Counts the contacts and joints of the island at bodies that cannot sleep.
+void Sleepers::hold(const WorldState& s, const SleepingIsland& island, int sign) {
+  const auto count = [&](std::uint32_t body) {
+    if (body != BodyId::kNone && s.bodies.type[body] != BodyType::Dynamic) held_[body] += sign;
+  };
+  for (const Contact& contact : island.contacts) {
+    count(contact.body_a);
+    count(contact.body_b);
+  }
+  for (const std::uint32_t joint : island.joints) {
+    count(s.joints[joint].def.a.index);
+    count(s.joints[joint].def.b.index);
+  }
+}
+
+void Sleepers::put_to_sleep(WorldState& s, double h, std::vector<Candidate> candidates) {
+  if (candidates.empty()) return;
+  grow(s);
+  h_ = h;
+  std::vector<std::uint32_t> places;
+  for (Candidate& candidate : candidates) {
+    std::uint32_t place = static_cast<std::uint32_t>(islands_.size());
+    if (awake_places_.empty()) {
+      islands_.emplace_back();
+    } else {
+      place = awake_places_.back();
+      awake_places_.pop_back();
+    }
+    places.push_back(place);
+    SleepingIsland& island = islands_[place];
+    island.bodies = candidate.island->bodies;
+    island.joints = candidate.island->joints;
+    island.rest = std::move(candidate.rest);
+    island.memories = std::move(candidate.memories);
+    for (const std::uint32_t body : island.bodies) {
+      place_of_[body] = static_cast<std::int32_t>(place);
+      s.bodies.asleep[body] = 1;
+      s.bodies.island[body] = -1;
+      s.local_index[body] = -1;
+    }
+  }
+  std::erase_if(s.awake, [&](std::uint32_t body) { return s.bodies.asleep[body] != 0; });
+
+  // A contact leaves with its bodies: when neither of them has to be looked at any more.
+  std::sort(places.begin(), places.end());
+  const auto newly = [&](std::uint32_t body) {
+    return place_of_[body] >= 0 &&
+           std::binary_search(places.begin(), places.end(), static_cast<std::uint32_t>(place_of_[body]));
+  };
+  const auto idle = [&](std::uint32_t body) {
+    if (s.bodies.type[body] == BodyType::Dynamic) return s.bodies.asleep[body] != 0;
+    return s.bodies.velocity[body] == Vec2{} && s.bodies.omega[body] == 0;
+  };
+  std::erase_if(s.contacts, [&](const Contact& contact) {
+    const std::uint32_t a = contact.body_a;
+    const std::uint32_t b = contact.body_b;
+    if (!idle(a) || !idle(b) || (!newly(a) && !newly(b))) return false;
+    const std::uint32_t keeper = static_cast<std::uint32_t>(place_of_[newly(a) ? a : b]);
+    const std::int32_t other = place_of_[newly(a) ? b : a];
+    islands_[keeper].contacts.push_back(contact);
+    if (other >= 0 && static_cast<std::uint32_t>(other) != keeper) {
+      std::vector<std::uint32_t>& keepers = islands_[other].keepers;
+      if (std::find(keepers.begin(), keepers.end(), keeper) == keepers.end()) keepers.push_back(keeper);
+    }
+    return true;
+  });
+  for (const std::uint32_t place : places) {
+    hold(s, islands_[place], 1);
+    islands_[place].totals = count_contacts(islands_[place].contacts);
+  }
+  stale_totals_ = true;
+}
+
+std::vector<std::uint32_t> Sleepers::wake(WorldState& s, std::span<const std::uint32_t> bodies) {
+  std::vector<std::uint32_t> places;
+  for (const std::uint32_t body : bodies) {
+    if (body < place_of_.size() && place_of_[body] >= 0)
+      places.push_back(static_cast<std::uint32_t>(place_of_[body]));
+  }
+  return wake_places(s, std::move(places));
+}
+
+void Sleepers::wake_all(WorldState& s) {
+  std::vector<std::uint32_t> places;
+  for (std::uint32_t place = 0; place < islands_.size(); ++place) {
+    if (!islands_[place].bodies.empty()) places.push_back(place);
+  }
+  wake_places(s, std::move(places));
+}
+
+void Sleepers::wake_at(WorldState& s, std::uint32_t body) {
+  if (body >= held_.size() || held_[body] == 0) return;
+  std::vector<std::uint32_t> places;
+  for (std::uint32_t place = 0; place < islands_.size(); ++place) {
+    const SleepingIsland& island = islands_[place];
+    const bool touches = std::any_of(island.contacts.begin(), island.contacts.end(),
+                                     [&](const Contact& c) { return c.body_a == body || c.body_b == body; });
+    const bool jointed = std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t joint) {
+      return s.joints[joint].def.a.index == body || s.joints[joint].def.b.index == body;
+    });
+    if (touches || jointed) places.push_back(place);
+  }
+  wake_places(s, std::move(places));
+}
+
+std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std::uint32_t> places) {
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  std::vector<std::uint32_t> bodies;
+  if (places.empty()) return bodies;
+
+  std::vector<Contact> contacts;
+  std::vector<RestingIsland> resting;
+  std::vector<IslandMemory> memories;
+  for (const std::uint32_t place : places) {
+    SleepingIsland& island = islands_[place];
+    hold(s, island, -1);
+    for (const std::uint32_t body : island.bodies) {
+      place_of_[body] = -1;
+      s.bodies.asleep[body] = 0;
+    }
+    bodies.insert(bodies.end(), island.bodies.begin(), island.bodies.end());
+    contacts.insert(contacts.end(), island.contacts.begin(), island.contacts.end());
+    resting.push_back(std::move(island.rest));
+    std::move(island.memories.begin(), island.memories.end(), std::back_inserter(memories));
+  }
+  // What others keep of these bodies comes along.
+  std::sort(bodies.begin(), bodies.end());
+  const auto woke = [&](std::uint32_t body) {
+    return std::binary_search(bodies.begin(), bodies.end(), body);
+  };
+  for (const std::uint32_t place : places) {
+    for (const std::uint32_t keeper : islands_[place].keepers) {
+      SleepingIsland& other = islands_[keeper];
+      if (other.bodies.empty() || std::binary_search(places.begin(), places.end(), keeper)) continue;
+      hold(s, other, -1);
+      std::erase_if(other.contacts, [&](const Contact& contact) {
+        if (!woke(contact.body_a) && !woke(contact.body_b)) return false;
+        contacts.push_back(contact);
+        return true;
+      });
+      hold(s, other, 1);
+      other.totals = count_contacts(other.contacts);
+    }
+  }
+  for (const std::uint32_t place : places) {
+    islands_[place] = {};
+    awake_places_.push_back(place);
+  }
+  for (Contact& contact : contacts) contact.woken = true;
+  merge_in(s.contacts, std::move(contacts), by_contact_key);
+  merge_in(s.resting, std::move(resting), by_key<RestingIsland>);
+  merge_in(s.memories, std::move(memories), by_key<IslandMemory>);
+  merge_in(s.awake, bodies, std::less<>());
+  stale_totals_ = true;
+  return bodies;
+}
+
+const SleepTotals& Sleepers::totals() {
+  if (!stale_totals_) return totals_;
+  stale_totals_ = false;
+  totals_ = {};
+  for (const SleepingIsland& island : islands_) {
+    if (island.bodies.empty()) continue;
+    const SleepTotals& one = island.totals;
+    ++totals_.islands;
+    totals_.bodies += static_cast<int>(island.bodies.size());
+    totals_.joints += static_cast<int>(island.joints.size());
+    totals_.pairs += one.pairs;
+    totals_.contacts += one.contacts;
+    totals_.contact_points += one.contact_points;
+    totals_.pairs_out_of_reach += one.pairs_out_of_reach;
+    totals_.rows += island.rest.report.rows;
+    totals_.friction_rows += island.rest.friction_rows;
+    totals_.inexact += island.rest.report.status != SolveStatus::Solved;
+    totals_.worst_residual = std::max(totals_.worst_residual, island.rest.report.residual);
+    totals_.worst_penetration = std::max(totals_.worst_penetration, one.worst_penetration);
+    totals_.normal_impulse += one.normal_impulse;
+    totals_.friction_impulse += one.friction_impulse;
+  }
+  return totals_;
+}
+
+}  // namespace skerry

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+//
+// Sleep must never show: the same bits with and without it, whatever the user does, and nothing to do while
+// everything sleeps.
+#include <gtest/gtest.h>
+#include <random>
+
+#include "physics/stepping/stepper.h"
+#include "tests/support/scale.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::smooth;
+
+WorldConfig with_sleep(bool sleep) {
+  WorldConfig config;
+  config.sleep = sleep;
+  return config;
+}
+
+/// Stacks of boxes, 3 m apart.
+std::vector<BodyId> add_stacks(World& world, int stacks, int height) {
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < stacks; ++i) {
+    for (int k = 0; k < height; ++k) {
+      boxes.push_back(add(world, {3.0 * i, 0.5 + k}, rough(make_box({1, 1}), 0.5)));
+    }
+  }
+  return boxes;
+}
+
+void step(World& world, int steps) {
+  for (int i = 0; i < steps; ++i) world.step(1.0 / 60);
+}
+
+TEST(Sleep, IslandsAtRestLeaveTheWorkingSetAndKeepTheirForces) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  add_stacks(world, 4, 3);
+  step(world, 10);
+  world.observe({.contacts = true});
+  const StepReport& report = world.step(1.0 / 60);
+  EXPECT_EQ(report.islands_asleep, 4);
+  EXPECT_EQ(report.bodies_asleep, 12);
+  EXPECT_EQ(report.islands, 4);
+  EXPECT_EQ(report.islands_list.size(), 4u);
+  EXPECT_EQ(report.contacts, 12);
+  ASSERT_EQ(report.contacts_list.size(), 12u);
+  double weight = 0;
+  for (const ContactReport& contact : report.contacts_list) {
+    for (int i = 0; i < contact.count; ++i) weight += contact.points[i].normal_impulse;
+  }
+  // Each stack carries 3, 2 and 1 boxes of 1 kg.
+  EXPECT_NEAR(weight, 4 * 6 * 9.81 / 60, 1e-9);
+  EXPECT_NEAR(report.total_normal_impulse, weight, 1e-12);
+}
+
+TEST(Sleep, OnlyTheStruckIslandWakes) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  const auto boxes = add_stacks(world, 3, 2);
+  step(world, 10);
+  add(world, {3.0, 6}, rough(make_disc(0.3), 0.5));
+  bool struck = false;
+  for (int i = 0; i < 120; ++i) {
+    world.step(1.0 / 60);
+    EXPECT_TRUE(world.asleep(boxes[0])) << i;
+    EXPECT_TRUE(world.asleep(boxes[5])) << i;
+    struck |= !world.asleep(boxes[3]);
+  }
+  EXPECT_TRUE(struck);
+}
+
+TEST(Sleep, WhateverTheUserDoesToABodyWakesItsIsland) {
+  const auto wakes = [](auto&& act) {
+    World world;
+    const BodyId ground = add_ground(world, rough(make_disc(1), 0.5));
+    const auto boxes = add_stacks(world, 1, 2);
+    const BodyId other = add(world, {20, 0.5}, rough(make_box({1, 1}), 0.5));
+    step(world, 10);
+    EXPECT_TRUE(world.asleep(boxes[0]));
+    act(world, boxes[1], ground, other);
+    return !world.asleep(boxes[0]);
+  };
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.apply_force(b, {1, 0}, w.position(b)); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.apply_torque(b, 1); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.apply_impulse(b, {1, 0}, w.position(b)); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.set_velocity(b, {1, 0}, 0); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.set_pose(b, {0, 3}, 0); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.add_shape(b, {.shape = make_disc(0.1)}); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.destroy(b); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId) { w.wake(b); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId, BodyId g, BodyId) { w.set_pose(g, {0, -1}, 0); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId, BodyId g, BodyId) { w.destroy(g); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId, BodyId, BodyId) { w.set_gravity({0, -5}); }));
+  EXPECT_TRUE(wakes([](World& w, BodyId b, BodyId, BodyId o) {
+    w.create_joint(
+        {.kind = JointKind::Rope, .a = o, .b = b, .anchor_a = w.position(o), .anchor_b = w.position(b)});
+  }));
+  // The other island is none of their business.
+  EXPECT_FALSE(wakes([](World& w, BodyId, BodyId, BodyId o) { w.apply_torque(o, 1); }));
+}
+
+TEST(Sleep, AnotherStepLengthWakesAll) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  const auto boxes = add_stacks(world, 2, 2);
+  step(world, 10);
+  EXPECT_EQ(world.step(1.0 / 60).islands_asleep, 2);
+  EXPECT_EQ(world.step(1.0 / 120).islands_asleep, 0);
+  EXPECT_NEAR(world.position(boxes[1]).y, 1.5, 1e-12);
+}
+
+TEST(Sleep, AKinematicTableThatStartsMovingWakesWhatStandsOnIt) {
+  World world;
+  const BodyId table = world.create_body({.type = BodyType::Kinematic, .position = {0, -0.5}});
+  world.add_shape(table, rough(make_box({4, 1}), 0.5));
+  const BodyId box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+  step(world, 10);
+  EXPECT_TRUE(world.asleep(box));
+  world.set_velocity(table, {0, 1}, 0);
+  step(world, 30);
+  EXPECT_NEAR(world.position(box).y, 1.0, 1e-9);
+  EXPECT_FALSE(world.asleep(box));
+}
+
+/// Random worlds with random calls: each step has the same bits with sleep and without.
+class SleepChangesNothing : public testing::TestWithParam<const char*> {};
+
+TEST_P(SleepChangesNothing, WhateverHappens) {
+  const std::uint32_t trials = static_cast<std::uint32_t>(test_scale(12));
+  long asleep = 0;
+  for (std::uint32_t seed = 1; seed <= trials; ++seed) {
+    std::mt19937 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+    };
+    std::vector<World> worlds;
+    for (const bool sleep : {true, false}) {
+      WorldConfig config = with_sleep(sleep);
+      config.stepper = GetParam();
+      config.threads = sleep ? 2 : 1;
+      worlds.emplace_back(config);
+    }
+    std::vector<std::vector<BodyId>> bodies(2);
+    const auto both = [&](auto&& call) {
+      for (int k = 0; k < 2; ++k) call(worlds[k], bodies[k]);
+    };
+    both([](World& w, std::vector<BodyId>&) { add_ground(w, rough(make_disc(1), 0.5)); });
+    const auto drop = [&] {
+      const Vec2 at{std::round(uniform(-8, 8)), uniform(0.5, 4)};
+      const bool disc = random() % 3 == 0;
+      const double size = uniform(0.4, 0.9);
+      both([&](World& w, std::vector<BodyId>& all) {
+        all.push_back(add(w, at, rough(disc ? make_disc(size / 2) : make_box({size, size}), 0.5)));
+      });
+    };
+    for (int i = 0; i < 12; ++i) drop();
+    for (int i = 0; i < 240; ++i) {
+      if (random() % 12 == 0) {
+        const std::size_t pick = random() % bodies[0].size();
+        const Vec2 value{uniform(-2, 2), uniform(-1, 2)};
+        const auto what = random() % 7;
+        both([&](World& w, std::vector<BodyId>& all) {
+          if (!w.alive(all[pick])) return;
+          if (what == 0) w.apply_impulse(all[pick], value, w.position(all[pick]));
+          if (what == 1) w.apply_force(all[pick], 20 * value, w.position(all[pick]));
+          if (what == 2) w.set_pose(all[pick], w.position(all[pick]) + Vec2{0, 1.5}, 0);
+          if (what == 3) w.destroy(all[pick]);
+          if (what == 4) w.set_velocity(all[pick], value, value.x);
+          if (what == 5) w.set_gravity({0, -9.81 + 0.1 * value.x});
+          if (what == 6) w.wake(all[pick]);
+        });
+      }
+      if (random() % 40 == 0) drop();
+      const double h = i == 200 ? 1.0 / 90 : 1.0 / 60;
+      const StepReport& with = worlds[0].step(h);
+      const StepReport& without = worlds[1].step(h);
+      ASSERT_EQ(with.state_hash, without.state_hash) << "seed " << seed << ", step " << i;
+      ASSERT_EQ(with.potential_energy, without.potential_energy) << "seed " << seed << ", step " << i;
+      ASSERT_EQ(with.islands, without.islands) << "seed " << seed << ", step " << i;
+      ASSERT_EQ(with.contacts, without.contacts) << "seed " << seed << ", step " << i;
+      ASSERT_EQ(with.rows, without.rows) << "seed " << seed << ", step " << i;
+      ASSERT_EQ(with.islands_at_rest, without.islands_at_rest) << "seed " << seed << ", step " << i;
+      ASSERT_EQ(without.islands_asleep, 0);
+      ASSERT_EQ(with.state_hash, worlds[0].state_hash()) << "kept sums, seed " << seed << ", step " << i;
+      asleep += with.islands_asleep;
+    }
+  }
+  EXPECT_GT(asleep, 100 * trials);  // otherwise this tests nothing
+}
+
+INSTANTIATE_TEST_SUITE_P(Sleep, SleepChangesNothing, testing::Values("time_stepping", "event_driven"),
+                         [](const auto& instance) { return std::string(instance.param); });
+
+TEST(Sleep, NearIslandsThatFellAsleepOneAfterTheOtherShareTheirContactOnWaking) {
+  // Two boxes 2 mm apart, near enough to be a pair; the second falls asleep later. Then the first is pushed.
+  for (const bool sleep : {true, false}) {
+    World world(with_sleep(sleep));
+    add_ground(world, rough(make_disc(1), 0.5));
+    const BodyId left = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+    step(world, 10);
+    const BodyId right = add(world, {1.002, 0.5}, rough(make_box({1, 1}), 0.5));
+    step(world, 10);
+    EXPECT_EQ(world.asleep(left) && world.asleep(right), sleep);
+    world.apply_impulse(left, {1, 0}, world.position(left));
+    step(world, 1);
+    EXPECT_FALSE(world.asleep(right));
+    EXPECT_GT(world.velocity(right).x, 0);
+  }
+}
+
+}  // namespace
+}  // namespace skerry
