@@ -32,9 +32,14 @@ fs::path demo_folder(const std::string& given) {
     if (!fs::is_directory(given)) throw ScriptError(given + ": no such folder");
     return given;
   }
-  for (const fs::path& folder : {fs::path("demos"), fs::path(SKERRY_DEMO_DIR)})
+  // The working folder, an installed program's own, the checkout that it was built from.
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
+  const fs::path installed = (program / SKERRY_INSTALLED_DEMOS).lexically_normal();
+  for (const fs::path& folder : {fs::path("demos"), installed, fs::path(SKERRY_DEMO_DIR)})
     if (has_demos(folder)) return folder;
-  throw ScriptError("no demos found, neither in ./demos nor in " SKERRY_DEMO_DIR "; use --demos FOLDER");
+  throw ScriptError("no demos found, neither in ./demos nor in " + installed.string() +
+                    " nor in " SKERRY_DEMO_DIR "; use --demos FOLDER");
 }
 
 std::vector<DemoFile> find_demos(const fs::path& folder) {
