@@ -80,11 +80,11 @@ void Sleepers::put_to_sleep(WorldState& s, double h, std::vector<Candidate> cand
   std::vector<std::uint32_t> places;
   for (Candidate& candidate : candidates) {
     std::uint32_t place = static_cast<std::uint32_t>(islands_.size());
-    if (awake_places_.empty()) {
+    if (free_places_.empty()) {
       islands_.emplace_back();
     } else {
-      place = awake_places_.back();
-      awake_places_.pop_back();
+      place = free_places_.back();
+      free_places_.pop_back();
     }
     places.push_back(place);
     SleepingIsland& island = islands_[place];
@@ -205,7 +205,7 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
   }
   for (const std::uint32_t place : places) {
     islands_[place] = {};
-    awake_places_.push_back(place);
+    free_places_.push_back(place);
   }
   for (Contact& contact : contacts) contact.woken = true;
   merge_in(s.contacts, std::move(contacts), by_contact_key);
@@ -239,6 +239,25 @@ const SleepTotals& Sleepers::totals() {
     totals_.friction_impulse += one.friction_impulse;
   }
   return totals_;
+}
+
+bool is_valid(const Sleepers& sleepers, const WorldState& s) {
+  const std::size_t n = s.bodies.size();
+  const std::size_t places = sleepers.islands_.size();
+  const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {
+    return std::all_of(list.begin(), list.end(), [limit](std::uint32_t i) { return i < limit; });
+  };
+  if (sleepers.place_of_.size() > n || sleepers.held_.size() != sleepers.place_of_.size()) return false;
+  if (!below(sleepers.free_places_, places)) return false;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t place = i < sleepers.place_of_.size() ? sleepers.place_of_[i] : -1;
+    if (place < -1 || place >= static_cast<std::int64_t>(places) || (place >= 0) != (s.bodies.asleep[i] != 0))
+      return false;
+  }
+  return std::all_of(sleepers.islands_.begin(), sleepers.islands_.end(), [&](const SleepingIsland& island) {
+    return below(island.bodies, sleepers.place_of_.size()) && below(island.joints, s.joints.size()) &&
+           below(island.keepers, places);
+  });
 }
 
 }  // namespace skerry

@@ -17,6 +17,7 @@
 namespace skerry {
 
 struct WorldState;
+class Archive;
 
 /// What sleeping islands add to the counts of a step report.
 struct SleepTotals {
@@ -43,7 +44,7 @@ struct SleepingIsland {
 /// All sleeping islands of a world.
 class Sleepers {
  public:
-  bool none() const { return awake_places_.size() == islands_.size(); }
+  bool none() const { return free_places_.size() == islands_.size(); }
   const SleepTotals& totals();
   /// By place; those without bodies are free.
   std::span<const SleepingIsland> islands() const { return islands_; }
@@ -65,18 +66,24 @@ class Sleepers {
   void wake_at(WorldState& state, std::uint32_t body);
 
  private:
+  friend void fields(Archive& archive, Sleepers& sleepers);
+  friend bool is_valid(const Sleepers& sleepers, const WorldState& state);
+
   std::vector<std::uint32_t> wake_places(WorldState& state, std::vector<std::uint32_t> places);
   void grow(const WorldState& state);
   void hold(const WorldState& state, const SleepingIsland& island, int sign);
 
   std::vector<SleepingIsland> islands_;
-  std::vector<std::uint32_t> awake_places_;  ///< places of `islands_` that are free
-  std::vector<std::int32_t> place_of_;       ///< by body: place in `islands_`, -1: awake
+  std::vector<std::uint32_t> free_places_;  ///< places of `islands_` that are free
+  std::vector<std::int32_t> place_of_;      ///< by body: place in `islands_`, -1: awake
   std::vector<std::uint32_t>
       held_;  ///< by body: contacts and joints of sleepers with this one that cannot sleep
   SleepTotals totals_;
   bool stale_totals_ = false;
   double h_ = 0;
 };
+
+/// True if every slot that the sleepers name is there (for snapshots of unknown origin).
+bool is_valid(const Sleepers& sleepers, const WorldState& state);
 
 }  // namespace skerry

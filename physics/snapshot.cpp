@@ -24,9 +24,9 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
        {b.angle.size(),        b.rotation.size(),        b.velocity.size(),      b.omega.size(),
         b.force.size(),        b.torque.size(),          b.mass.size(),          b.inertia.size(),
         b.inverse_mass.size(), b.inverse_inertia.size(), b.gravity_scale.size(), b.type.size(),
-        b.alive.size(),        b.island.size(),          b.generation.size(),    s.names.size(),
-        s.given_mass.size(),   s.given_inertia.size(),   s.shapes_of.size(),     s.joints_of.size(),
-        s.centre.size(),       s.radius.size(),          s.stale_boxes.size()}) {
+        b.alive.size(),        b.asleep.size(),          b.island.size(),        b.generation.size(),
+        s.names.size(),        s.given_mass.size(),      s.given_inertia.size(), s.shapes_of.size(),
+        s.joints_of.size(),    s.centre.size(),          s.radius.size(),        s.reach.size()}) {
     require(from.bodies, size == n, "the lists of the bodies differ in length");
   }
   const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {
@@ -49,20 +49,32 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
     require(from.joints, !joint.alive || (there(joint.def.b) && (!joint.def.a || there(joint.def.a))),
             "a joint to a body that is not there");
   }
-  for (const Contact& c : s.contacts) {
-    require(from.contacts,
+  require(from.bodies, below(s.touched, n), "a touched body that is not there");
+  const auto check = [&](const Archive& archive, const Contact& c) {
+    require(archive,
             c.shape_a < s.shapes.size() && c.shape_b < s.shapes.size() && c.body_a < n && c.body_b < n &&
                 c.manifold.count >= 0 && c.manifold.count <= 2 && c.child >= 0,
             "a contact of something that is not there");
+  };
+  for (const Contact& c : s.contacts) check(from.contacts, c);
+  require(from.islands, is_valid(s.sleepers, s), "a sleeping island of something that is not there");
+  for (const SleepingIsland& island : s.sleepers.islands()) {
+    for (const Contact& c : island.contacts) check(from.islands, c);
   }
 }
 
-/// Arrays that every step fills, in their sizes; the boxes as the last step left them.
+/// Arrays that every step fills, in their sizes; the boxes as the last step left them; the working set.
 void complete(WorldState& s) {
   const std::size_t n = s.bodies.size();
+  const BodyArrays& b = s.bodies;
+  s.backup.clear();
+  for (std::uint32_t i = 0; i < n; ++i) {
+    s.backup.push_back({b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]});
+    if (b.alive[i] && b.type[i] == BodyType::Dynamic && !b.asleep[i]) s.awake.push_back(i);
+    if (b.alive[i] && b.type[i] == BodyType::Kinematic) s.kinematic.push_back(i);
+  }
   s.acceleration.resize(n);
   s.angular_acceleration.resize(n);
-  s.reach.resize(n);
   s.travelled.resize(n);
   s.local_index.assign(n, -1);
   fill_broad_phase(s);

@@ -56,9 +56,9 @@ inline void fields(Archive& a, SolveOptions& v) {
 }
 inline void fields(Archive& a, WorldConfig& v) {
   auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
-         touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, threads] = v;
+         touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, threads] = v;
   a(gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
-    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, threads);
+    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, threads);
 }
 inline void fields(Archive& a, Observe& v) {
   auto& [contacts, systems, solve_traces, stage_times] = v;
@@ -66,9 +66,9 @@ inline void fields(Archive& a, Observe& v) {
 }
 inline void fields(Archive& a, BodyArrays& v) {
   auto& [position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass,
-         inverse_inertia, gravity_scale, type, alive, island, generation] = v;
+         inverse_inertia, gravity_scale, type, alive, asleep, island, generation] = v;
   a(position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass, inverse_inertia,
-    gravity_scale, type, alive, island, generation);
+    gravity_scale, type, alive, asleep, island, generation);
 }
 inline void fields(Archive& a, ShapeRecord& v) {
   auto& [shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase,
@@ -111,11 +111,11 @@ inline void fields(Archive& a, Manifold& v) {
 }
 inline void fields(Archive& a, Contact& v) {
   auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-         sensor, linked, touched, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b,
+         sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b,
          manifold_reused, cache, manifold, points, points_at_start] = v;
   a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-    sensor, linked, touched, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b, manifold_reused,
-    cache, manifold, points, points_at_start);
+    sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b,
+    manifold_reused, cache, manifold, points, points_at_start);
 }
 
 // --- What is kept of islands
@@ -131,6 +131,20 @@ inline void fields(Archive& a, RestingIsland& v) {
 inline void fields(Archive& a, IslandMemory& v) {
   auto& [key, memory] = v;
   a(key, memory);
+}
+
+inline void fields(Archive& a, SleepTotals& v) {
+  auto& [islands, bodies, joints, pairs, contacts, contact_points, pairs_out_of_reach, rows, friction_rows,
+         inexact, worst_residual, worst_penetration, normal_impulse, friction_impulse] = v;
+  a(islands, bodies, joints, pairs, contacts, contact_points, pairs_out_of_reach, rows, friction_rows,
+    inexact, worst_residual, worst_penetration, normal_impulse, friction_impulse);
+}
+inline void fields(Archive& a, SleepingIsland& v) {
+  auto& [bodies, joints, contacts, memories, rest, keepers, totals] = v;
+  a(bodies, joints, contacts, memories, rest, keepers, totals);
+}
+inline void fields(Archive& a, Sleepers& v) {
+  a(v.islands_, v.free_places_, v.place_of_, v.held_, v.totals_, v.stale_totals_, v.h_);
 }
 
 // --- The last report: scripts and pictures look at it before the next step
@@ -169,19 +183,20 @@ inline void fields(Archive& a, StepReport& v) {
                           stage_seconds,  // measured, of that run
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
                           rows, substeps, impacts, reflections, friction_rows, narrow, work, force_solves,
-                          events_found, rejected_steps, fallbacks, island_retries, islands_in_flight,
-                          islands_at_rest, manifolds_reused, pairs_out_of_reach, worst_residual,
-                          inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy,
-                          momentum, angular_momentum, total_normal_impulse, total_friction_impulse,
-                          state_hash, contacts_list, islands_list, events, motion_events, joint_events,
+                          events_found, rejected_steps, fallbacks, island_retries, islands_asleep,
+                          bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
+                          pairs_out_of_reach, worst_residual, inexact_islands, worst_penetration, contained,
+                          kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
+                          total_friction_impulse, state_hash, contacts_list, islands_list, events,
+                          motion_events, joint_events,
                           traces  // large, and for an observer only
   ] = v;
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
     substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, rejected_steps,
-    fallbacks, island_retries, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
-    worst_residual, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
-    angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
-    events, motion_events, joint_events);
+    fallbacks, island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest,
+    manifolds_reused, pairs_out_of_reach, worst_residual, inexact_islands, worst_penetration, contained,
+    kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
+    total_friction_impulse, state_hash, contacts_list, islands_list, events, motion_events, joint_events);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.
@@ -191,19 +206,20 @@ struct WorldArchives {
 
 inline void fields(WorldArchives a, WorldState& v) {
   // Not archived: the broad phase and the threads, made again from the configuration and the shapes' boxes;
-  // acceleration to shape_moved, which every step fills before it looks; the methods, looked up by name.
+  // sums, which the next step takes anew; the working set, which follows from the bodies; what every step
+  // fills before it looks; the methods, looked up by name.
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
-         free_bodies, shapes, free_shapes, joints, free_joints, broad_phase, pool, contacts, memories,
-         resting, acceleration, angular_acceleration, reach, travelled, local_index, backup, pairs,
-         box_updates, shape_moved, stale_boxes, loose_shapes, solver, impact_law, stepper, report, time,
-         steps] = v;
+         free_bodies, shapes, free_shapes, joints, free_joints, broad_phase, pool, island_builder, contacts,
+         memories, resting, sleepers, ledger, awake, kinematic, touched, active, active_joints, acceleration,
+         angular_acceleration, reach, travelled, local_index, backup, pairs, box_updates, shape_moved,
+         loose_shapes, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
-           stale_boxes);
+           touched, reach);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
   a.contacts(contacts);
-  a.islands(memories, resting);
+  a.islands(memories, resting, sleepers);
   a.report(report);
 }
 

@@ -304,6 +304,8 @@ void World::reconfigure(const WorldConfig& given) {
   std::unique_ptr<BroadPhase> broad_phase = make_broad_phase(config.broad_phase, config.broad_phase_options);
   look_up_methods(s, config);
   s.config = std::move(config);
+  s.sleepers.wake_all(s);
+  s.ledger.mark_all();
   s.memories.clear();
   s.resting.clear();
   s.broad_phase = std::move(broad_phase);
@@ -468,6 +470,9 @@ void World::set_motor(JointId id, double speed, std::optional<double> limit) {
   check_joint(def);
   // Rows are counted by what the joint has; a new one renumbers those behind it.
   if (!joint.def.motor_speed) std::fill(std::begin(joint.row_force), std::end(joint.row_force), 0);
+  for (const BodyId end : {def.a, def.b}) {
+    if (end) touch(*state_, end.index);
+  }
   joint.def = def;
 }
 
