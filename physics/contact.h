@@ -35,6 +35,7 @@ struct Contact {
   std::int32_t child = 0;                  ///< segment of the chain, otherwise 0
   std::uint32_t body_a = 0, body_b = 0;
   double friction = 0, restitution = 0, rolling_resistance = 0, surface_velocity = 0;
+  double static_friction = 0;  ///< >= friction: the bound while nothing slides
   bool sensor = false;
   bool linked = false;           ///< may touch within this step: part of an island
   bool touched = false;          ///< touched at the end of the last step

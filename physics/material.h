@@ -7,15 +7,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 namespace skerry {
 
 struct Material {
-  double friction = 0.5;          ///< Coulomb coefficient mu >= 0 [1]
+  double friction = 0.5;          ///< Coulomb coefficient mu >= 0 of sliding [1]
   double restitution = 0;         ///< e, 0 (plastic) to 1 (elastic) [1]
   double rolling_resistance = 0;  ///< arm of the rolling couple, >= 0 [m]
   double surface_velocity =
       0;  ///< conveyor speed along the surface, counter-clockwise around the shape [m/s]
+  /// Coefficient while nothing slides, at least `friction` [1]; default: the same.
+  std::optional<double> static_friction{};
 };
 
 /// How the two values of a pair become one. When the shapes differ in their rule the larger enumerator wins.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "physics/hash.h"
+#include "physics/stepping/applied_forces.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -32,7 +33,7 @@ bool impulses_unchanged(const Contact& contact) {
 
 bool moves_by_itself(const WorldState& s, std::uint32_t body) {
   return s.bodies.type[body] == BodyType::Kinematic &&
-         (s.bodies.velocity[body] != Vec2{} || s.bodies.omega[body] != 0);
+         (s.prescribed[body] || s.bodies.velocity[body] != Vec2{} || s.bodies.omega[body] != 0);
 }
 
 }  // namespace
@@ -75,6 +76,7 @@ std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
 
 bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& result) {
   if (s.resting.empty() || s.observe.systems || !s.config.reuse_resting) return false;
+  if (s.field || meets_prescribed_motion(s, island)) return false;
   for (const std::uint32_t index : island.contacts) {
     const Contact& c = s.contacts[index];
     // Other poses, of fixed bodies too, mean other geometry.
@@ -113,6 +115,8 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
 std::optional<RestingIsland> remember_resting(const WorldState& s, const Island& island, double h,
                                               const IslandResult& result) {
   if (!s.config.reuse_resting || result.in_flight || result.substeps != 1 || result.impacts > 0) return {};
+  // A field, or what a joint holds on to, may be another one at the next time.
+  if (s.field || meets_prescribed_motion(s, island)) return {};
   for (const std::uint32_t i : island.bodies) {
     if (s.bodies.velocity[i] != Vec2{} || s.bodies.omega[i] != 0 || !body_unchanged(s, i)) return {};
   }

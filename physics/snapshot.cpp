@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 1;
+constexpr std::uint32_t kSnapshotVersion = 3;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -26,7 +26,8 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
         b.inverse_mass.size(), b.inverse_inertia.size(), b.gravity_scale.size(), b.type.size(),
         b.alive.size(),        b.asleep.size(),          b.island.size(),        b.generation.size(),
         s.names.size(),        s.given_mass.size(),      s.given_inertia.size(), s.shapes_of.size(),
-        s.joints_of.size(),    s.centre.size(),          s.radius.size(),        s.reach.size()}) {
+        s.joints_of.size(),    s.centre.size(),          s.radius.size(),        s.reach.size(),
+        s.drag.size()}) {
     require(from.bodies, size == n, "the lists of the bodies differ in length");
   }
   const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {
@@ -77,6 +78,8 @@ void complete(WorldState& s) {
   s.angular_acceleration.resize(n);
   s.travelled.resize(n);
   s.local_index.assign(n, -1);
+  s.prescribed.resize(n);
+  s.paths.resize(n);
   fill_broad_phase(s);
 }
 

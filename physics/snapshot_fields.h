@@ -32,8 +32,12 @@ void fields(Archive& a, Handle<Tag>& v) {
   a(index, generation);
 }
 inline void fields(Archive& a, Material& v) {
-  auto& [friction, restitution, rolling_resistance, surface_velocity] = v;
-  a(friction, restitution, rolling_resistance, surface_velocity);
+  auto& [friction, restitution, rolling_resistance, surface_velocity, static_friction] = v;
+  a(friction, restitution, rolling_resistance, surface_velocity, static_friction);
+}
+inline void fields(Archive& a, Drag& v) {
+  auto& [linear, quadratic, angular, angular_quadratic] = v;
+  a(linear, quadratic, angular, angular_quadratic);
 }
 inline void fields(Archive& a, Filter& v) {
   auto& [category, mask, group] = v;
@@ -111,11 +115,11 @@ inline void fields(Archive& a, Manifold& v) {
 }
 inline void fields(Archive& a, Contact& v) {
   auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-         sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b,
-         manifold_reused, cache, manifold, points, points_at_start] = v;
+         static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin,
+         pose_a, pose_b, manifold_reused, cache, manifold, points, points_at_start] = v;
   a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-    sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin, pose_a, pose_b,
-    manifold_reused, cache, manifold, points, points_at_start);
+    static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin, pose_a,
+    pose_b, manifold_reused, cache, manifold, points, points_at_start);
 }
 
 // --- What is kept of islands
@@ -207,15 +211,16 @@ struct WorldArchives {
 inline void fields(WorldArchives a, WorldState& v) {
   // Not archived: the broad phase and the threads, made again from the configuration and the shapes' boxes;
   // sums, which the next step takes anew; the working set, which follows from the bodies; what every step
-  // fills before it looks; the methods, looked up by name.
+  // fills before it looks; the methods, looked up by name; the callbacks (prescribed, field), which only the
+  // caller has (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
-         free_bodies, shapes, free_shapes, joints, free_joints, broad_phase, pool, island_builder, contacts,
-         memories, resting, sleepers, ledger, awake, kinematic, touched, active, active_joints, acceleration,
-         angular_acceleration, reach, travelled, local_index, backup, pairs, box_updates, shape_moved,
-         loose_shapes, solver, impact_law, stepper, report, time, steps] = v;
+         free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, broad_phase, pool,
+         island_builder, contacts, memories, resting, sleepers, ledger, awake, kinematic, touched, active,
+         active_joints, acceleration, angular_acceleration, paths, reach, travelled, local_index, backup,
+         pairs, box_updates, shape_moved, loose_shapes, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
-           touched, reach);
+           touched, reach, drag);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
   a.contacts(contacts);

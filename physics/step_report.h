@@ -147,7 +147,7 @@ struct StepReport {
 
   // Conserved quantities at the end of the step, dynamic bodies only.
   double kinetic_energy = 0;    ///< [J]
-  double potential_energy = 0;  ///< in the uniform gravity field, zero at the origin [J]
+  double potential_energy = 0;  ///< in the uniform gravity field, zero at the origin, and in springs [J]
   Vec2 momentum;                ///< [kg m/s]
   double angular_momentum = 0;  ///< about the world's origin [kg m^2/s]
 

@@ -97,6 +97,9 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.reach.push_back(0);
   s.travelled.push_back(0);
   s.local_index.push_back(-1);
+  s.drag.emplace_back();
+  s.prescribed.emplace_back();
+  s.paths.emplace_back();
   return static_cast<std::uint32_t>(b.position.size() - 1);
 }
 
@@ -362,6 +365,10 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   const std::uint32_t body = slot(s, id);
   require_at_least_zero(def.density, "density");
   require_at_least_zero(def.material.friction, "friction");
+  const double held = def.material.static_friction.value_or(def.material.friction);
+  require(held >= def.material.friction && std::isfinite(held),
+          "static_friction must be finite and at least friction, got " + to_text(held) + " and " +
+              to_text(def.material.friction));
   require_at_least_zero(def.material.rolling_resistance, "rolling_resistance");
   require_finite(def.material.surface_velocity, "surface_velocity");
   require(def.material.restitution >= 0 && def.material.restitution <= 1,
@@ -496,6 +503,8 @@ void World::destroy(BodyId id) {
   b.mass[i] = b.inertia[i] = b.inverse_mass[i] = b.inverse_inertia[i] = 0;
   ++b.generation[i];
   s.names[i].clear();
+  s.drag[i] = {};
+  s.prescribed[i] = nullptr;
   s.free_bodies.push_back(i);
 }
 
@@ -606,6 +615,47 @@ void World::apply_impulse(BodyId id, Vec2 impulse, Vec2 point_world) {
   b.omega[i] += b.inverse_inertia[i] * cross(point_world - b.position[i], impulse);
 }
 
+void World::set_force_field(ForceField field) {
+  state_->field = std::move(field);
+  state_->sleepers.wake_all(*state_);
+}
+
+void World::set_drag(BodyId id, const Drag& drag) {
+  const std::uint32_t i = slot(*state_, id);
+  require_at_least_zero(drag.linear, "linear drag");
+  require_at_least_zero(drag.quadratic, "quadratic drag");
+  require_at_least_zero(drag.angular, "angular drag");
+  require_at_least_zero(drag.angular_quadratic, "angular_quadratic drag");
+  require(state_->bodies.type[i] == BodyType::Dynamic, "drag: only dynamic bodies feel it");
+  state_->drag[i] = drag;
+}
+
+void World::set_motion(BodyId id, PrescribedMotion motion) {
+  const std::uint32_t i = slot(*state_, id);
+  require(state_->bodies.type[i] == BodyType::Kinematic, "set_motion: the body must be kinematic");
+  if (motion) {
+    const Placement now = motion(state_->time);
+    require_finite(now.position, "prescribed position");
+    require_finite(now.angle, "prescribed angle");
+    set_pose(id, now.position, now.angle);
+  }
+  state_->prescribed[i] = std::move(motion);
+  state_->sleepers.wake_at(*state_, i);
+}
+
+void World::adopt_callbacks(const World& other) {
+  WorldState& s = *state_;
+  const WorldState& from = *other.state_;
+  s.field = from.field;
+  s.sleepers.wake_all(s);
+  for (std::size_t i = 0; i < std::min(s.bodies.size(), from.bodies.size()); ++i) {
+    const bool same = s.bodies.alive[i] && from.bodies.alive[i] &&
+                      s.bodies.generation[i] == from.bodies.generation[i] &&
+                      s.bodies.type[i] == BodyType::Kinematic;
+    s.prescribed[i] = same ? from.prescribed[i] : PrescribedMotion{};
+  }
+}
+
 const StepReport& World::report() const {
   return state_->report;
 }
@@ -658,7 +708,22 @@ double World::kinetic_energy() const {
 }
 
 double World::potential_energy() const {
-  return sum_bodies(state_->bodies, state_->config.gravity).potential;
+  return sum_bodies(state_->bodies, state_->config.gravity).potential + spring_energy();
+}
+
+double World::spring_energy() const {
+  double sum = 0;
+  for (const JointRecord& joint : state_->joints) {
+    if (!joint.alive || !(joint.def.stiffness > 0)) continue;
+    JointRows rows;
+    const int count =
+        joint_rows(joint, joint_end(*state_, joint.def.a.index), joint_end(*state_, joint.def.b.index), rows);
+    for (int k = 0; k < count; ++k) {
+      const JointRow& row = rows[static_cast<std::size_t>(k)];
+      if (row.kind == JointRowKind::Spring) sum += 0.5 * row.stiffness * row.error * row.error;
+    }
+  }
+  return sum;
 }
 
 Vec2 World::momentum() const {

@@ -24,6 +24,7 @@
 
 #include "physics/body.h"
 #include "physics/broadphase/broadphase.h"
+#include "physics/forces.h"
 #include "physics/joint.h"
 #include "physics/narrowphase/queries.h"
 #include "physics/shape.h"
@@ -149,6 +150,18 @@ class World {
   void apply_force(BodyId body, Vec2 force, Vec2 point_world);
   void apply_torque(BodyId body, double torque);
   void apply_impulse(BodyId body, Vec2 impulse, Vec2 point_world);
+  /// Sets the force field of the world; none: an empty function. Called at states that are only tried, so it
+  /// must depend on its argument alone. What it throws leaves `step`, and the bodies are where they were
+  /// then.
+  void set_force_field(ForceField field);
+  /// Sets the resistance of the medium for a body.
+  void set_drag(BodyId body, const Drag& drag);
+  /// Lets a kinematic body move as told from now on; an empty function: on with the velocity that it has.
+  /// Its velocity, within steps too, is that of the motion.
+  void set_motion(BodyId body, PrescribedMotion motion);
+  /// Takes the force field and the prescribed motions of bodies that are in both worlds from `other`:
+  /// snapshots do not hold callbacks.
+  void adopt_callbacks(const World& other);
   bool asleep(BodyId body) const;  ///< its island is at rest and out of the working set
   void wake(BodyId body);          ///< never needed: whatever changes a body wakes it
 
@@ -184,7 +197,8 @@ class World {
   /// Kinetic energy of the dynamic bodies [J], momentum [kg m/s], angular momentum about the origin [kg
   /// m^2/s].
   double kinetic_energy() const;
-  double potential_energy() const;
+  double potential_energy() const;  ///< in the uniform gravity field, and in the springs of joints [J]
+  double spring_energy() const;     ///< of which in springs [J]
   Vec2 momentum() const;
   double angular_momentum() const;
   /// FNV-1a over the bits of all positions, angles and velocities of live bodies, in slot order.

@@ -11,6 +11,7 @@
 #include "physics/ledger.h"
 #include "physics/resting.h"
 #include "physics/sleep.h"
+#include "physics/stepping/kinematic.h"
 #include "physics/stepping/stepper.h"
 #include "physics/thread_pool.h"
 #include "physics/world.h"
@@ -40,6 +41,10 @@ struct WorldState {
   std::vector<double> radius;  ///< farthest point of any shape from the centre of mass [m]
   std::vector<std::uint32_t> free_bodies;
 
+  std::vector<Drag> drag;                    ///< by body
+  std::vector<PrescribedMotion> prescribed;  ///< by body; empty: none
+  ForceField field;
+
   std::vector<ShapeRecord> shapes;
   std::vector<std::uint32_t> free_shapes;
   std::vector<JointRecord> joints;
@@ -62,8 +67,9 @@ struct WorldState {
   // Of the current step; by body, but valid for those that were active in it only, unless said.
   std::vector<std::uint32_t> active;  ///< awake, moving or touched bodies, ascending
   std::vector<std::uint32_t> active_joints;
-  std::vector<Vec2> acceleration;  ///< by body [m/s^2]
+  std::vector<Vec2> acceleration;  ///< by body, where forces vary: at the beginning [m/s^2]
   std::vector<double> angular_acceleration;
+  std::vector<MotionPath> paths;  ///< by body, of those with a prescribed motion
   std::vector<double> reach;  ///< bound on how far any point of the body moves in a step [m], for all bodies
   std::vector<double> travelled;          ///< how far it did at most [m]
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react

@@ -11,6 +11,7 @@
 
 #include "physics/islands/island_builder.h"
 #include "physics/narrowphase/chain.h"
+#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/text.h"
@@ -50,6 +51,23 @@ class Step {
     finish(islands);
   }
 
+  /// Puts all bodies back to where the step found them.
+  void undo() {
+    BodyArrays& b = s_.bodies;
+    if (begun_) saved_ = s_.active.size();
+    for (std::size_t k = 0; k < saved_; ++k) {
+      const std::uint32_t i = s_.active[k];
+      b.position[i] = s_.backup[i].position;
+      b.angle[i] = s_.backup[i].angle;
+      b.rotation[i] = s_.backup[i].rotation;
+      b.velocity[i] = s_.backup[i].velocity;
+      b.omega[i] = s_.backup[i].omega;
+    }
+    // What was touched before the step still is.
+    s_.touched.insert(s_.touched.end(), s_.active.begin(), s_.active.end());
+    s_.resting.clear();
+  }
+
  private:
   using Clock = std::chrono::steady_clock;
 
@@ -68,7 +86,11 @@ class Step {
     if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
     choose_active();
     s_.backup.resize(s_.bodies.size());
-    for (const std::uint32_t i : s_.active) begin(i);
+    for (const std::uint32_t i : s_.active) {
+      begin(i);
+      ++saved_;
+    }
+    begun_ = true;
     for (Contact& contact : s_.contacts) begin(contact);
     for (const std::uint32_t j : s_.active_joints) begin(s_.joints[j]);
     book(Stage::Forces, start);
@@ -90,7 +112,7 @@ class Step {
     std::vector<std::uint32_t> others = std::move(s_.touched);
     s_.touched.clear();
     for (const std::uint32_t i : s_.kinematic) {
-      if (b.velocity[i] != Vec2{} || b.omega[i] != 0) others.push_back(i);
+      if (b.velocity[i] != Vec2{} || b.omega[i] != 0 || s_.prescribed[i]) others.push_back(i);
     }
     // Awake bodies are in the set already.
     std::erase_if(others, [&](std::uint32_t i) {
@@ -117,6 +139,7 @@ class Step {
 
   void begin(std::uint32_t i) {
     BodyArrays& b = s_.bodies;
+    if (s_.prescribed[i]) follow(i);
     s_.backup[i] = {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]};
     s_.travelled[i] = 0;
     s_.acceleration[i] = {};
@@ -125,11 +148,18 @@ class Step {
     s_.ledger.mark(i);
     if (b.type[i] == BodyType::Static) return;
     if (b.type[i] == BodyType::Dynamic) {
-      s_.acceleration[i] = b.gravity_scale[i] * s_.config.gravity + b.inverse_mass[i] * b.force[i];
-      s_.angular_acceleration[i] = b.inverse_inertia[i] * b.torque[i];
+      const std::array<double, 3> a = applied_acceleration(
+          s_, i, {b.position[i], b.rotation[i], b.angle[i], b.velocity[i], b.omega[i]}, 0);
+      s_.acceleration[i] = {a[0], a[1]};
+      s_.angular_acceleration[i] = a[2];
     }
     s_.reach[i] = h_ * (length(b.velocity[i]) + h_ * length(s_.acceleration[i]) +
                         (std::abs(b.omega[i]) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
+    if (s_.prescribed[i]) {
+      // Between its nodes a smooth motion goes little farther than at them.
+      const MotionPath& path = s_.paths[i];
+      s_.reach[i] = 1.5 * path.extent() + (path.turn() > 0 ? 1.5 * path.turn() * s_.radius[i] : 0);
+    }
     if (!(s_.reach[i] < kFarthest)) contain(i);
   }
 
@@ -139,6 +169,20 @@ class Step {
     contact.points_at_start = contact.points;
     contact.hit = false;
     contact.hit_speed = 0;
+  }
+
+  /// Puts a body on the way that is prescribed for this step.
+  void follow(std::size_t i) {
+    BodyArrays& b = s_.bodies;
+    s_.paths[i].sample(s_.prescribed[i], s_.time, h_);
+    const KinematicState now = s_.paths[i].at(0);
+    b.position[i] = now.p;
+    if (b.angle[i] != now.angle) {
+      b.angle[i] = now.angle;
+      b.rotation[i] = Rot::from_angle(now.angle);
+    }
+    b.velocity[i] = now.v;
+    b.omega[i] = now.omega;
   }
 
   static void begin(JointRecord& joint) {
@@ -266,6 +310,10 @@ class Step {
     contact.body_b = b.body.index;
     contact.friction =
         mix(std::max(a.friction_rule, b.friction_rule), a.material.friction, b.material.friction);
+    contact.static_friction =
+        std::max(contact.friction, mix(std::max(a.friction_rule, b.friction_rule),
+                                       a.material.static_friction.value_or(a.material.friction),
+                                       b.material.static_friction.value_or(b.material.friction)));
     contact.restitution =
         mix(std::max(a.restitution_rule, b.restitution_rule), a.material.restitution, b.material.restitution);
     contact.rolling_resistance = std::max(a.material.rolling_resistance, b.material.rolling_resistance);
@@ -414,10 +462,16 @@ class Step {
       to_step_.push_back(n);
     }
     // Islands share nothing that is written, so their order does not matter.
-    s_.pool->run(to_step_.size(), [&](std::size_t k) {
+    const auto step = [&](std::size_t k) {
       SteppedIsland& island = next[to_step_[k]];
       s_.stepper->step(s_, island.island, h_, island.result);
-    });
+    };
+    if (s_.field) {
+      // A callback is asked in one order, by one thread.
+      for (std::size_t k = 0; k < to_step_.size(); ++k) step(k);
+    } else {
+      s_.pool->run(to_step_.size(), step);
+    }
     stepped = std::move(next);
   }
 
@@ -469,9 +523,16 @@ class Step {
     BodyArrays& b = s_.bodies;
     // Kinematic bodies move as told.
     for (const std::uint32_t i : s_.kinematic) {
-      b.position[i] += h_ * b.velocity[i];
-      b.angle[i] += h_ * b.omega[i];
+      const KinematicState end = kinematic_state(s_, i, h_);
+      b.position[i] = end.p;
+      b.angle[i] = end.angle;
+      if (s_.prescribed[i]) {
+        b.position[i] = s_.paths[i].end().position;
+        b.angle[i] = s_.paths[i].end().angle;
+      }
       b.rotation[i] = Rot::from_angle(b.angle[i]);
+      b.velocity[i] = end.v;
+      b.omega[i] = end.omega;
     }
     // A body whose new state is not finite goes back to where it was and stops; the others are unaffected.
     for (const std::uint32_t i : s_.awake) {
@@ -538,6 +599,8 @@ class Step {
   WorldState& s_;
   const double h_;
   int rounds_ = 0;
+  std::size_t saved_ = 0;  ///< of the active bodies: those whose backup is that of this step
+  bool begun_ = false;     ///< all of them are
   std::vector<int> segments_;
   std::vector<std::size_t> to_step_;  ///< islands of this round
   std::vector<Contact> lost_;         ///< touching contacts whose boxes parted
@@ -548,12 +611,19 @@ class Step {
 const StepReport& World::step(double h) {
   if (!(h > 0) || !std::isfinite(h))
     throw std::invalid_argument("step: h must be positive, got " + to_text(h));
-  Step(*state_, h).run();
+  Step step(*state_, h);
+  try {
+    step.run();
+  } catch (...) {
+    // What a callback threw: nothing has moved.
+    step.undo();
+    throw;
+  }
   StepReport& report = state_->report;
   for (const JointEvent& broken : report.joint_events) destroy(broken.joint);
   const BodySums sums = state_->ledger.total(state_->bodies, state_->config.gravity);
   report.kinetic_energy = sums.kinetic;
-  report.potential_energy = sums.potential;
+  report.potential_energy = sums.potential + spring_energy();
   report.momentum = sums.momentum;
   report.angular_momentum = sums.angular;
   report.state_hash = sums.hash;

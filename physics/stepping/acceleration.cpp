@@ -14,6 +14,9 @@ namespace {
 
 using Block = std::array<double, 3>;
 
+// Up to here a dense factorisation with full pivoting costs less than the sparse one does.
+constexpr int kDenseRows = 24;
+
 double product(const Block& x, const Block& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
 }
@@ -80,9 +83,18 @@ BodyMotion AccelerationProblem::motion(std::uint32_t body, double elapsed, const
     return {{q[0], q[1]}, Rot::from_angle(q[2]), {q[3], q[4]}, q[5]};
   }
   if (all.type[body] != BodyType::Kinematic) return {all.position[body], all.rotation[body], {}, 0};
-  return {all.position[body] + elapsed * all.velocity[body],
-          Rot::from_angle(all.angle[body] + elapsed * all.omega[body]), all.velocity[body], all.omega[body]};
+  const KinematicState now = kinematic_state(state_, body, elapsed);
+  return {now.p, Rot::from_angle(now.angle), now.v, now.omega};
 }
+
+/// An unknown force: `row` is what it keeps at zero, `force` how it acts, with the friction it brings.
+struct AccelerationProblem::Unknown {
+  AccelerationRow row, force;
+  double* value;
+  /// Sliding and rolling that follow a normal force: rows and factors.
+  std::array<std::pair<const AccelerationRow*, double>, 2> friction{};
+  int count = 0;
+};
 
 JointEnd AccelerationProblem::joint_end(std::uint32_t body, double elapsed, const State& y) const {
   if (body == BodyId::kNone) return {};
@@ -93,15 +105,17 @@ JointEnd AccelerationProblem::joint_end(std::uint32_t body, double elapsed, cons
 }
 
 AccelerationProblem::AccelerationRow AccelerationProblem::contact_row(const Contact& contact, Vec2 direction,
-                                                                      Vec2 where, double bias,
+                                                                      Vec2 where, double bias, double elapsed,
                                                                       const BodyMotion& a,
                                                                       const BodyMotion& b) const {
   AccelerationRow row;
   row.a = state_.local_index[contact.body_a];
   row.b = state_.local_index[contact.body_b];
-  if (row.a >= 0) row.Ja = {-direction.x, -direction.y, -cross(where - a.p, direction)};
-  if (row.b >= 0) row.Jb = {direction.x, direction.y, cross(where - b.p, direction)};
-  row.bias = bias;
+  const Block Ja{-direction.x, -direction.y, -cross(where - a.p, direction)};
+  const Block Jb{direction.x, direction.y, cross(where - b.p, direction)};
+  if (row.a >= 0) row.Ja = Ja;
+  if (row.b >= 0) row.Jb = Jb;
+  row.bias = bias + ground_bias(contact.body_a, Ja, elapsed) + ground_bias(contact.body_b, Jb, elapsed);
   return row;
 }
 
@@ -113,7 +127,7 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
     const std::optional<ContactKinematics> k = kinematics_of(point.features, a, b);
     if (!k) return false;
     out.points.push_back(*k);
-    out.normals.push_back(contact_row(contact, k->normal, k->position, k->normal_bias, a, b));
+    out.normals.push_back(contact_row(contact, k->normal, k->position, k->normal_bias, elapsed, a, b));
   }
   for (const Grip& grip : mode.grips) {
     const Contact& contact = state_.contacts[island_.contacts[grip.contact]];
@@ -125,13 +139,15 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
       row.b = state_.local_index[contact.body_b];
       if (row.a >= 0) row.Ja = {0, 0, -1};
       if (row.b >= 0) row.Jb = {0, 0, 1};
+      row.bias =
+          ground_bias(contact.body_a, {0, 0, -1}, elapsed) + ground_bias(contact.body_b, {0, 0, 1}, elapsed);
       speed = b.omega - a.omega;
     } else {
       // The points of a pair lie on one tangent: any of them that is closed stands for all.
       int at = grip.points[0];
       if (grip.count == 2 && !mode.points[static_cast<std::size_t>(at)].closed) at = grip.points[1];
       const ContactKinematics& k = out.points[static_cast<std::size_t>(at)];
-      row = contact_row(contact, perp(k.normal), k.position, k.tangent_bias, a, b);
+      row = contact_row(contact, perp(k.normal), k.position, k.tangent_bias, elapsed, a, b);
       speed = k.sliding - grip.surface;
     }
     out.grips.push_back(row);
@@ -155,7 +171,7 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
     row.b = b == BodyId::kNone ? -1 : state_.local_index[b];
     if (row.a >= 0) row.Ja = from.Ja;
     if (row.b >= 0) row.Jb = from.Jb;
-    row.bias = from.bias;
+    row.bias = from.bias + ground_bias(a, from.Ja, elapsed) + ground_bias(b, from.Jb, elapsed);
     out.rows.push_back(row);
     out.joint_rows.push_back(from);
   }
@@ -168,11 +184,21 @@ Block AccelerationProblem::inverse_mass(int k) const {
           state_.bodies.inverse_inertia[body]};
 }
 
-void AccelerationProblem::apply(const ContactMode& mode, const Geometry& g,
+double AccelerationProblem::ground_bias(std::uint32_t body, const Block& J, double elapsed) const {
+  if (body == BodyId::kNone || state_.local_index[body] >= 0 || !state_.prescribed[body]) return 0;
+  const KinematicState now = kinematic_state(state_, body, elapsed);
+  return J[0] * now.a.x + J[1] * now.a.y + J[2] * now.alpha;
+}
+
+void AccelerationProblem::apply(const ContactMode& mode, double elapsed, const State& y, const Geometry& g,
                                 std::vector<Block>& acceleration) const {
   acceleration.resize(island_.bodies.size());
   for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
     const std::uint32_t body = island_.bodies[k];
+    if (varying_) {
+      acceleration[k] = applied_acceleration(state_, body, joint_end(body, elapsed, y), elapsed);
+      continue;
+    }
     acceleration[k] = {state_.acceleration[body].x, state_.acceleration[body].y,
                        state_.angular_acceleration[body]};
   }
@@ -189,6 +215,79 @@ void AccelerationProblem::apply(const ContactMode& mode, const Geometry& g,
   }
 }
 
+bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, const std::vector<Block>& free,
+                                      std::vector<double>& lambda) const {
+  const int n = static_cast<int>(unknowns.size());
+  const auto weighted = [&](int k, const Block& force) {
+    const Block m = inverse_mass(k);
+    return Block{m[0] * force[0], m[1] * force[1], m[2] * force[2]};
+  };
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd rhs(n);
+  for (int j = 0; j < n; ++j) {
+    const AccelerationRow& force = unknowns[static_cast<std::size_t>(j)].force;
+    const Block fa = force.a >= 0 ? weighted(force.a, force.Ja) : Block{};
+    const Block fb = force.b >= 0 ? weighted(force.b, force.Jb) : Block{};
+    for (int i = 0; i < n; ++i) {
+      const AccelerationRow& row = unknowns[static_cast<std::size_t>(i)].row;
+      double w = 0;
+      if (row.a >= 0 && row.a == force.a) w += product(row.Ja, fa);
+      if (row.a >= 0 && row.a == force.b) w += product(row.Ja, fb);
+      if (row.b >= 0 && row.b == force.a) w += product(row.Jb, fa);
+      if (row.b >= 0 && row.b == force.b) w += product(row.Jb, fb);
+      matrix(i, j) = w;
+    }
+    const AccelerationRow& row = unknowns[static_cast<std::size_t>(j)].row;
+    rhs(j) = -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free));
+  }
+  Eigen::VectorXd solution;
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
+  ++result_.work.factorisations;
+  if (lu.isInvertible()) {
+    solution = lu.solve(rhs);
+  } else {
+    // Redundant supports: the least of the forces that do it.
+    solution = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix).solve(rhs);
+    const double error = (matrix * solution - rhs).cwiseAbs().maxCoeff();
+    if (error > 1e-9 * (1 + rhs.cwiseAbs().maxCoeff())) return false;
+  }
+  if (!solution.allFinite()) return false;
+  lambda.assign(solution.data(), solution.data() + n);
+  return true;
+}
+
+bool AccelerationProblem::solve_sparse(const std::vector<Unknown>& unknowns, const std::vector<Block>& free,
+                                       std::vector<double>& lambda) const {
+  IslandSystem system;
+  for (const std::uint32_t body : island_.bodies)
+    system.bodies.push_back({state_.bodies.inverse_mass[body], state_.bodies.inverse_inertia[body]});
+  const auto add = [&system](const AccelerationRow& from, double b) -> Row& {
+    Row row;
+    row.kind = RowKind::Joint;
+    row.a = from.a;
+    row.b = from.b;
+    row.Ja = from.Ja;
+    row.Jb = from.Jb;
+    row.lower = -kInfinity;
+    system.rows.push_back(row);
+    system.b.push_back(b);
+    return system.rows.back();
+  };
+  for (const Unknown& unknown : unknowns) {
+    const AccelerationRow& row = unknown.row;
+    add(row, -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free)));
+  }
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    for (int f = 0; f < unknowns[i].count; ++f) {
+      Row& row = add(*unknowns[i].friction[static_cast<std::size_t>(f)].first, 0);
+      row.kind = RowKind::Friction;
+      row.normal = static_cast<int>(i);
+      row.mu = unknowns[i].friction[static_cast<std::size_t>(f)].second;
+    }
+  }
+  return sparse_.solve(system, static_cast<int>(unknowns.size()), result_.work, lambda);
+}
+
 bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, const State& y,
                                    ModeForces& out) const {
   ++result_.force_solves;
@@ -197,14 +296,9 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   out.points = g.points;
   out.grip_speed = g.grip_speed;
   out.rows = g.joint_rows;
-  apply(mode, g, out.acceleration);
+  apply(mode, elapsed, y, g, out.acceleration);
   const std::vector<Block> free = out.acceleration;
 
-  // Unknown forces: `row` is what they keep at zero, `force` how they act (with the friction they bring).
-  struct Unknown {
-    AccelerationRow row, force;
-    double* value;
-  };
   std::vector<Unknown> unknowns;
   out.point_force.assign(mode.points.size(), 0);
   out.grip_force.assign(mode.grips.size(), 0);
@@ -212,21 +306,23 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   out.row_force.resize(mode.rows.size());
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
     out.row_force[i] = given_force(mode.rows[i], g.joint_rows[i]);
-    if (mode.rows[i].state == RowState::Holds) unknowns.push_back({g.rows[i], g.rows[i], &out.row_force[i]});
+    if (mode.rows[i].state == RowState::Holds)
+      unknowns.push_back(Unknown{g.rows[i], g.rows[i], &out.row_force[i]});
   }
   for (std::size_t p = 0; p < mode.points.size(); ++p) {
     if (!mode.points[p].closed) continue;
-    AccelerationRow force = g.normals[p];
+    Unknown normal{g.normals[p], g.normals[p], &out.point_force[p]};
     for (std::size_t k = 0; k < mode.grips.size(); ++k) {
       const Grip& grip = mode.grips[k];
       if (grip.contact != mode.points[p].contact || grip.sign == 0) continue;
       const double factor = -grip.sign * grip.mu;
       for (std::size_t c = 0; c < 3; ++c) {
-        force.Ja[c] += factor * g.grips[k].Ja[c];
-        force.Jb[c] += factor * g.grips[k].Jb[c];
+        normal.force.Ja[c] += factor * g.grips[k].Ja[c];
+        normal.force.Jb[c] += factor * g.grips[k].Jb[c];
       }
+      normal.friction[static_cast<std::size_t>(normal.count++)] = {&g.grips[k], factor};
     }
-    unknowns.push_back({g.normals[p], force, &out.point_force[p]});
+    unknowns.push_back(normal);
   }
   const auto is_loaded = [&](const Grip& grip) {
     for (int i = 0; i < grip.count; ++i) {
@@ -236,13 +332,9 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   };
   for (std::size_t k = 0; k < mode.grips.size(); ++k) {
     if (mode.grips[k].sign == 0 && is_loaded(mode.grips[k]))
-      unknowns.push_back({g.grips[k], g.grips[k], &out.grip_force[k]});
+      unknowns.push_back(Unknown{g.grips[k], g.grips[k], &out.grip_force[k]});
   }
 
-  const auto weighted = [&](int k, const Block& force) {
-    const Block m = inverse_mass(k);
-    return Block{m[0] * force[0], m[1] * force[1], m[2] * force[2]};
-  };
   const int n = static_cast<int>(unknowns.size());
   double fastest = 0, heaviest = 0;
   for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
@@ -250,57 +342,29 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
     heaviest = std::max(heaviest, 1 / state_.bodies.inverse_mass[island_.bodies[k]]);
   }
   out.scale = fastest * heaviest;
-  if (n > 0) {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd rhs(n);
-    for (int j = 0; j < n; ++j) {
-      const AccelerationRow& force = unknowns[static_cast<std::size_t>(j)].force;
-      const Block fa = force.a >= 0 ? weighted(force.a, force.Ja) : Block{};
-      const Block fb = force.b >= 0 ? weighted(force.b, force.Jb) : Block{};
-      for (int i = 0; i < n; ++i) {
-        const AccelerationRow& row = unknowns[static_cast<std::size_t>(i)].row;
-        double w = 0;
-        if (row.a >= 0 && row.a == force.a) w += product(row.Ja, fa);
-        if (row.a >= 0 && row.a == force.b) w += product(row.Ja, fb);
-        if (row.b >= 0 && row.b == force.a) w += product(row.Jb, fa);
-        if (row.b >= 0 && row.b == force.b) w += product(row.Jb, fb);
-        matrix(i, j) = w;
-      }
-      const AccelerationRow& row = unknowns[static_cast<std::size_t>(j)].row;
-      rhs(j) = -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free));
-    }
-    Eigen::VectorXd lambda;
-    const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
-    ++result_.work.factorisations;
-    if (lu.isInvertible()) {
-      lambda = lu.solve(rhs);
-    } else {
-      // Redundant supports: the least of the forces that do it.
-      lambda = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix).solve(rhs);
-      const double error = (matrix * lambda - rhs).cwiseAbs().maxCoeff();
-      if (error > 1e-9 * (1 + rhs.cwiseAbs().maxCoeff())) return false;
-    }
-    if (!lambda.allFinite()) return false;
-    for (int j = 0; j < n; ++j) {
-      const Unknown& unknown = unknowns[static_cast<std::size_t>(j)];
-      *unknown.value = lambda(j);
-      out.scale = std::max(out.scale, std::abs(lambda(j)));
-      const auto act = [&](int k, const Block& force) {
-        if (k < 0) return;
-        const Block change = weighted(k, force);
-        for (std::size_t c = 0; c < 3; ++c)
-          out.acceleration[static_cast<std::size_t>(k)][c] += change[c] * lambda(j);
-      };
-      act(unknown.force.a, unknown.force.Ja);
-      act(unknown.force.b, unknown.force.Jb);
-    }
+  std::vector<double> lambda;
+  if (n > 0 && !(n > kDenseRows ? solve_sparse(unknowns, free, lambda) : solve_dense(unknowns, free, lambda)))
+    return false;
+  for (int j = 0; j < n; ++j) {
+    const Unknown& unknown = unknowns[static_cast<std::size_t>(j)];
+    const double value = lambda[static_cast<std::size_t>(j)];
+    *unknown.value = value;
+    out.scale = std::max(out.scale, std::abs(value));
+    const auto act = [&](int k, const Block& force) {
+      if (k < 0) return;
+      const Block m = inverse_mass(k);
+      for (std::size_t c = 0; c < 3; ++c)
+        out.acceleration[static_cast<std::size_t>(k)][c] += m[c] * force[c] * value;
+    };
+    act(unknown.force.a, unknown.force.Ja);
+    act(unknown.force.b, unknown.force.Jb);
   }
   for (std::size_t k = 0; k < mode.grips.size(); ++k) {
     const Grip& grip = mode.grips[k];
     double load = 0;
     for (int i = 0; i < grip.count; ++i)
       load += out.point_force[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])];
-    out.grip_limit[k] = grip.mu * load;
+    out.grip_limit[k] = (grip.sign == 0 ? grip.hold : grip.mu) * load;
     if (grip.sign != 0) out.grip_force[k] = -grip.sign * grip.mu * load;
   }
   return true;
@@ -325,7 +389,7 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
   Geometry g;
   if (!geometry(mode, elapsed, y, g)) return false;
   std::vector<Block> free;
-  apply(mode, g, free);
+  apply(mode, elapsed, y, g, free);
   IslandSystem system;
   double largest = 0;
   for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
@@ -383,7 +447,7 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
       frictions.push_back({system.size(), k});
       Row& row = add(g.grips[k], grip.rolling ? RowKind::Rolling : RowKind::Friction);
       row.normal = normal;
-      row.mu = grip.mu;
+      row.mu = grip.sign == 0 ? grip.hold : grip.mu;
     }
   }
   // A contact that slides has its friction at the bound whatever the accelerations: it is asked for one that
@@ -416,14 +480,19 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
     mode.rows[place.index].state = force > 0 ? RowState::Forward : RowState::Backward;
   }
   for (const Place& place : normals) mode.points[place.index].closed = carries(place.row);
+  bool weaker = false;
   for (const Place& place : frictions) {
     Grip& grip = mode.grips[place.index];
     if (grip.sign != 0 || !carries(system.rows[static_cast<std::size_t>(place.row)].normal)) continue;
     // Where even the largest friction cannot hold, the acceleration tells which way it begins to slide.
     const double slip = w[static_cast<std::size_t>(place.row)];
-    if (std::abs(slip) > 1e-9 * (1 + largest)) grip.sign = slip > 0 ? 1 : -1;
+    if (!(std::abs(slip) > 1e-9 * (1 + largest))) continue;
+    grip.sign = slip > 0 ? 1 : -1;
+    weaker |= grip.hold > grip.mu;
   }
-  return true;
+  // What begins to slide pulls less from then on, so others may follow: each round at least one grip fewer
+  // holds.
+  return !weaker || choose(mode, elapsed, y);
 }
 
 }  // namespace skerry

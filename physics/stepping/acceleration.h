@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/contact_mode.h"
+#include "physics/stepping/sparse_forces.h"
 #include "physics/stepping/stepper.h"
 
 namespace skerry {
@@ -37,7 +39,7 @@ class AccelerationProblem {
   using State = std::vector<double>;
 
   AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result)
-      : state_(state), island_(island), result_(result) {}
+      : state_(state), island_(island), result_(result), varying_(has_varying_forces(state, island)) {}
 
   State gather(const ContactMode& mode) const;  ///< from the bodies; impulses are zero
   void scatter(const State& y, WorldState& state) const;
@@ -61,18 +63,29 @@ class AccelerationProblem {
     double bias = 0;
   };
   struct Geometry;
+  struct Unknown;
 
   bool geometry(const ContactMode& mode, double elapsed, const State& y, Geometry& out) const;
   /// Accelerations by everything that is known: external forces, springs, motors at their largest force.
-  void apply(const ContactMode& mode, const Geometry& g,
+  void apply(const ContactMode& mode, double elapsed, const State& y, const Geometry& g,
              std::vector<std::array<double, 3>>& acceleration) const;
+  /// What the acceleration of ground that moves as told adds to a row's bias.
+  double ground_bias(std::uint32_t body, const std::array<double, 3>& J, double elapsed) const;
   std::array<double, 3> inverse_mass(int k) const;
-  AccelerationRow contact_row(const Contact& contact, Vec2 direction, Vec2 where, double bias,
+  AccelerationRow contact_row(const Contact& contact, Vec2 direction, Vec2 where, double bias, double elapsed,
                               const BodyMotion& a, const BodyMotion& b) const;
+
+  /// Values of the unknown forces; `free`: the accelerations without them. @return false if there are none
+  bool solve_dense(const std::vector<Unknown>& unknowns, const std::vector<std::array<double, 3>>& free,
+                   std::vector<double>& lambda) const;
+  bool solve_sparse(const std::vector<Unknown>& unknowns, const std::vector<std::array<double, 3>>& free,
+                    std::vector<double>& lambda) const;
 
   const WorldState& state_;
   const Island& island_;
   IslandResult& result_;
+  bool varying_;                 ///< forces depend on the state
+  mutable SparseForces sparse_;  ///< keeps the analysis of the body graph
 };
 
 }  // namespace skerry

@@ -28,6 +28,7 @@ struct Grip {
   std::size_t contact = 0;
   bool rolling = false;
   double mu = 0;       ///< bound over the sum of the normal forces; rolling: [m]
+  double hold = 0;     ///< the same while it sticks, at least `mu`
   double surface = 0;  ///< velocity of a conveyor's surface [m/s]
   int sign = 0;        ///< direction of the relative motion; 0: none, it sticks
   std::array<int, 2> points{};

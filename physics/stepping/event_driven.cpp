@@ -41,7 +41,10 @@ struct Watch {
 class EventStep {
  public:
   EventStep(WorldState& state, const Island& island, double h, IslandResult& result)
-      : state_(state), island_(island), h_(h), result_(result), problem_(state, island, result) {}
+      : state_(state), island_(island), h_(h), result_(result), problem_(state, island, result) {
+    // Fields, drag and prescribed motions bend the paths of flight.
+    parabolic_ = !has_varying_forces(state, island) && !meets_prescribed_motion(state, island);
+  }
 
   /// @return false if the step has to be made in another way
   bool run() {
@@ -57,7 +60,7 @@ class EventStep {
         if (rest()) return true;
       }
       keep_mode_ = false;
-      if (!(mode_.free() ? fly_on() : integrate())) return false;
+      if (!(mode_.free() && parabolic_ ? fly_on() : integrate())) return false;
       ++result_.substeps;
       // Pieces that end without an event that counts must not go on for ever either.
       if (events_ > kMaxEvents || result_.impacts > cuts || result_.substeps > kMaxEvents + 2 * cuts)
@@ -177,26 +180,31 @@ class EventStep {
       }
       const int count = static_cast<int>(mode_.points.size() - first);
       if (count == 0) continue;
-      const auto add_grip = [&](bool rolling, double mu, double surface, double speed) {
+      const auto add_grip = [&](bool rolling, double mu, double hold, double surface, double speed) {
         if (!(mu > 0)) return;
         Grip grip;
         grip.contact = k;
         grip.rolling = rolling;
         grip.mu = mu;
+        grip.hold = hold;
         grip.surface = surface;
         // What stuck before moves by rounding only.
         const double limit = held ? 1e-9 : 0.1 * still;
         grip.sign = std::abs(speed) <= limit ? 0 : speed > 0 ? 1 : -1;
+        for (const Onset& onset : onsets_) {
+          if (onset.contact == k && onset.rolling == rolling && grip.sign == 0) grip.sign = onset.sign;
+        }
         grip.count = count;
         for (int i = 0; i < count; ++i)
           grip.points[static_cast<std::size_t>(i)] = static_cast<int>(first) + i;
         mode_.grips.push_back(grip);
       };
-      add_grip(false, contact.friction, contact.surface_velocity, sliding);
-      add_grip(true, contact.rolling_resistance, 0,
+      add_grip(false, contact.friction, contact.static_friction, contact.surface_velocity, sliding);
+      add_grip(true, contact.rolling_resistance, contact.rolling_resistance, 0,
                problem_.motion(contact.body_b, elapsed_, y).omega -
                    problem_.motion(contact.body_a, elapsed_, y).omega);
     }
+    onsets_.clear();
     for (std::size_t j = 0; j < island_.joints.size(); ++j) add_rows(j, still, y);
     if (mode_.points.empty() && mode_.free()) return true;
     return problem_.choose(mode_, elapsed_, problem_.gather(mode_)) && is_consistent();
@@ -254,7 +262,7 @@ class EventStep {
 
   /// Nothing moves and nothing will: the rest of the step is known.
   bool rest() {
-    if (mode_.free()) return false;
+    if (mode_.free() || !parabolic_) return false;
     const double g = external_bound();
     if (speed_bound() > 1e-11 * h_ * g) return false;
     for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
@@ -295,7 +303,7 @@ class EventStep {
       const double radius = std::isfinite(state_.radius[body]) ? state_.radius[body] : 0;
       double acceleration = length(m.a), angular = std::abs(m.alpha);
       const int k = state_.local_index[body];
-      if (k >= 0 && !mode_.free()) {
+      if (k >= 0 && !(mode_.free() && parabolic_)) {
         const std::array<double, 3>& f = forces_.acceleration[static_cast<std::size_t>(k)];
         acceleration = std::max(acceleration, std::hypot(f[0], f[1]));
         angular = std::max(angular, std::abs(f[2]));
@@ -620,7 +628,12 @@ class EventStep {
       if (!same) note_event(watch, nullptr);
       if (watch.kind == MotionEventKind::Release) mode_.points[watch.index].closed = false;
       if (watch.kind != MotionEventKind::Slip) continue;
-      mode_.grips[watch.index].sign = forces_.grip_force[watch.index] > 0 ? -1 : 1;
+      Grip& grip = mode_.grips[watch.index];
+      grip.sign = forces_.grip_force[watch.index] > 0 ? -1 : 1;
+      // Static friction lets go: the force jumps, and everything else is to be decided anew.
+      if (!(grip.hold > grip.mu)) continue;
+      onsets_.push_back({grip.contact, grip.rolling, grip.sign});
+      keep_mode_ = false;
     }
   }
 
@@ -732,7 +745,15 @@ class EventStep {
   AccelerationProblem problem_;
   ContactMode mode_;
   ModeForces forces_;  ///< at the beginning of the inner step
+  /// A grip that let go a moment ago and has no speed yet.
+  struct Onset {
+    std::size_t contact;
+    bool rolling;
+    int sign;
+  };
+  std::vector<Onset> onsets_;  ///< since the mode was chosen last
   bool keep_mode_ = false;
+  bool parabolic_ = true;      ///< free flight has constant acceleration
   bool forces_known_ = false;  ///< `forces_` are those of the mode and the present state
   double elapsed_ = 0;         ///< since the beginning of the step [s]
   double inner_step_ = 0;
@@ -743,7 +764,7 @@ class EventStep {
 }  // namespace
 
 void step_island_by_events(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (island.contacts.empty() && island.joints.empty()) {
+  if (island.contacts.empty() && island.joints.empty() && !has_varying_forces(state, island)) {
     for (const std::uint32_t body : island.bodies) fly(state, body, h);
     result.in_flight = true;
     result.substeps = 1;

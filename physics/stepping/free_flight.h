@@ -19,13 +19,13 @@ inline Motion free_flight(const WorldState& state, std::uint32_t body, double el
     m.a = state.acceleration[body];
     m.alpha = state.angular_acceleration[body];
   }
-  if (state.local_index[body] >= 0 || all.type[body] == BodyType::Kinematic) {
+  if (state.local_index[body] >= 0) {
     m.v = all.velocity[body];
     m.omega = all.omega[body];
   }
   if (all.type[body] == BodyType::Kinematic) {
-    m.p0 += elapsed * m.v;
-    m.angle0 += elapsed * m.omega;
+    const KinematicState now = kinematic_state(state, body, elapsed);
+    m = {now.p, now.angle, now.v, now.omega, now.a, now.alpha};
   }
   return m;
 }

@@ -11,6 +11,11 @@ Velocity body_velocity(const WorldState& state, std::uint32_t body) {
   return {state.bodies.velocity[body].x, state.bodies.velocity[body].y, state.bodies.omega[body]};
 }
 
+Velocity kinematic_velocity(const WorldState& state, std::uint32_t body, double elapsed) {
+  const KinematicState now = kinematic_state(state, body, elapsed);
+  return {now.v.x, now.v.y, now.omega};
+}
+
 /// Number in the island; -1 for the ground and for bodies that do not react.
 int local_index(const WorldState& state, std::uint32_t body) {
   return body == BodyId::kNone ? -1 : state.local_index[body];
@@ -21,16 +26,17 @@ bool moves_by_itself(const WorldState& state, std::uint32_t body) {
 }
 
 /// Adds a row between two bodies; what a body outside the island contributes moves into the drive.
-void add_row(const WorldState& state, std::uint32_t body_a, std::uint32_t body_b, Row row, double drive,
-             const RowOrigin& origin, Assembly& out) {
+/// @param elapsed  since the beginning of the step [s]
+void add_row(const WorldState& state, double elapsed, std::uint32_t body_a, std::uint32_t body_b, Row row,
+             double drive, const RowOrigin& origin, Assembly& out) {
   row.a = local_index(state, body_a);
   row.b = local_index(state, body_b);
   if (row.a < 0) {
-    if (moves_by_itself(state, body_a)) drive += along(row.Ja, body_velocity(state, body_a));
+    if (moves_by_itself(state, body_a)) drive += along(row.Ja, kinematic_velocity(state, body_a, elapsed));
     row.Ja = {};
   }
   if (row.b < 0) {
-    if (moves_by_itself(state, body_b)) drive += along(row.Jb, body_velocity(state, body_b));
+    if (moves_by_itself(state, body_b)) drive += along(row.Jb, kinematic_velocity(state, body_b, elapsed));
     row.Jb = {};
   }
   out.system.rows.push_back(row);
@@ -94,7 +100,7 @@ void add_joint(const WorldState& state, const AssemblyRequest& request, std::uin
     row.Ja = from.Ja;
     row.Jb = from.Jb;
     row.source = (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
-    add_row(state, a, b, row, drive, origin, out);
+    add_row(state, request.elapsed, a, b, row, drive, origin, out);
   }
 }
 
@@ -112,8 +118,8 @@ void add_point(const WorldState& state, const AssemblyRequest& request, const Ma
   row.Ja = {-n.x, -n.y, -cross(ra, n)};
   row.Jb = {n.x, n.y, cross(rb, n)};
   const int normal = out.system.size();
-  add_row(state, contact.body_a, contact.body_b, row, 0, {RowKind::Normal, false, index, i, point.separation},
-          out);
+  add_row(state, request.elapsed, contact.body_a, contact.body_b, row, 0,
+          {RowKind::Normal, false, index, i, point.separation}, out);
   if (!request.friction) return;
   if (contact.friction > 0) {
     row.kind = RowKind::Friction;
@@ -122,7 +128,7 @@ void add_point(const WorldState& state, const AssemblyRequest& request, const Ma
     row.mu = contact.friction;
     row.Ja = {-t.x, -t.y, -cross(ra, t)};
     row.Jb = {t.x, t.y, cross(rb, t)};
-    add_row(state, contact.body_a, contact.body_b, row, -contact.surface_velocity,
+    add_row(state, request.elapsed, contact.body_a, contact.body_b, row, -contact.surface_velocity,
             {RowKind::Friction, false, index, i, 0}, out);
   }
   if (contact.rolling_resistance > 0) {
@@ -132,7 +138,8 @@ void add_point(const WorldState& state, const AssemblyRequest& request, const Ma
     row.mu = contact.rolling_resistance;
     row.Ja = {0, 0, -1};
     row.Jb = {0, 0, 1};
-    add_row(state, contact.body_a, contact.body_b, row, 0, {RowKind::Rolling, false, index, i, 0}, out);
+    add_row(state, request.elapsed, contact.body_a, contact.body_b, row, 0,
+            {RowKind::Rolling, false, index, i, 0}, out);
   }
 }
 

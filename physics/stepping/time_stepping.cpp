@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/hash.h"
+#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -24,7 +25,12 @@ constexpr double kStablePieces = 256;
 class IslandStep {
  public:
   IslandStep(WorldState& state, const Island& island, IslandResult& result)
-      : state_(state), island_(island), result_(result), resting_(island.contacts.size()) {}
+      : state_(state),
+        island_(island),
+        result_(result),
+        resting_(island.contacts.size()),
+        varying_(has_varying_forces(state, island)),
+        told_(meets_prescribed_motion(state, island)) {}
 
   void run(double h) {
     // A piece costs in proportion to the island, so busy islands get fewer: a heap of 100 contacts is cut 5
@@ -98,7 +104,7 @@ class IslandStep {
       largest = std::max(largest, 0.5 * h * (std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2])));
     }
     // Below this the Jacobian changes by less than rounding.
-    if (largest < 1e-12) return false;
+    if (largest < 1e-12 && !told_) return false;
     const auto pose = [&](std::uint32_t body) {
       const int local = state_.local_index[body];
       return local >= 0 ? poses[local] : pose_at(state_, body, elapsed_ + 0.5 * h);
@@ -128,8 +134,45 @@ class IslandStep {
     return true;
   }
 
-  /// Velocities at the end of a piece of length `h`.
+  /// Velocities at the end of a piece of length `h`. Forces that depend on the state are those of its middle,
+  /// found from the velocities that they give: second order, and with the contact forces in them.
   std::vector<Velocity> solve_forces(double h, const std::vector<Velocity>& before, bool plastic) {
+    if (!varying_) return solve_once(h, before, plastic);
+    std::vector<Velocity> after = before;
+    for (int pass = 0; pass < 3; ++pass) {
+      for (std::size_t k = 0; k < after.size(); ++k) {
+        const std::uint32_t body = island_.bodies[k];
+        std::array<double, 3> mid{}, path{};
+        for (std::size_t c = 0; c < 3; ++c) {
+          mid[c] = 0.5 * (before[k][c] + after[k][c]);
+          path[c] = 0.25 * h * (before[k][c] + mid[c]);
+        }
+        const double angle = state_.bodies.angle[body] + path[2];
+        const JointEnd middle{state_.bodies.position[body] + Vec2{path[0], path[1]},
+                              Rot::from_angle(angle),
+                              angle,
+                              {mid[0], mid[1]},
+                              mid[2]};
+        const std::array<double, 3> a = applied_acceleration(state_, body, middle, elapsed_ + 0.5 * h);
+        state_.acceleration[body] = {a[0], a[1]};
+        state_.angular_acceleration[body] = a[2];
+      }
+      // The first guess needs no contact forces: the second pass has them.
+      if (pass == 0) {
+        for (std::size_t k = 0; k < after.size(); ++k) {
+          const std::uint32_t body = island_.bodies[k];
+          after[k][0] += h * state_.acceleration[body].x;
+          after[k][1] += h * state_.acceleration[body].y;
+          after[k][2] += h * state_.angular_acceleration[body];
+        }
+      } else {
+        after = solve_once(h, before, plastic);
+      }
+    }
+    return after;
+  }
+
+  std::vector<Velocity> solve_once(double h, const std::vector<Velocity>& before, bool plastic) {
     std::vector<Velocity> after = before;
     for (std::size_t k = 0; k < after.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
@@ -195,7 +238,12 @@ class IslandStep {
     Solution solution;
     {
       StageTimer timer(state_, result_, Stage::Solve);
+      std::vector<int> held = held_rows(start, assembly, before);
       solution = state_.solver->solve(system, warm, options, &memory);
+      // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
+      // round at least one fewer is held.
+      while (let_go(assembly, solution.lambda, held))
+        solution = state_.solver->solve(system, solution.lambda, options, &memory);
     }
     if (memory != nullptr) result_.memories.push_back({key.value(), std::move(memory)});
     apply_impulses(system, solution.lambda, after);
@@ -207,6 +255,38 @@ class IslandStep {
                  solution.residual, false, std::move(solution.trace), result_);
     }
     return after;
+  }
+
+  /// Friction rows that static friction holds: they stuck, or do not slide at the beginning. Gives them its
+  /// coefficient.
+  std::vector<int> held_rows(const Assembly& start, Assembly& assembly,
+                             const std::vector<Velocity>& before) const {
+    std::vector<int> held;
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint || origin.kind != RowKind::Friction) continue;
+      const Contact& contact = state_.contacts[origin.index];
+      if (!(contact.static_friction > contact.friction)) continue;
+      const bool still = std::abs(row_velocity(start, i, before)) <= state_.config.rest_speed;
+      if (!still && !contact.points[origin.point].sticking) continue;
+      assembly.system.rows[i].mu = contact.static_friction;
+      held.push_back(i);
+    }
+    return held;
+  }
+
+  /// Gives the rows of `held` that slide in spite of it the coefficient of sliding. One point of a face at
+  /// its bound says nothing: its neighbour may hold for both. @return whether there were any
+  bool let_go(Assembly& assembly, const std::vector<double>& lambda, std::vector<int>& held) const {
+    if (held.empty()) return false;
+    const std::vector<double> w = row_velocities(assembly.system, lambda);
+    const double slip = 1e-8 * largest_magnitude(assembly.system.b);
+    return std::erase_if(held, [&](int i) {
+             if (!(std::abs(w[static_cast<std::size_t>(i)]) > slip)) return false;
+             assembly.system.rows[static_cast<std::size_t>(i)].mu =
+                 state_.contacts[assembly.origin[static_cast<std::size_t>(i)].index].friction;
+             return true;
+           }) > 0;
   }
 
   /// A joint limit that is reached and is not about to be left.
@@ -322,10 +402,8 @@ class IslandStep {
         m.a = Vec2{after[k][0] - before[k][0], after[k][1] - before[k][1]} / h;
         m.alpha = (after[k][2] - before[k][2]) / h;
       } else if (all.type[body] == BodyType::Kinematic) {
-        m.v = all.velocity[body];
-        m.omega = all.omega[body];
-        m.p0 += elapsed_ * m.v;
-        m.angle0 += elapsed_ * m.omega;
+        const KinematicState now = kinematic_state(state_, body, elapsed_);
+        m = {now.p, now.angle, now.v, now.omega, now.a, now.alpha};
       }
       return m;
     };
@@ -406,6 +484,8 @@ class IslandStep {
   const Island& island_;
   IslandResult& result_;
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
+  bool varying_;                       ///< forces depend on the state
+  bool told_;                          ///< something here moves as prescribed
   double elapsed_ = 0;                 ///< since the beginning of the step [s]
   bool moving_ = false;                ///< the geometry changes within the piece
   bool sinking_ = false;               ///< `next_hit` found points that the solve has to hold
@@ -414,7 +494,7 @@ class IslandStep {
 }  // namespace
 
 void step_island_by_time_stepping(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (island.contacts.empty() && island.joints.empty()) {
+  if (island.contacts.empty() && island.joints.empty() && !has_varying_forces(state, island)) {
     for (const std::uint32_t body : island.bodies) fly(state, body, h);
     result.in_flight = true;
     result.substeps = 1;

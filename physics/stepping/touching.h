@@ -18,18 +18,19 @@ inline Transform pose_at(const WorldState& state, std::uint32_t body, double ela
   if (body == BodyId::kNone) return {};
   const BodyArrays& all = state.bodies;
   if (all.type[body] != BodyType::Kinematic || elapsed == 0) return all.pose(body);
-  return {all.position[body] + elapsed * all.velocity[body],
-          Rot::from_angle(all.angle[body] + elapsed * all.omega[body])};
+  const KinematicState now = kinematic_state(state, body, elapsed);
+  return {now.p, Rot::from_angle(now.angle)};
 }
 
 /// A body as a joint sees it, `elapsed` after the beginning of the step.
 inline JointEnd joint_end(const WorldState& state, std::uint32_t body, double elapsed = 0) {
   if (body == BodyId::kNone) return {};
   const BodyArrays& all = state.bodies;
-  const bool told = all.type[body] == BodyType::Kinematic && elapsed != 0;
-  const Transform pose = pose_at(state, body, elapsed);
-  return {pose.p, pose.q, told ? all.angle[body] + elapsed * all.omega[body] : all.angle[body],
-          all.velocity[body], all.omega[body]};
+  if (all.type[body] == BodyType::Kinematic && elapsed != 0) {
+    const KinematicState now = kinematic_state(state, body, elapsed);
+    return {now.p, Rot::from_angle(now.angle), now.angle, now.v, now.omega};
+  }
+  return {all.position[body], all.rotation[body], all.angle[body], all.velocity[body], all.omega[body]};
 }
 
 /// Gaps up to this count as closed: the world's tolerance, or what rounding leaves of coordinates this large
@@ -45,8 +46,8 @@ inline bool is_touching(const WorldState& state, const ManifoldPoint& point) {
 
 /// Velocity of the material point of `body` at `where`, world frame [m/s].
 inline Vec2 point_velocity(const WorldState& state, std::uint32_t body, Vec2 where, double elapsed) {
-  const BodyArrays& all = state.bodies;
-  return all.velocity[body] + all.omega[body] * perp(where - pose_at(state, body, elapsed).p);
+  const JointEnd end = joint_end(state, body, elapsed);
+  return end.v + end.omega * perp(where - end.p);
 }
 
 /// Relative velocity of b against a along the contact's normal [m/s]; negative: approaching.

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/kinematic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "physics/text.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+// (1 - cos(pi k / 7)) / 2: the points at which interpolation oscillates least.
+constexpr double kPoints[8] = {0,
+                               0.049515566048790436882,
+                               0.18825509907063323478,
+                               0.38873953302184279786,
+                               0.61126046697815720214,
+                               0.81174490092936676522,
+                               0.95048443395120956312,
+                               1};
+
+}  // namespace
+
+void MotionPath::sample(const PrescribedMotion& motion, double time, double h) {
+  h_ = h;
+  extent_ = turn_ = 0;
+  Placement first;
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    const Placement place = motion(i + 1 < kNodes ? time + kPoints[i] * h : time + h);
+    if (!is_finite(place.position) || !std::isfinite(place.angle)) {
+      throw std::invalid_argument("prescribed motion: not finite at " + to_text(time + kPoints[i] * h) +
+                                  " s: " + to_text(place.position) + ", " + to_text(place.angle));
+    }
+    if (i == 0) first = place;
+    divided_[0][i] = place.position.x;
+    divided_[1][i] = place.position.y;
+    divided_[2][i] = place.angle;
+    extent_ = std::max(extent_, length(place.position - first.position));
+    turn_ = std::max(turn_, std::abs(place.angle - first.angle));
+    end_ = place;
+  }
+  // f[x_i ... x_j] by columns, in place.
+  for (auto& f : divided_) {
+    for (std::size_t order = 1; order < kNodes; ++order) {
+      for (std::size_t i = kNodes - 1; i >= order; --i)
+        f[i] = (f[i] - f[i - 1]) / (kPoints[i] - kPoints[i - order]);
+    }
+  }
+}
+
+KinematicState MotionPath::at(double t) const {
+  const double s = t / h_;
+  std::array<double, 3> value{}, rate{}, second{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = kNodes; i-- > 0;) {
+      const double d = s - kPoints[i];
+      second[c] = second[c] * d + 2 * rate[c];
+      rate[c] = rate[c] * d + value[c];
+      value[c] = value[c] * d + divided_[c][i];
+    }
+  }
+  return {{value[0], value[1]},
+          value[2],
+          {rate[0] / h_, rate[1] / h_},
+          rate[2] / h_,
+          {second[0] / (h_ * h_), second[1] / (h_ * h_)},
+          second[2] / (h_ * h_)};
+}
+
+KinematicState kinematic_state(const WorldState& state, std::uint32_t body, double elapsed) {
+  const BodyArrays& all = state.bodies;
+  if (all.type[body] != BodyType::Kinematic) return {all.position[body], all.angle[body], {}, 0, {}, 0};
+  if (state.prescribed[body]) return state.paths[body].at(elapsed);
+  return {all.position[body] + elapsed * all.velocity[body],
+          all.angle[body] + elapsed * all.omega[body],
+          all.velocity[body],
+          all.omega[body],
+          {},
+          0};
+}
+
+}  // namespace skerry

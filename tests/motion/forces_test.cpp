@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+//
+// Force fields, drag and prescribed motions against their formulas.
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "physics/snapshot.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::smooth;
+using test::weightless;
+
+WorldConfig by(const std::string& stepper, WorldConfig config = {}) {
+  config.stepper = stepper;
+  return config;
+}
+
+void run(World& world, double seconds, double h) {
+  const int steps = static_cast<int>(std::lround(seconds / h));
+  for (int i = 0; i < steps; ++i) world.step(h);
+}
+
+class Forces : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(By, Forces, testing::Values("time_stepping", "event_driven"),
+                         [](const auto& stepper) { return stepper.param; });
+
+/// Checks that the error is rounding for event_driven, and of second order for time_stepping.
+template <class Error>
+void expect_order(const std::string& stepper, double fine, Error&& error) {
+  if (stepper == "event_driven") {
+    EXPECT_NEAR(error(1.0 / 60), 0, 1e-11);
+    return;
+  }
+  const double coarse = error(1.0 / 60), half = error(1.0 / 120);
+  EXPECT_NEAR(coarse / half, 4, 0.3) << coarse;
+  EXPECT_LT(std::abs(half), fine);
+}
+
+TEST_P(Forces, BodyOfACentralFieldRunsOnAnEllipse) {
+  // Force -k r: x = cos(w t), y = v/w sin(w t).
+  expect_order(GetParam(), 1e-3, [](double h) {
+    World world(by(GetParam(), weightless()));
+    const auto ball = add(world, {1, 0}, smooth(make_disc(0.1)), 2, {0, 1.5});
+    world.set_force_field([](const FieldSample& s) { return Wrench{-9 * s.mass * s.position, 0}; });
+    run(world, 1, h);
+    return length(world.position(ball) - Vec2{std::cos(3.0), 0.5 * std::sin(3.0)});
+  });
+}
+
+TEST_P(Forces, FieldThatDependsOnTimeIsTakenAtItsTime) {
+  expect_order(GetParam(), 1e-4, [](double h) {
+    World world(by(GetParam(), weightless()));
+    const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)), 2);
+    world.set_force_field([](const FieldSample& s) { return Wrench{{s.mass * std::cos(5 * s.time), 0}, 0}; });
+    run(world, 1, h);
+    return world.position(ball).x - (1 - std::cos(5.0)) / 25;
+  });
+}
+
+TEST_P(Forces, MagneticFieldTurnsAChargeInACircle) {
+  expect_order(GetParam(), 2e-3, [](double h) {
+    World world(by(GetParam(), weightless()));
+    const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {2, 0});
+    world.set_force_field([](const FieldSample& s) { return Wrench{4.0 * perp(s.velocity), 0}; });
+    run(world, 1, h);
+    return length(world.position(ball) - Vec2{0.5 * std::sin(4.0), 0.5 * (1 - std::cos(4.0))});
+  });
+}
+
+TEST_P(Forces, LinearDragSlowsDownExponentially) {
+  expect_order(GetParam(), 1e-4, [](double h) {
+    World world(by(GetParam(), weightless()));
+    const auto ball = add(world, {0, 0}, smooth(make_disc(1)), 2, {3, 0}, 4);  // inertia 1
+    world.set_drag(ball, {.linear = 3, .angular = 2});
+    run(world, 1, h);
+    return std::abs(world.velocity(ball).x - 3 * std::exp(-1.5)) +
+           std::abs(world.omega(ball) - 4 * std::exp(-2.0));
+  });
+}
+
+TEST_P(Forces, QuadraticDragLeadsToTheTerminalSpeed) {
+  // v = vt tanh(g t / vt), vt = sqrt(m g / c)
+  expect_order(GetParam(), 1e-3, [](double h) {
+    World world(by(GetParam()));
+    const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)), 2);
+    world.set_drag(ball, {.quadratic = 0.5});
+    run(world, 1, h);
+    const double vt = std::sqrt(2 * 9.81 / 0.5);
+    return world.velocity(ball).y + vt * std::tanh(9.81 / vt);
+  });
+}
+
+TEST_P(Forces, ActThroughJointsToo) {
+  // A pendulum without gravity in a sideways wind of constant force swings about the wind's direction as it
+  // would about gravity's; with the force from the field.
+  double end[2] = {};
+  for (const bool field : {false, true}) {
+    WorldConfig config = weightless();
+    if (!field) config.gravity = {9, 0};
+    World world(by(GetParam(), config));
+    const auto ball = add(world, {0, -1}, smooth(make_disc(0.1)), 2);
+    world.create_joint({.kind = JointKind::Distance, .b = ball, .anchor_b = {0, -1}});
+    if (field) world.set_force_field([](const FieldSample& s) { return Wrench{{9 * s.mass, 0}, 0}; });
+    run(world, 1, 1.0 / 60);
+    end[field] = world.position(ball).x;
+  }
+  EXPECT_NEAR(end[0], end[1], 1e-11);
+}
+
+TEST_P(Forces, RestingBodyWakesWhenTheFieldOfTheTimeMovesIt) {
+  // At rest for the first second, by friction; then the wind blows. A skip of resting islands must not miss
+  // it.
+  World world(by(GetParam()));
+  add_ground(world, rough({}, 0.5));
+  const auto box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5), 1);
+  world.set_force_field([](const FieldSample& s) { return Wrench{{s.time > 1.0 ? 6.0 : 0.0, 0}, 0}; });
+  run(world, 1, 1.0 / 60);
+  EXPECT_NEAR(world.position(box).x, 0, 1e-12);
+  EXPECT_EQ(world.report().islands_at_rest, 0);
+  run(world, 1, 1.0 / 60);
+  EXPECT_NEAR(world.velocity(box).x, 6 - 0.5 * 9.81, 0.05);
+}
+
+TEST_P(Forces, FlightInAFieldIsCountedAsNoFlight) {
+  World world(by(GetParam()));
+  const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  world.step(1.0 / 60);
+  EXPECT_EQ(world.report().islands_in_flight, 1);
+  world.set_drag(ball, {.linear = 0.1});
+  world.step(1.0 / 60);
+  EXPECT_EQ(world.report().islands_in_flight, 0);
+}
+
+TEST_P(Forces, LandingUnderDragIsFound) {
+  // Drag makes the path no parabola: the ball must still not sink in.
+  World world(by(GetParam()));
+  add_ground(world, smooth({}));
+  const auto ball = add(world, {0, 2}, smooth(make_disc(0.1)), 1);
+  world.set_drag(ball, {.linear = 2});
+  for (int i = 0; i < 120; ++i) {
+    world.step(1.0 / 60);
+    ASSERT_GE(world.position(ball).y, 0.1 - 1e-9);
+  }
+  EXPECT_NEAR(world.position(ball).y, 0.1, 1e-9);
+}
+
+TEST_P(Forces, FieldThatThrowsOrIsNotFiniteLeavesTheBodiesWhereTheyWere) {
+  World world(by(GetParam()));
+  const auto ball = add(world, {0, 2}, smooth(make_disc(0.1)), 1);
+  const auto other = add(world, {3, 2}, smooth(make_disc(0.1)), 1);
+  int calls = 0;
+  world.set_force_field([&](const FieldSample&) -> Wrench {
+    if (++calls > 3) throw std::runtime_error("no more");
+    return {};
+  });
+  EXPECT_THROW(world.step(1.0 / 60), std::runtime_error);
+  EXPECT_EQ(world.position(ball).y, 2);
+  EXPECT_EQ(world.position(other).y, 2);
+  EXPECT_EQ(world.velocity(other).y, 0);
+  world.set_force_field([](const FieldSample&) { return Wrench{{NAN, 0}, 0}; });
+  EXPECT_THROW(world.step(1.0 / 60), std::invalid_argument);
+  world.set_force_field({});
+  run(world, 0.5, 1.0 / 60);
+  EXPECT_NEAR(world.position(ball).y, 2 - 0.125 * 9.81, 1e-12);
+  EXPECT_THROW(world.set_drag(ball, {.linear = -1}), std::invalid_argument);
+}
+
+TEST_P(Forces, ThreadsAskTheFieldInTheSameOrder) {
+  std::uint64_t hash[2] = {};
+  for (const int threads : {1, 4}) {
+    WorldConfig config = by(GetParam());
+    config.threads = threads;
+    World world(config);
+    for (int i = 0; i < 20; ++i) add(world, {2.0 * i, 1}, smooth(make_disc(0.5)), 1 + i);
+    double sum = 0;  // depends on the order of the calls
+    world.set_force_field([&](const FieldSample& s) {
+      sum = 0.5 * sum + s.mass;
+      return Wrench{{sum, 0}, 0};
+    });
+    for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+    hash[threads > 1] = world.state_hash();
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST_P(Forces, PrescribedMotionIsFollowedAndItsVelocityReachesWhatItCarries) {
+  // A shaken table with a box that sticks: it must follow the table's cosine.
+  World world(by(GetParam()));
+  const auto table = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(table, rough(make_box({4, 0.2}), 0.9));
+  const auto box = add(world, {0, 0.35}, rough(make_box({0.5, 0.5}), 0.9), 1);
+  const double w = 2 * kPi, amplitude = 0.1;  // 0.1 w^2 = 3.9 < 0.9 g
+  world.set_motion(table, [&](double t) { return Placement{{amplitude * (1 - std::cos(w * t)), 0}, 0}; });
+  const bool events = GetParam() == "event_driven";
+  for (int i = 0; i < 120; ++i) {
+    world.step(1.0 / 60);
+    const double t = world.time();
+    ASSERT_NEAR(world.position(table).x, amplitude * (1 - std::cos(w * t)), 1e-14);
+    ASSERT_NEAR(world.velocity(table).x, amplitude * w * std::sin(w * t), 1e-9);
+    ASSERT_NEAR(world.position(box).x, world.position(table).x, events ? 1e-8 : 1e-3) << i;
+  }
+  EXPECT_EQ(world.report().fallbacks, 0);
+}
+
+TEST_P(Forces, CrankDrivesASliderByItsPrescribedTurning) {
+  // x = r cos(a) + sqrt(l^2 - r^2 sin(a)^2)
+  World world(by(GetParam(), weightless()));
+  const auto crank = world.create_body({.type = BodyType::Kinematic});
+  const double r = 0.3, l = 1, w = 4;
+  const auto piston = add(world, {r + l, 0}, smooth(make_box({0.2, 0.2})), 1);
+  world.set_motion(crank, [&](double t) { return Placement{{0, 0}, w * t}; });
+  world.create_joint(
+      {.kind = JointKind::Distance, .a = crank, .b = piston, .anchor_a = {r, 0}, .anchor_b = {r + l, 0}});
+  world.create_joint({.kind = JointKind::Prismatic, .b = piston, .anchor_a = {r + l, 0}, .axis = {1, 0}});
+  for (int i = 0; i < 180; ++i) {
+    world.step(1.0 / 60);
+    const double a = w * world.time();
+    ASSERT_NEAR(world.position(piston).x,
+                r * std::cos(a) + std::sqrt(l * l - r * r * std::sin(a) * std::sin(a)), 1e-11);
+  }
+}
+
+TEST_P(Forces, BallLandsOnARisingLift) {
+  World world(by(GetParam()));
+  const auto lift = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(lift, smooth(make_box({2, 0.2})));
+  const auto ball = add(world, {0, 1}, smooth(make_disc(0.1)), 1);
+  world.set_motion(lift, [](double t) { return Placement{{0, 0.5 * t * t}, 0}; });  // a = 1 m/s^2
+  run(world, 1.5, 1.0 / 60);
+  EXPECT_NEAR(world.position(ball).y, 0.5 * 1.5 * 1.5 + 0.2, 1e-9);
+  EXPECT_NEAR(world.velocity(ball).y, 1.5, GetParam() == "event_driven" ? 1e-9 : 1e-6);
+  EXPECT_THROW(world.set_motion(ball, [](double) { return Placement{}; }), std::invalid_argument);
+  EXPECT_THROW(world.set_motion(lift, [](double) { return Placement{{NAN, 0}, 0}; }), std::invalid_argument);
+}
+
+TEST_P(Forces, SnapshotGoesOnBitByBitWithItsDragAndTheCallbacksOfTheOther) {
+  World world(by(GetParam()));
+  const auto lift = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(lift, rough(make_box({2, 0.2}), 0.5));
+  const auto ball = add(world, {0, 1}, rough(make_disc(0.1), 0.5), 1, {0.1, 0});
+  world.set_drag(ball, {.linear = 0.3});
+  world.set_motion(lift, [](double t) { return Placement{{0, 0.1 * std::sin(3 * t)}, 0}; });
+  world.set_force_field([](const FieldSample& s) { return Wrench{{0.1 * s.time, 0}, 0}; });
+  run(world, 0.3, 1.0 / 60);
+  World copy = load_snapshot(save_snapshot(world));
+  copy.adopt_callbacks(world);
+  for (int i = 0; i < 60; ++i) {
+    world.step(1.0 / 60);
+    copy.step(1.0 / 60);
+    ASSERT_EQ(world.state_hash(), copy.state_hash()) << i;
+  }
+}
+
+}  // namespace
+}  // namespace skerry

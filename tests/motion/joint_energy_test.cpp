@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+//
+// Energy of pendulums and chains, and what a long chain costs.
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "tests/support/scale.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::smooth;
+
+WorldConfig by(const std::string& stepper) {
+  WorldConfig config;
+  config.stepper = stepper;
+  return config;
+}
+
+/// `count` rods of together 4 m and 4 kg, straight out from a fixed point.
+void add_chain(World& world, int count) {
+  const double l = 4.0 / count;
+  BodyId last{};
+  for (int i = 0; i < count; ++i) {
+    const auto link = add(world, {l * (i + 0.5), 0}, smooth(make_box({l, 0.2 * l})), 4.0 / count);
+    world.create_joint({.a = last, .b = link, .anchor_a = {l * i, 0}});
+    last = link;
+  }
+}
+
+/// Largest change of the energy in `steps` steps of 1/60 s [J]; the swing is about 40 J.
+double drift(World& world, int steps) {
+  const double begin = world.kinetic_energy() + world.potential_energy();
+  double worst = 0;
+  for (int i = 0; i < steps; ++i) {
+    const StepReport& report = world.step(1.0 / 60);
+    worst = std::max(worst, std::abs(report.kinetic_energy + report.potential_energy - begin));
+    EXPECT_EQ(report.fallbacks, 0);
+  }
+  return worst;
+}
+
+TEST(ChainEnergy, OfADoublePendulumIsKeptByEvents) {
+  // 100 s with SKERRY_TEST_SCALE=20.
+  World world(by("event_driven"));
+  add_chain(world, 2);
+  EXPECT_LT(drift(world, test_scale(300)), 1e-8);
+  EXPECT_GT(world.kinetic_energy(), 1e-3);
+}
+
+TEST(ChainEnergy, OfAHundredLinksIsKeptByEvents) {
+  // 100 s with SKERRY_TEST_SCALE=1000: some minutes.
+  World world(by("event_driven"));
+  add_chain(world, 100);
+  EXPECT_LT(drift(world, test_scale(6)), 1e-8);
+}
+
+TEST(ChainEnergy, ErrorOfTimeSteppingFallsWithTheSquareOfTheStep) {
+  double error[2] = {};
+  for (const int n : {0, 1}) {
+    World world(by("time_stepping"));
+    add_chain(world, 2);
+    const double begin = world.kinetic_energy() + world.potential_energy();
+    const int steps = 240 << n;
+    for (int i = 0; i < steps; ++i) world.step(1.0 / steps);
+    error[n] = world.kinetic_energy() + world.potential_energy() - begin;
+  }
+  EXPECT_GT(std::abs(error[0] / error[1]), 3) << error[0] << " " << error[1];
+  EXPECT_LT(std::abs(error[1]), 0.01);
+}
+
+TEST(ChainEnergy, SparseAndDenseForcesAreTheSame) {
+  // Twelve links solve densely; with a second, far chain of the same island they are 60 rows and go the
+  // sparse way.
+  World alone(by("event_driven")), joined(by("event_driven"));
+  add_chain(alone, 12);
+  add_chain(joined, 12);
+  BodyId last{};
+  for (int i = 0; i < 20; ++i) {
+    const auto link = add(joined, {100 + i + 0.5, 0}, smooth(make_box({1, 0.1})), 1);
+    joined.create_joint({.a = last, .b = link, .anchor_a = {100.0 + i, 0}});
+    last = link;
+  }
+  // A rope that stays slack makes them one island.
+  joined.create_joint({.kind = JointKind::Rope, .a = {0, 0}, .b = last, .anchor_b = {120, 0}, .length = 1e3});
+  for (int i = 0; i < 12; ++i) {
+    alone.step(1.0 / 60);
+    joined.step(1.0 / 60);
+    ASSERT_EQ(joined.report().islands, 1);
+    ASSERT_EQ(joined.report().fallbacks, 0);
+    for (std::size_t k = 0; k < 12; ++k)
+      ASSERT_NEAR(length(alone.bodies().position[k] - joined.bodies().position[k]), 0, 1e-11) << i;
+  }
+}
+
+}  // namespace
+}  // namespace skerry
