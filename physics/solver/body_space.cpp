@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "physics/solver/body_space_active_set.h"
 #include "physics/solver/body_space_model.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/interior_point.h"
+#include "physics/solver/path_following.h"
 #include "physics/solver/proximal.h"
 
 namespace skerry {
@@ -16,6 +18,8 @@ namespace {
 
 // Enough for the longest rung seen to succeed; beyond it, nothing was ever solved.
 constexpr int kFactorisationLimit = 400;
+// Pivots of the last rung are factorisations, too, up to about half a second of them.
+constexpr double kPathVisits = 5e7;
 // A warm active set that wins does so at once.
 constexpr int kWarmIterations = 8;
 constexpr int kColdIterations = 12;
@@ -113,6 +117,15 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     ProximalOptions proximal;
     proximal.tolerance = options.tolerance;
     solved = proximal_continuation(model, active, proximal, budget, work, trace);
+  }
+  if (!solved && !warm && options.max_iterations == 0) {
+    SolveBudget rest = budget;
+    rest.factorisations = std::numeric_limits<int>::max();
+    rest.model = &model;
+    rest.visits = model.visits() + kPathVisits;
+    note(trace, "path following, one state at a time");
+    if (!std::isfinite(active.best_residual())) active.offer(zero.data());
+    solved = follow_paths(model, active, {.tolerance = options.tolerance}, rest, work, trace);
   }
 
   if (std::isfinite(active.best_residual())) {

@@ -16,7 +16,9 @@ namespace skerry {
 ///  2. active set from the states of the last call or of the warm start, with the kept factor where it fits;
 ///  3. active set from "every touching contact sticks";
 ///  4. interior point, its central path handing over to the active set;
-///  5. the best iterate is returned as Inexact.
+///  5. proximal continuation from the best iterate;
+///  6. from a cold start without `max_iterations`: path following, one state at a time;
+///  7. the best iterate is returned as Inexact.
 ///
 /// Impulses of redundant contacts are not unique (velocities are, up to rare multiple solutions of Coulomb's
 /// law); from a cold start they are nearly the smallest ones.

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+//
+// Parametric pivoting in body space: the sure way through hard states, one state at a time.
+#pragma once
+
+#include "physics/solver/body_space_active_set.h"
+
+namespace skerry {
+
+struct PathOptions {
+  double tolerance = 1e-10;  ///< relative residual of the polished answer
+  double eta = 1e-2;         ///< first proximal weight relative to D
+  int moves = 24;            ///< of the proximal centre
+};
+
+/// Proximal steps from `active.best()`, each solved by following a path (below), eta falling; when a path
+/// does not arrive, eta rises. Each centre is offered to the active set, which ends with the exact answer.
+/// @return whether the answer is in `active.best()`
+bool follow_paths(BodySpaceModel& model, ActiveSet& active, const PathOptions& options,
+                  const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
+
+/// Follows the solution of a regularised problem
+///
+///   0 in w(lambda) + eta D (lambda - centre) + t r + N(lambda),      w = W lambda - b, exact Coulomb states
+///
+/// from t = 1, where r is chosen such that a given guess is the solution, to t = 0. For fixed states the
+/// solution is linear in t; where a row meets its bound its state changes, and the path goes on in the next
+/// piece, backwards in t where it folds [parametric and complementary pivoting: Lemke 1965; Cottle, Pang &
+/// Stone 2009, sec. 4.5; Eaves 1976]. The guess is moved off its bounds by a fixed sequence of dice, so that
+/// two rows do not meet theirs at once before the very end.
+///
+/// Each piece costs one factorisation with the sparsity of the bodies. From a guess of which few states are
+/// wrong the path is short, wherever a Newton method may cycle among them.
+class PathFollower {
+ public:
+  enum class End { Reached, Ray, Limit };
+
+  explicit PathFollower(BodySpaceModel& model) : model_(model) {}
+
+  /// @param centre  n impulses
+  /// @param guess   n impulses to start from
+  /// @param margin  size of the dice, relative to the scale of the problem
+  /// @param covered  start with all contacts open, as Lemke's method does, whatever the velocities of the
+  /// guess
+  /// @return whether `impulses` solves the problem with t = 0
+  End run(const std::vector<double>& centre, double eta, const std::vector<double>& guess, double margin,
+          bool covered, int max_pivots, const SolveBudget& budget, SolveWork& work);
+
+  const std::vector<double>& impulses() const { return lambda_; }
+  const std::vector<RowState>& states() const { return states_; }
+  int pivots() const { return pivots_; }
+
+ private:
+  void start(const std::vector<double>& centre, double eta, const std::vector<double>& guess, double margin,
+             bool covered);
+  bool factor(SolveWork& work);
+  void direction(const std::vector<double>& wanted, std::vector<double>& d_lambda, SolveWork& work);
+  struct Event {
+    double length = kInfinity;
+    double speed = 0;
+    int row = -1;
+    RowState state = RowState::Free;
+  };
+  /// @param last  the row that changed its state before, which cannot go back to `left` at once
+  Event next_event(double sign, int last, RowState left) const;
+  double speed_inwards(int row) const;
+  void flip(const Event& event);
+
+  BodySpaceModel& model_;
+  double eta_ = 0, t_ = 0;
+  int pivots_ = 0;
+  std::vector<RowState> states_;
+  std::vector<double> lambda_, w_, r_, g_, h_, k_;  // w includes the regularisation and t r
+  std::vector<double> d_lambda_, d_w_, wanted_, centre_;
+};
+
+}  // namespace skerry
