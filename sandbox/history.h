@@ -99,6 +99,8 @@ class History {
   double brightness(const Flash& flash) const;
   /// The system to show: of the last impact while that is recent, else of the last step that solved one.
   const SystemRecord* system() const;
+  /// The system of forces of the last step that solved one; null before that.
+  const SystemRecord* resting() const { return resting_ ? &*resting_ : nullptr; }
   /// Samples at equal distances from the start, and the last one: at most 4097, whatever the length of the
   /// run.
   const std::vector<LedgerSample>& ledger() const { return ledger_; }

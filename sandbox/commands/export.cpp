@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Figures of one moment of a demo: the picture as SVG or PNG, curves over time as SVG.
+// Figures of one moment of a demo: the picture as SVG or PNG, curves over time as SVG; the contact problem of
+// an island as MatrixMarket or JSON.
+#include "physics/export.h"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <ostream>
+#include <sstream>
 
 #include "render/image.h"
 #include "render/svg.h"
@@ -26,6 +30,10 @@ struct Options {
   std::optional<double> at;
   std::string svg, png, plot;
   std::string what = "energy";
+  int island = -1;
+  std::string matrix_market, json;
+
+  bool problem() const { return !matrix_market.empty() || !json.empty(); }
 };
 
 void write(const Io& io, const std::string& path, const std::string& text) {
@@ -33,12 +41,37 @@ void write(const Io& io, const std::string& path, const std::string& text) {
   io.out << path << ": " << format_bytes(text.size()) << '\n';
 }
 
+/// The equations of the last step that had any, with their impulses: those of forces, not of impacts.
+void write_problem(const Options& options, const Io& io, const Demo& demo, const History& history) {
+  const SystemRecord* record = history.resting();
+  if (record == nullptr || (options.island >= 0 && record->island != options.island)) {
+    throw UsageError("export: no island" + (options.island < 0 ? "" : " " + std::to_string(options.island)) +
+                     " with contacts or joints up to " + std::to_string(demo.time()) + " s");
+  }
+  if (!options.json.empty()) {
+    std::ostringstream text;
+    write_json(text, record->system, record->lambda);
+    write(io, options.json, text.str());
+  }
+  if (options.matrix_market.empty()) return;
+  try {
+    std::filesystem::create_directories(options.matrix_market);
+    const std::string stem = (std::filesystem::path(options.matrix_market) / demo.name()).string();
+    for (const std::string& path : write_matrix_market_files(stem, record->system, record->lambda))
+      io.out << path << ": " << format_bytes(std::filesystem::file_size(path)) << '\n';
+  } catch (const std::runtime_error& error) {
+    throw ScriptError(error.what());
+  }
+}
+
 int export_demo(const Options& options, const Io& io) {
   options.picture.check();
   check_plot(options.what);
   const bool picture = !options.svg.empty() || !options.png.empty();
-  if (!picture && options.plot.empty())
-    throw UsageError("export: nothing to write; give --svg FILE, --png FILE or --plot FILE");
+  if (!picture && options.plot.empty() && !options.problem())
+    throw UsageError(
+        "export: nothing to write; give --svg FILE, --png FILE, --plot FILE, --matrix-market FOLDER or "
+        "--json FILE");
   const DemoFile file = find_demo(options.shared.demos.front(), options.shared.folder);
   DemoOptions demo_options = options.shared.checked(io);
   if (options.at) {
@@ -47,11 +80,12 @@ int export_demo(const Options& options, const Io& io) {
   }
   Demo demo(file.path, demo_options);
   const std::vector<std::string> names = options.picture.overlays_for(demo);
-  const Observe needs = needs_of(names);
+  Observe needs = needs_of(names);
+  needs.systems = needs.systems || options.problem();
   demo.observe(needs);
   History history(demo, needs.systems, kFlashSeconds);
   const Selection selection = options.picture.selection_for(demo);
-  history.follow_island(selection.island);
+  history.follow_island(options.island >= 0 ? options.island : selection.island);
   WatchSeries watches(demo);
   LoopCallbacks callbacks;
   callbacks.step = [&](Demo& running) {
@@ -74,6 +108,7 @@ int export_demo(const Options& options, const Io& io) {
       io.out << options.png << ": " << format_bytes(std::filesystem::file_size(options.png)) << '\n';
     }
   }
+  if (options.problem()) write_problem(options, io, demo, history);
   if (!options.plot.empty())
     write(io, options.plot, plot_svg(options.what, demo, history, watches, render::style(paint.theme)));
   return kGood;
@@ -96,6 +131,15 @@ Action setup_export(CLI::App& app) {
   app.add_option("--curves", options->what, "What --plot shows: " + plot_names() + " (default energy)")
       ->type_name("NAME")
       ->group(group);
+  const std::string problem = "Contact problem";
+  app.add_option("--island", options->island, "Number of the island (default: the largest)")
+      ->check(CLI::NonNegativeNumber)
+      ->group(problem);
+  app.add_option("--matrix-market", options->matrix_market,
+                 "Writes DEMO_W, _J, _M, _b, _rows and _lambda.mtx for `skerry solve`")
+      ->type_name("FOLDER")
+      ->group(problem);
+  app.add_option("--json", options->json, "Writes the island as JSON")->type_name("FILE")->group(problem);
   add_picture_options(app, options->picture);
   return [options](const Io& io) { return export_demo(*options, io); };
 }

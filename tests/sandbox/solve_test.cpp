@@ -52,6 +52,27 @@ TEST_F(SolveCommand, AnswersTheSameFromEveryFormat) {
   }
 }
 
+TEST_F(SolveCommand, SolvesWhatExportWrote) {
+  const std::string demo = folder_.write("tower.lua",
+                                         "demo{ title = 'T', seconds = 0.1 }\nground{}\nfor k = 1, 3 do box{ "
+                                         "at = {0, k - 0.5}, size = {1, 1} } end\n"
+                                         "box{ at = {5, 0.5}, size = {1, 1} }");
+  const Outcome written = run(
+      {"export", demo, "--at", "0.05", "--matrix-market", folder_ / "set", "--json", folder_ / "tower.json"});
+  ASSERT_EQ(written.code, kGood) << written.err;
+  for (const char* file : {"set/tower_W.mtx", "tower.json"}) {
+    const Outcome outcome = run({"solve", folder_ / file, "--warm", "--json"});
+    EXPECT_EQ(outcome.code, kGood) << outcome.err;
+    const auto report = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(report["bodies"], 3) << "the largest island";
+    EXPECT_EQ(report["factorisations"], 0) << "the impulses that came with it are the answer";
+  }
+  const Outcome small = run({"export", demo, "--island", "1", "--json", folder_ / "box.json"});
+  EXPECT_EQ(small.code, kGood) << small.err;
+  EXPECT_THAT(run({"solve", folder_ / "box.json"}).out, HasSubstr("1 bodies"));
+  EXPECT_EQ(run({"export", demo, "--island", "7", "--json", folder_ / "x.json"}).code, kUsage);
+}
+
 TEST_F(SolveCommand, ReportsAsJsonWhatItFound) {
   std::ofstream json(folder_ / "pyramid.json");
   write_json(json, pyramid_);
