@@ -32,7 +32,7 @@ struct Setting {
   std::string stepper{};  ///< ours only
   double accuracy = 0;    ///< ours only, event-driven; 0: default
   int threads = 1;        ///< ours only
-  double reach = 0;       ///< ours only: contact margin, 0: default [m]
+  bool dense = false;     ///< solves by dense factorisations: not for hundreds of bodies
 };
 
 /// A world of some engine made from a Scene. Bodies keep their numbers.

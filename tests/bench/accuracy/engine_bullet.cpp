@@ -165,7 +165,7 @@ EngineEntry bullet_entry() {
   entry.make = make;
   entry.curves = {{.label = "default"},
                   {.label = "best", .iterations = 100, .tuned = true},
-                  {.label = "MLCP", .tuned = true, .solver = "mlcp"}};
+                  {.label = "MLCP", .tuned = true, .solver = "mlcp", .dense = true}};
   return entry;
 }
 

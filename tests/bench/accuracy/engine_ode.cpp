@@ -195,7 +195,7 @@ EngineEntry ode_entry() {
   entry.make = make;
   entry.curves = {{.label = "quick default", .solver = "quick"},
                   {.label = "quick best", .iterations = 200, .tuned = true, .solver = "quick"},
-                  {.label = "exact (Dantzig)", .tuned = true}};
+                  {.label = "exact (Dantzig)", .tuned = true, .dense = true}};
   return entry;
 }
 

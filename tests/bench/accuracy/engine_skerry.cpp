@@ -120,6 +120,7 @@ EngineEntry skerry_entry() {
     Setting setting;
     setting.label = std::string(stepper.name);
     setting.stepper = stepper.name;
+    setting.dense = stepper.name == "event_driven";
     entry.curves.push_back(setting);
   }
   for (const char* solver : {"nncg", "tgs_soft"}) {

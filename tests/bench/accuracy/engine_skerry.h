@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Our world from a Scene; scaling and skips look into its reports.
+// Our world from a Scene; scaling looks into its reports.
 #pragma once
 
 #include "physics/world.h"

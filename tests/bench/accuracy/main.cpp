@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// accuracy_bench: run time against error, stress, scaling and skips, for us and for the engines that are
+// accuracy_bench: run time against error, stress and scaling, for us and for the engines that are
 // installed.
 #include <cstdio>
 #include <cstdlib>
@@ -35,6 +35,15 @@ void merge_csv(const std::string& file, const std::string& header, const std::ve
   if (!out) throw std::runtime_error("cannot write " + file);
 }
 
+std::string joined(std::initializer_list<std::string> fields) {
+  std::string text;
+  for (const std::string& field : fields) {
+    if (!text.empty()) text.push_back(',');
+    text.append(field);
+  }
+  return text;
+}
+
 double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -55,6 +64,7 @@ constexpr const char* kUsage =
 parts
   precision   problems with known answers: error against wall time
   stress      one parameter at a time to its extremes: who explodes, sinks, drifts, jitters
+  scaling     time a step against the number of bodies, by stage
   list        the scenes and the engines
 options
   -o DIR          folder of the tables (default accuracy-results)
@@ -116,6 +126,8 @@ int run(int count, char** arguments) {
       run_precision(options);
     } else if (part == "stress") {
       run_stress(options);
+    } else if (part == "scaling") {
+      run_scaling(options);
     } else {
       return usage("unknown part " + part);
     }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ struct Options {
 void merge_csv(const std::string& file, const std::string& header, const std::vector<std::string>& replaced,
                const std::vector<std::string>& rows);
 
+/// The fields with commas between them.
+std::string joined(std::initializer_list<std::string> fields);
+
 /// Shortest text that reads back as the same number to 6 digits.
 std::string number(double value);
 
@@ -47,5 +51,6 @@ inline double median(std::vector<double> values) {
 // The parts, one file each.
 void run_precision(const Options& options);
 void run_stress(const Options& options);
+void run_scaling(const Options& options);
 
 }  // namespace skerry::bench

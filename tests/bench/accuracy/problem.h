@@ -15,7 +15,7 @@ namespace skerry::bench {
 struct Trial {
   const EngineEntry* engine = nullptr;
   Setting setting;
-  double time_limit = 3;  ///< a run that takes longer is given up [s]
+  double time_limit = 1.5;  ///< a run that takes longer is given up [s]
 };
 
 /// What has to be run again to time it: without anybody looking.
@@ -36,6 +36,7 @@ struct Problem {
   std::string measure;                  ///< of the error, with its unit
   std::string source;                   ///< formula, reference
   bool polygons = false, rods = false;  ///< what an engine must have
+  bool large = false;                   ///< one step of a dense solver would take minutes
   std::function<Outcome(const Trial&)> run;
 };
 

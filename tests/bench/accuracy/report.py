@@ -3,10 +3,10 @@
 """Tables and plots of accuracy_bench.
 
     accuracy_bench precision -o DIR
-    tests/bench/accuracy/report.py DIR
+    tests/bench/accuracy/report.py DIR [PAGE.md]
 
-Reads the comma-separated tables of DIR and writes DIR/plots/*.svg and DIR/tables.md. Needs matplotlib
-(Debian: python3-matplotlib).
+Reads the comma-separated tables of DIR and writes DIR/plots/*.svg and DIR/tables.md; with a page, its parts between
+markers <!-- precision --> ... <!-- /precision --> as well. Needs matplotlib (Debian: python3-matplotlib).
 """
 import csv
 import math
@@ -139,16 +139,18 @@ def compare(rows):
     for t, e in ours:
         as_fast = [pe for pt, pe in peers if pt <= t]
         as_good = [pt for pt, pe in peers if pe <= e]
-        errors.append(min(as_fast) / e if as_fast else math.inf)
+        if as_fast:
+            errors.append(min(as_fast) / e)
+        elif peers and 100 * e <= min(pe for _, pe in peers):
+            errors.append(math.inf)
         times.append(min(as_good) / t if as_good else math.inf)
     if not ours or not peers:
         return None
-    finite = [r for r in errors if math.isfinite(r)]
-    # Being faster than every peer at some bad setting proves nothing: prefer a comparison that has a peer in it.
-    return (max(finite) if finite else math.inf), max(times)
+    # Being faster than every peer proves something only where the answer is better than that of all of them, too.
+    return max(errors, default=0), max(times)
 
 
-def summary_plot(scenes, data, path):
+def summary_plot(data, path):
     figure, axes = plt.subplots(figsize=(8.2, 6.4))
     figure.subplots_adjust(left=0.1, right=0.97, top=0.88, bottom=0.1)
     points = []
@@ -196,6 +198,8 @@ def summary_plot(scenes, data, path):
 
 
 def text(value):
+    if math.isnan(value):
+        return "too slow"
     if not math.isfinite(value):
         return "fails"
     if value == 0:
@@ -203,7 +207,7 @@ def text(value):
     return f"{value:.1e}".replace("e-0", "e-").replace("e+00", "").replace("e+0", "e+")
 
 
-def tables(scenes, data, engines, out):
+def tables(data, engines):
     """Markdown: defaults at 60 Hz, best settings, and the aim."""
     lines = ["### Error and time of a step, defaults at 60 Hz", "",
              "Error / microseconds a step (median).", "",
@@ -250,12 +254,219 @@ def tables(scenes, data, engines, out):
                      f"{text(time) if math.isfinite(time) else 'no peer gets there'} | "
                      f"{'reached' if good else '**not reached**'} |")
     lines += ["", f"Reached on {reached} of {len(data)} scenes. Errors below {FLOOR:g} count as {FLOOR:g}.", ""]
-    out.write_text("\n".join(lines), encoding="utf-8")
+    return lines
+
+
+VERDICTS = {"exact": ("#0072B2", "", "exact (1e-8 of a body's size)"), "good": ("#8CC5E8", "", "good (1e-3)"),
+            "jitters": ("#F7E58A", "j", "jitters (over 1 cm/s at rest)"), "drifts": ("#F0B93A", "d", "drifts (1e-3 to 0.1)"),
+            "fails": ("#D55E00", "f", "fails (over 0.1)"), "tunnels": ("#A04000", "t", "leaves through a wall"),
+            "explodes": ("#000000", "E", "explodes (gains energy)"), "not a number": ("#000000", "N", "not a number"),
+            "too slow": ("#B5B5B5", "s", "too slow, or cut")}
+
+
+def stress_map(rows, path):
+    """One panel an axis: engines down, values across, coloured by verdict."""
+    axes_names, lines = [], []
+    for row in rows:
+        if row["axis"] not in axes_names:
+            axes_names.append(row["axis"])
+        line = (row["engine"], row["curve"])
+        if line not in lines:
+            lines.append(line)
+    cells = {(r["axis"], r["engine"], r["curve"], float(r["value"])): r["verdict"] for r in rows}
+    columns = 2
+    height = math.ceil(len(axes_names) / columns)
+    figure, grid = plt.subplots(height, columns, figsize=(10.5, 0.9 + 2.75 * height))
+    figure.subplots_adjust(left=0.15, right=0.985, top=1 - 0.95 / (0.9 + 2.75 * height), bottom=0.025, wspace=0.08,
+                           hspace=0.3)
+    for axes in grid.flat[len(axes_names):]:
+        axes.axis("off")
+    for k, (name, axes) in enumerate(zip(axes_names, grid.flat)):
+        values = sorted({key[3] for key in cells if key[0] == name})
+        for y, (engine, curve) in enumerate(lines):
+            for x, value in enumerate(values):
+                verdict = cells.get((name, engine, curve, value))
+                if verdict is None:
+                    continue
+                colour, letter, _ = VERDICTS[verdict]
+                axes.add_patch(plt.Rectangle((x, y), 0.94, 0.9, facecolor=colour, edgecolor="none"))
+                axes.text(x + 0.47, y + 0.47, letter, ha="center", va="center", fontsize=7,
+                          color="white" if verdict in ("explodes", "not a number", "fails", "tunnels") else "#222222")
+        axes.set_xlim(0, len(values))
+        axes.set_ylim(len(lines), 0)
+        axes.set_xticks([x + 0.47 for x in range(len(values))], [f"{v:g}".replace("e+0", "e") for v in values],
+                        fontsize=7.5)
+        names = [f"{engine} {curve}" for engine, curve in lines]
+        axes.set_yticks([y + 0.45 for y in range(len(lines))], names if k % columns == 0 else [], fontsize=7.5)
+        for label, (engine, _) in zip(axes.get_yticklabels(), lines):
+            label.set_fontweight("bold" if engine == "skerry" else "normal")
+        axes.tick_params(length=0)
+        axes.spines[:].set_visible(False)
+        axes.set_title(name, fontsize=9.5, loc="left", fontweight="bold")
+    figure.text(0.02, 1 - 0.28 / (0.9 + 2.75 * height), "Where the envelope ends", fontsize=13, fontweight="bold")
+    handles = [plt.Rectangle((0, 0), 1, 1, facecolor=colour) for colour, _, _ in VERDICTS.values()]
+    figure.legend(handles, [(f"{letter}: " if letter else "") + text for _, letter, text in VERDICTS.values()],
+                  loc="upper right", ncol=3, fontsize=7.5, frameon=False, handlelength=1.2)
+    save(figure, path)
+
+
+def exponent(points):
+    """Slope of log time over log bodies, least squares, from 100 bodies on."""
+    points = [(math.log(n), math.log(t)) for n, t in points if n >= 100]
+    if len(points) < 3:
+        return None
+    mx = sum(x for x, _ in points) / len(points)
+    my = sum(y for _, y in points) / len(points)
+    return sum((x - mx) * (y - my) for x, y in points) / sum((x - mx) ** 2 for x, _ in points)
+
+
+def scaling_plots(rows, folder):
+    families, lines = [], defaultdict(list)
+    for row in rows:
+        if row["scene"] not in families:
+            families.append(row["scene"])
+        lines[row["scene"], row["engine"], row["threads"]].append(row)
+    stages = [key for key in rows[0] if key in ("forces", "broad", "narrow", "islands", "assemble", "solve", "impact",
+                                                 "apply", "report", "broad phase", "narrow phase")]
+    for kind in ("engines", "stages"):
+        columns = 3
+        height = math.ceil(len(families) / columns)
+        figure, grid = plt.subplots(height, columns, figsize=(12.5, 4.1 * height), squeeze=False)
+        figure.subplots_adjust(left=0.055, right=0.9, top=0.86 if height == 1 else 0.9, bottom=0.14 if height == 1 else 0.07, wspace=0.62, hspace=0.3)
+        for axes in grid.flat[len(families):]:
+            axes.axis("off")
+        for family, axes in zip(families, grid.flat):
+            labels = []
+            axes.set_xscale("log")
+            axes.set_yscale("log")
+            if kind == "engines":
+                for (scene, engine, threads), points in lines.items():
+                    if scene != family:
+                        continue
+                    x = [int(p["bodies"]) for p in points]
+                    y = [float(p["median_us"]) for p in points]
+                    bars = [[float(p["median_us"]) - float(p["min_us"]) for p in points],
+                            [float(p["max_us"]) - float(p["median_us"]) for p in points]]
+                    two = threads == "2"
+                    axes.errorbar(x, y, yerr=bars, color=COLOURS[engine], linestyle="--" if two else "-", marker="o",
+                                  markersize=3.5, markerfacecolor="white" if two else COLOURS[engine], linewidth=1.3,
+                                  elinewidth=0.6)
+                    slope = exponent(list(zip(x, y)))
+                    text = engine + (" 2 threads" if two else "") + (f"  n^{slope:.2f}" if slope is not None else "")
+                    labels.append((x[-1], y[-1], text, COLOURS[engine]))
+            else:
+                points = lines.get((family, "skerry", "1"), [])
+                palette = ["#000000", "#E69F00", "#56B4E9", "#009E73", "#999900", "#0072B2", "#D55E00", "#CC79A7",
+                           "#999999"]
+                for stage, colour in zip(stages, palette):
+                    x = [int(p["bodies"]) for p in points if float(p[stage]) > 0]
+                    y = [float(p[stage]) for p in points if float(p[stage]) > 0]
+                    if not x:
+                        continue
+                    axes.plot(x, y, color=colour, marker="o", markersize=3, linewidth=1.2)
+                    slope = exponent(list(zip(x, y)))
+                    labels.append((x[-1], y[-1], stage + (f"  n^{slope:.2f}" if slope is not None else ""), colour))
+            axes.grid(True, which="major")
+            axes.set_title(family, loc="left", fontweight="bold", fontsize=10)
+            axes.set_xlabel("bodies")
+            axes.set_ylabel("us a step")
+            axes.get_xlim(), axes.get_ylim()  # autoscale now: the labels need the final limits
+            ends = [axes.transAxes.inverted().transform(axes.transData.transform((e[0], e[1]))) for e in labels]
+            heights = spread([float(e[1]) for e in ends], 0.062)
+            for (_, _, text, colour), end, y in zip(labels, ends, heights):
+                axes.annotate(text, xy=end, xytext=(1.03, y), xycoords="axes fraction", textcoords="axes fraction",
+                              color=colour, va="center", fontsize=7.5, annotation_clip=False,
+                              arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.4, "alpha": 0.6})
+        figure.text(0.02, 0.955, {"engines": "Time of a step against the number of bodies; exponents fitted from 100 bodies on",
+                                  "stages": "Stages of our step (time_stepping, one thread)"}[kind], fontsize=12,
+                    fontweight="bold")
+        save(figure, folder / {"engines": "scaling.svg", "stages": "scaling_stages.svg"}[kind])
+
+
+def scaling_table(rows):
+    counts = sorted({int(r["bodies"]) for r in rows})
+    shown = [n for n in counts if n in (10, 100, 1000, 10000, 100000)]
+    lines = ["### Scaling: median microseconds a step, exponent from 100 bodies on", "",
+             "| scene | engine | " + " | ".join(f"{n}" for n in shown) + " | exponent | residual |",
+             "| --- | --- |" + " --- |" * (len(shown) + 2)]
+    groups = defaultdict(list)
+    for row in rows:
+        groups[row["scene"], row["engine"], row["threads"]].append(row)
+    for (scene, engine, threads), points in groups.items():
+        times = {int(p["bodies"]): float(p["median_us"]) for p in points}
+        slope = exponent(list(times.items()))
+        residuals = [float(p["residual"]) for p in points if p["residual"]]
+        lines.append(f"| {scene} | {engine}{' (2 threads)' if threads == '2' else ''} | " +
+                     " | ".join(f"{times[n]:.3g}" if n in times else "-" for n in shown) +
+                     f" | {'-' if slope is None else f'{slope:.2f}'} | "
+                     f"{f'{max(residuals):.0e}' if residuals else '-'} |")
+    return lines + [""]
+
+
+def skips_table(rows):
+    lines = ["### What each skip saves", "",
+             "Median microseconds a step with all skips, and how many times as long a step takes with one of them off. "
+             "In brackets: the final state differs in its bits.", ""]
+    switches, scenes = [], []
+    for row in rows:
+        if row["switch"] not in switches:
+            switches.append(row["switch"])
+        if row["scene"] not in scenes:
+            scenes.append(row["scene"])
+    found = {(r["scene"], r["switch"]): r for r in rows}
+    lines += ["| scene | " + " | ".join(["all on [us]"] + switches[1:]) + " |", "| --- |" + " --- |" * len(switches)]
+    for scene in scenes:
+        base = float(found[scene, switches[0]]["median_us"])
+        cells = [f"{base:.3g}"]
+        for switch in switches[1:]:
+            row = found[scene, switch]
+            ratio = f"{float(row['median_us']) / base:.2f}"
+            cells.append(ratio if row["bits"] == "same" else f"({ratio})")
+        lines.append(f"| {scene} | " + " | ".join(cells) + " |")
+    keys = ["pairs", "pairs_out_of_reach", "manifolds_reused", "axes_tested", "axes_skipped", "rows", "friction_rows",
+            "factorisations", "resolves", "symbolic_skipped", "islands", "islands_at_rest", "islands_in_flight"]
+    lines += ["", "Counters a step, all skips on:", "",
+              "| scene | " + " | ".join(k.replace("_", " ") for k in keys) + " |", "| --- |" + " --- |" * len(keys)]
+    for scene in scenes:
+        row = found[scene, switches[0]]
+        lines.append(f"| {scene} | " + " | ".join(f"{float(row[k]):.4g}" for k in keys) + " |")
+    return lines + [""]
+
+
+def envelope_table(rows):
+    """How many points of each axis an engine passes (exact, good or drifts)."""
+    axes_names, lines = [], []
+    for row in rows:
+        if row["axis"] not in axes_names:
+            axes_names.append(row["axis"])
+        if (row["engine"], row["curve"]) not in lines:
+            lines.append((row["engine"], row["curve"]))
+    out = ["### Stress: points passed (exact or good) of all", "",
+           "| engine | " + " | ".join(axes_names) + " | all |", "| --- |" + " --- |" * (len(axes_names) + 1)]
+    for engine, curve in lines:
+        cells, total, count = [], 0, 0
+        for name in axes_names:
+            mine = [r for r in rows if (r["axis"], r["engine"], r["curve"]) == (name, engine, curve)]
+            passed = sum(r["verdict"] in ("exact", "good") for r in mine)
+            cells.append(f"{passed} / {len(mine)}")
+            total += passed
+            count += len(mine)
+        out.append(f"| {engine} {curve} | " + " | ".join(cells) + f" | {total} / {count} |")
+    return out + [""]
+
+
+def insert(page, name, lines):
+    """Replaces what stands between the page's markers of that name."""
+    text = page.read_text(encoding="utf-8")
+    begin, end = f"<!-- {name} -->\n", f"<!-- /{name} -->"
+    if begin in text and end in text:
+        head, rest = text.split(begin, 1)
+        page.write_text(head + begin + "\n".join(lines) + "\n" + end + rest.split(end, 1)[1], encoding="utf-8")
 
 
 def main():
     if len(sys.argv) < 2:
-        sys.exit(f"usage: {sys.argv[0]} DIR [--png]")
+        sys.exit(f"usage: {sys.argv[0]} DIR [PAGE.md] [--png]")
     folder = Path(sys.argv[1])
     plots = folder / "plots"
     plots.mkdir(exist_ok=True)
@@ -270,11 +481,28 @@ def main():
         if not is_ours(row):
             engines[row["engine"]] = row["version"]
     data = {name: found[name] for name in scenes if name in found}
-    for name, rows in data.items():
-        precision_plot(scenes[name], rows, plots / f"{name}.svg")
+    parts = {}
     if data:
-        summary_plot(scenes, data, plots / "summary.svg")
-        tables(scenes, data, list(engines), folder / "tables.md")
+        for name, rows in data.items():
+            precision_plot(scenes[name], rows, plots / f"{name}.svg")
+        summary_plot(data, plots / "summary.svg")
+        parts["precision"] = tables(data, list(engines))
+    stress = rows_of(folder / "stress.csv")
+    if stress:
+        stress_map(stress, plots / "stress.svg")
+        parts["stress"] = envelope_table(stress)
+    scaling = rows_of(folder / "scaling.csv")
+    if scaling:
+        scaling_plots(scaling, plots)
+        parts["scaling"] = scaling_table(scaling)
+    skips = rows_of(folder / "skips.csv")
+    if skips:
+        parts["skips"] = skips_table(skips)
+    (folder / "tables.md").write_text("\n".join(line for part in parts.values() for line in part), encoding="utf-8")
+    pages = [a for a in sys.argv[2:] if not a.startswith("--")]
+    for page in pages:
+        for name, lines in parts.items():
+            insert(Path(page), name, lines)
 
 
 if __name__ == "__main__":
