@@ -8,8 +8,15 @@
 //     lambda = argmin |x + M^-1 J_A' lambda|_M, lambda >= 0       (joints hold meanwhile)
 //     x += 2 M^-1 J_A' lambda                                     (a mirror image: energy is kept)
 //
-// This is the elastic answer, with impulses L1; L0 is the plastic one. Contacts with restitution e take
-// (1 - e) L0 + e L1, which dissipates; what still approaches is stopped plastically.
+// This is the elastic answer, with normal impulses L1. L0 are those of the plastic one, e = 0, which is
+// Coulomb's problem with normals and friction solved together: a corner that friction lifts off does not
+// push, so a rocking block goes over to its other corner [Housner 1963]. Contacts with restitution e take (1
+// - e) L0 + e L1 and friction within mu times that, as much as dissipates most; what still approaches is
+// stopped plastically.
+//
+// Energy never grows with one e for all: (1 - e) and e times the friction of both answers is allowed, and
+// gives the mean of two velocities of which neither has gained; the friction that dissipates most ends below.
+// With different e the answer is drawn towards the plastic one where it would gain.
 #include <algorithm>
 #include <cmath>
 
@@ -181,6 +188,64 @@ Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, Im
   return x;
 }
 
+/// Velocities and impulses of all rows without restitution.
+struct Plastic {
+  std::vector<double> lambda;
+  Velocities velocity;
+};
+
+Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
+  Plastic out;
+  out.velocity = problem.velocity;
+  const bool rough = std::any_of(problem.system.rows.begin(), problem.system.rows.end(),
+                                 [](const Row& row) { return row.mu > 0; });
+  if (rough && coulomb(problem, out.velocity, out.lambda, result)) return out;
+
+  // Without friction, or where Coulomb's problem could not be solved: normals alone, which always works, and
+  // friction after them.
+  ImpactResult normals;
+  normals.velocity = problem.velocity;
+  normals.lambda.assign(problem.system.rows.size(), 0);
+  const std::vector<int> rows = unilateral_rows(problem.system);
+  const std::vector<double> lambda = unilateral(problem, rows, problem.velocity, {}, result);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    normals.lambda[rows[k]] = lambda[k];
+    apply_row(problem.system, rows[k], lambda[k], normals.velocity);
+  }
+  if (rough) add_friction(problem, normals);
+  out.lambda = std::move(normals.lambda);
+  out.velocity = std::move(normals.velocity);
+  return out;
+}
+
+/// Draws the answer towards the plastic one until it keeps the share of the energy that the largest e allows.
+void limit_energy(const ImpactProblem& problem, const Plastic& plastic, double e_max, ImpactResult& result) {
+  const IslandSystem& system = problem.system;
+  const double before = kinetic_energy(system, problem.velocity);
+  const double lowest = kinetic_energy(system, plastic.velocity);
+  const double allowed = lowest + e_max * (before - lowest);
+  if (kinetic_energy(system, result.velocity) <= allowed * (1 + 1e-14)) return;
+  // Largest s in [0, 1] with E(v0 + s (v - v0)) = allowed.
+  Velocities d = result.velocity;
+  double linear = 0;
+  for (std::size_t k = 0; k < d.size(); ++k) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      d[k][c] -= plastic.velocity[k][c];
+      const double inverse = c < 2 ? system.bodies[k].linear : system.bodies[k].angular;
+      if (inverse > 0) linear += plastic.velocity[k][c] * d[k][c] / inverse;
+    }
+  }
+  const double square = kinetic_energy(system, d);
+  const double root = std::sqrt(std::max(0.0, linear * linear - 4 * square * (lowest - allowed)));
+  const double s = square > 0 ? std::clamp((root - linear) / (2 * square), 0.0, 1.0) : 0;
+  for (std::size_t k = 0; k < d.size(); ++k) {
+    for (std::size_t c = 0; c < 3; ++c) result.velocity[k][c] = plastic.velocity[k][c] + s * d[k][c];
+  }
+  for (std::size_t i = 0; i < result.lambda.size(); ++i)
+    result.lambda[i] = plastic.lambda[i] + s * (result.lambda[i] - plastic.lambda[i]);
+  result.energy_limited = true;
+}
+
 }  // namespace
 
 ImpactResult apply_reflections(const ImpactProblem& problem) {
@@ -194,74 +259,35 @@ ImpactResult apply_reflections(const ImpactProblem& problem) {
     e_max = std::max(e_max, problem.restitution[i]);
   }
 
-  // Elastic answer, unless nothing bounces.
+  // Elastic answer, unless nothing bounces; plastic one, unless everything does.
   std::vector<double> elastic(system.rows.size(), 0);
-  Velocities y = problem.velocity;
-  if (e_max > 0) y = reflect(problem, elastic, result);
-
-  if (e_min >= 1 && result.locked == 0 && result.status == SolveStatus::Solved) {
-    result.lambda = elastic;
-  } else {
-    const std::vector<int> rows = unilateral_rows(system);
-    const std::vector<double> plastic = unilateral(problem, rows, problem.velocity, {}, result);
-    Velocities stopped = problem.velocity;
-    std::vector<double> plastic_all(system.rows.size(), 0);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      plastic_all[rows[k]] = plastic[k];
-      apply_row(system, rows[k], plastic[k], stopped);
-    }
-
-    y = problem.velocity;
-    for (const int i : rows) {
-      // Joints pass on what the contacts around them do; their share is fixed by the projection below.
-      const double e = system.rows[i].kind == RowKind::Normal ? problem.restitution[i] : e_max;
-      result.lambda[i] = (1 - e) * plastic_all[i] + e * elastic[i];
-      apply_row(system, i, result.lambda[i], y);
-    }
-    bool projected = false;
-    for (const int i : rows) {
-      const double u = row_velocity(problem, i, y);
-      const bool joint = system.rows[i].kind == RowKind::Joint;
-      if (joint ? std::abs(u) > 1e-13 : u < -problem.rest_speed) projected = true;
-    }
-    if (projected) {
-      const std::vector<double> rest = unilateral(problem, rows, y, {}, result);
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        apply_row(system, rows[k], rest[k], y);
-        result.lambda[rows[k]] += rest[k];
-      }
-    }
-
-    // Energy between the plastic and the given one, in the share that the largest e allows; else drawn back.
-    if (ground_at_rest(problem)) {
-      const double before = kinetic_energy(system, problem.velocity);
-      const double lowest = kinetic_energy(system, stopped);
-      const double allowed = lowest + e_max * (before - lowest);
-      if (kinetic_energy(system, y) > allowed * (1 + 1e-14)) {
-        // Largest s in [0, 1] with E(stopped + s (y - stopped)) = allowed.
-        Velocities d = y;
-        double linear = 0;
-        for (std::size_t k = 0; k < d.size(); ++k) {
-          for (int c = 0; c < 3; ++c) {
-            d[k][c] -= stopped[k][c];
-            const double inverse = c < 2 ? system.bodies[k].linear : system.bodies[k].angular;
-            if (inverse > 0) linear += stopped[k][c] * d[k][c] / inverse;
-          }
-        }
-        const double square = kinetic_energy(system, d);
-        const double rest = lowest - allowed;
-        const double root = std::sqrt(std::max(0.0, linear * linear - 4 * square * rest));
-        const double s = std::clamp((root - linear) / (2 * square), 0.0, 1.0);
-        for (std::size_t k = 0; k < y.size(); ++k) {
-          for (int c = 0; c < 3; ++c) y[k][c] = stopped[k][c] + s * d[k][c];
-        }
-        for (const int i : rows) result.lambda[i] = plastic_all[i] + s * (result.lambda[i] - plastic_all[i]);
-        result.energy_limited = true;
-      }
+  if (e_max > 0) {
+    Velocities x = reflect(problem, elastic, result);
+    if (e_min >= 1 && result.locked == 0 && result.status == SolveStatus::Solved) {
+      result.lambda = std::move(elastic);
+      result.velocity = std::move(x);
+      add_friction(problem, result);
+      return result;
     }
   }
-  result.velocity = std::move(y);
+  Plastic plastic = stop(problem, result);
+  if (!(e_max > 0)) {
+    result.lambda = std::move(plastic.lambda);
+    result.velocity = std::move(plastic.velocity);
+    return result;
+  }
+
+  result.velocity = problem.velocity;
+  const std::vector<int> rows = unilateral_rows(system);
+  for (const int i : rows) {
+    // Joints pass on what the contacts around them do; what is left of their share is solved for below.
+    const double e = system.rows[i].kind == RowKind::Normal ? problem.restitution[i] : e_max;
+    result.lambda[i] = (1 - e) * plastic.lambda[i] + e * elastic[i];
+    apply_row(system, i, result.lambda[i], result.velocity);
+  }
   add_friction(problem, result);
+  end_approach(problem, result);
+  if (ground_at_rest(problem)) limit_energy(problem, plastic, e_max, result);
   return result;
 }
 

@@ -7,14 +7,20 @@
 namespace skerry::impact {
 namespace {
 
+constexpr double kTolerance = 1e-13;
+
+void book(const SolveWork& work, ImpactResult& result) {
+  result.work.factorisations += work.factorisations;
+  result.work.resolves += work.resolves;
+  result.work.pivots += work.pivots;
+}
+
 /// Solves the sub-system and books its work, status and residual.
 std::vector<double> solve(const ImpactProblem& problem, const IslandSystem& system, ImpactResult& result) {
   SolveOptions options;
-  options.tolerance = 1e-13;
+  options.tolerance = kTolerance;
   Solution solution = problem.solver->solve(system, {}, options, nullptr);
-  result.work.factorisations += solution.work.factorisations;
-  result.work.resolves += solution.work.resolves;
-  result.work.pivots += solution.work.pivots;
+  book(solution.work, result);
   result.residual = std::max(result.residual, solution.residual);
   if (solution.status != SolveStatus::Solved && result.status == SolveStatus::Solved)
     result.status = solution.status;
@@ -140,14 +146,38 @@ void add_friction(const ImpactProblem& problem, ImpactResult& result) {
     }
   }
   if (worst > -problem.rest_speed) return;
+  std::vector<double> q;
+  if (!coulomb(problem, result.velocity, q, result)) return end_approach(problem, result);
+  for (std::size_t i = 0; i < q.size(); ++i) result.lambda[i] += q[i];
+}
+
+void end_approach(const ImpactProblem& problem, ImpactResult& result) {
+  const std::vector<int> rows = unilateral_rows(problem.system);
+  const bool bad = std::any_of(rows.begin(), rows.end(), [&](int i) {
+    const double u = row_velocity(problem, i, result.velocity);
+    return problem.system.rows[i].kind == RowKind::Joint ? std::abs(u) > 1e-13 : u < -problem.rest_speed;
+  });
+  if (!bad) return;
+  const std::vector<double> rest = unilateral(problem, rows, result.velocity, {}, result);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    apply_row(problem.system, rows[k], rest[k], result.velocity);
+    result.lambda[rows[k]] += rest[k];
+  }
+}
+
+bool coulomb(const ImpactProblem& problem, Velocities& v, std::vector<double>& lambda, ImpactResult& result) {
   IslandSystem plastic = problem.system;
   plastic.b.resize(plastic.rows.size());
-  for (int i = 0; i < plastic.size(); ++i) plastic.b[i] = -row_velocity(problem, i, result.velocity);
-  const std::vector<double> q = solve(problem, plastic, result);
-  for (int i = 0; i < plastic.size(); ++i) {
-    apply_row(problem.system, i, q[i], result.velocity);
-    result.lambda[i] += q[i];
-  }
+  for (int i = 0; i < plastic.size(); ++i) plastic.b[i] = -row_velocity(problem, i, v);
+  SolveOptions options;
+  options.tolerance = kTolerance;
+  Solution solution = problem.solver->solve(plastic, {}, options, nullptr);
+  book(solution.work, result);
+  lambda = std::move(solution.lambda);
+  if (solution.status != SolveStatus::Solved) return false;
+  result.residual = std::max(result.residual, solution.residual);
+  for (int i = 0; i < plastic.size(); ++i) apply_row(problem.system, i, lambda[i], v);
+  return true;
 }
 
 std::vector<int> rows_of(const IslandSystem& system, RowKind kind) {

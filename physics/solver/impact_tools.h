@@ -33,6 +33,14 @@ std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<i
 /// follows.
 void add_friction(const ImpactProblem& problem, ImpactResult& result);
 
+/// Coulomb's problem without restitution, normals and friction together, from velocities `v`; they become
+/// those after it. Energy cannot grow: normal rows end at rest or open, friction opposes what still slides.
+/// @return false if the solver found no answer; `v` is as it was then
+bool coulomb(const ImpactProblem& problem, Velocities& v, std::vector<double>& lambda, ImpactResult& result);
+
+/// Stops what still approaches, and what joints do not allow, without friction.
+void end_approach(const ImpactProblem& problem, ImpactResult& result);
+
 /// Indices of the rows of one kind.
 std::vector<int> rows_of(const IslandSystem& system, RowKind kind);
 /// All Normal and Joint rows.

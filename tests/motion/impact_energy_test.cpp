@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+//
+// Impacts with friction: energy never grows, and momentum is kept.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "tests/support/scale.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::weightless;
+
+TEST(ImpactWithFriction, RodsThatHitARoughFloorNeverGainEnergy) {
+  const unsigned seed = 17;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int impacts = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const double mu = 3 * unit(random), e = trial % 4 == 0 ? 0 : unit(random), t = 1.4 * unit(random) + 0.1;
+    World world(weightless());
+    add_ground(world, rough(make_disc(1), mu, e));
+    const double r = 1e-3;
+    const auto rod = world.create_body({.position = {0, std::sin(t) + r},
+                                        .angle = t,
+                                        .velocity = {4 * unit(random) - 2, -2 * unit(random)},
+                                        .omega = 4 * unit(random) - 2,
+                                        .mass = 1.0,
+                                        .inertia = 1.0 / 3});
+    world.add_shape(rod, rough(make_capsule({-1, 0}, {1, 0}, r), mu, e));
+    const double before = world.kinetic_energy();
+    impacts += world.step(1e-9).impacts;
+    EXPECT_LE(world.kinetic_energy(), before * (1 + 1e-13)) << "seed " << seed << " trial " << trial;
+    EXPECT_GE(world.velocity_at(rod, {-std::cos(t), 0}).y, -1e-6) << "seed " << seed << " trial " << trial;
+  }
+  EXPECT_GT(impacts, 150);
+}
+
+/// Kane's paradox: a double pendulum strikes a rough floor with its end.
+TEST(ImpactWithFriction, KanesPendulumGainsNoEnergy) {
+  for (const double mu : {0.0, 0.2, 0.5, 0.8}) {
+    for (const double e : {0.0, 0.3, 0.7, 1.0}) {
+      World world(weightless());
+      const double t1 = kPi / 9, t2 = kPi / 6, r = 1e-3;  // of both rods to the vertical
+      const Vec2 hinge{0, std::cos(t1) + std::cos(t2) + r};
+      const Vec2 elbow = hinge + Vec2{std::sin(t1), -std::cos(t1)};
+      const Vec2 tip = elbow + Vec2{std::sin(t2), -std::cos(t2)};
+      add_ground(world, rough(make_disc(1), mu, e));
+      const double w1 = -0.1, w2 = -0.2;
+      const auto rod = [&](Vec2 from, Vec2 to, Vec2 velocity, double omega) {
+        const Vec2 d = to - from;
+        const auto body = world.create_body({.position = 0.5 * (from + to),
+                                             .angle = std::atan2(d.y, d.x),
+                                             .velocity = velocity,
+                                             .omega = omega,
+                                             .mass = 1.0,
+                                             .inertia = 1.0 / 12});
+        world.add_shape(body, rough(make_capsule({-0.5, 0}, {0.5, 0}, r), mu, e));
+        return body;
+      };
+      const Vec2 elbow_velocity = w1 * perp(elbow - hinge);
+      const auto upper = rod(hinge, elbow, 0.5 * elbow_velocity, w1);
+      const auto lower = rod(elbow, tip, elbow_velocity + w2 * perp(0.5 * (tip - elbow)), w2);
+      world.create_joint({.kind = JointKind::Revolute, .b = upper, .anchor_a = hinge, .anchor_b = hinge});
+      world.create_joint(
+          {.kind = JointKind::Revolute, .a = upper, .b = lower, .anchor_a = elbow, .anchor_b = elbow});
+      const double before = world.kinetic_energy();
+      ASSERT_LT(world.velocity_at(lower, tip).y, 0);
+      EXPECT_EQ(world.step(1e-9).impacts, 1);
+      EXPECT_LE(world.kinetic_energy(), before * (1 + 1e-12)) << "mu " << mu << " e " << e;
+      EXPECT_GE(world.velocity_at(lower, tip).y, -1e-9) << "mu " << mu << " e " << e;
+    }
+  }
+}
+
+TEST(ImpactWithFriction, RandomHeapsLoseEnergyAndKeepMomentum) {
+  const unsigned seed = 23;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int trial = 0; trial < test_scale(60); ++trial) {
+    World world(weightless());
+    const double mu = 1.5 * unit(random);
+    const int side = 2 + trial % 3;
+    for (int i = 0; i < side * side; ++i) {
+      const double e = trial % 3 == 0 ? 0 : trial % 3 == 1 ? 0.5 : unit(random);
+      const Vec2 at{static_cast<double>(i % side), static_cast<double>(i / side)};
+      add(world, at, i % 2 == 0 ? rough(make_box({1, 1}), mu, e) : rough(make_disc(0.5), mu, e),
+          std::pow(10.0, 2 * unit(random) - 1), {2 * unit(random) - 1, 2 * unit(random) - 1},
+          2 * unit(random) - 1);
+    }
+    const double energy = world.kinetic_energy(), angular = world.angular_momentum();
+    const Vec2 momentum = world.momentum();
+    world.step(1e-9);
+    EXPECT_LE(world.kinetic_energy(), energy * (1 + 1e-12)) << "seed " << seed << " trial " << trial;
+    EXPECT_NEAR(length(world.momentum() - momentum), 0, 1e-11) << "seed " << seed << " trial " << trial;
+    EXPECT_NEAR(world.angular_momentum(), angular, 1e-10) << "seed " << seed << " trial " << trial;
+  }
+}
+
+}  // namespace
+}  // namespace skerry
