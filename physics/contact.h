@@ -43,6 +43,7 @@ struct Contact {
   bool hit = false;              ///< took part in an impact in this step
   double hit_speed = 0;          ///< largest approach speed of those impacts [m/s]
   Vec2 hit_point, hit_normal;    ///< of the fastest of them, world frame
+  double hit_time = 0;           ///< and when, since the beginning of the step [s]
   double margin = 0;             ///< largest separation that the manifold reports [m]
   Transform pose_a, pose_b;      ///< at which the manifold was made
   bool manifold_reused = false;  ///< at the beginning of this step: both bodies are where they were

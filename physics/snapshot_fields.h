@@ -65,8 +65,8 @@ inline void fields(Archive& a, WorldConfig& v) {
     touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, threads);
 }
 inline void fields(Archive& a, Observe& v) {
-  auto& [contacts, systems, solve_traces, stage_times] = v;
-  a(contacts, systems, solve_traces, stage_times);
+  auto& [contacts, systems, solve_traces, stage_times, paths] = v;
+  a(contacts, systems, solve_traces, stage_times, paths);
 }
 inline void fields(Archive& a, BodyArrays& v) {
   auto& [position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass,
@@ -115,22 +115,30 @@ inline void fields(Archive& a, Manifold& v) {
 }
 inline void fields(Archive& a, Contact& v) {
   auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-         static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin,
-         pose_a, pose_b, manifold_reused, cache, manifold, points, points_at_start] = v;
+         static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, hit_time,
+         margin, pose_a, pose_b, manifold_reused, cache, manifold, points, points_at_start] = v;
   a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-    static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, margin, pose_a,
-    pose_b, manifold_reused, cache, manifold, points, points_at_start);
+    static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, hit_time, margin,
+    pose_a, pose_b, manifold_reused, cache, manifold, points, points_at_start);
 }
 
 // --- What is kept of islands
 // ------------------------------------------------------------------------------------------
 inline void fields(Archive& a, IslandReport& v) {
-  auto& [bodies, contacts, rows, status, method, residual, iterations] = v;
-  a(bodies, contacts, rows, status, method, residual, iterations);
+  auto& [bodies, contacts, rows, stepper, status, method, residual, iterations, error_estimate] = v;
+  a(bodies, contacts, rows, stepper, status, method, residual, iterations, error_estimate);
 }
 inline void fields(Archive& a, RestingIsland& v) {
   auto& [key, report, friction_rows, memory_keys] = v;
   a(key, report, friction_rows, memory_keys);
+}
+inline void fields(Archive& a, StepMemory& v) {
+  auto& [busy, inner_step] = v;
+  a(busy, inner_step);
+}
+inline void fields(Archive& a, PathPiece& v) {
+  auto& [body, generation, begin, length, c] = v;
+  a(body, generation, begin, length, c);
 }
 inline void fields(Archive& a, IslandMemory& v) {
   auto& [key, memory] = v;
@@ -162,8 +170,8 @@ inline void fields(Archive& a, SolveWork& v) {
   a(factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped);
 }
 inline void fields(Archive& a, ContactEvent& v) {
-  auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, sensor] = v;
-  a(kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, sensor);
+  auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, sensor] = v;
+  a(kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, sensor);
 }
 inline void fields(Archive& a, MotionEvent& v) {
   auto& [kind, time, body_a, body_b] = v;
@@ -187,20 +195,22 @@ inline void fields(Archive& a, StepReport& v) {
                           stage_seconds,  // measured, of that run
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
                           rows, substeps, impacts, reflections, friction_rows, narrow, work, force_solves,
-                          events_found, rejected_steps, fallbacks, island_retries, islands_asleep,
-                          bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
-                          pairs_out_of_reach, worst_residual, inexact_islands, worst_penetration, contained,
+                          events_found, inner_steps, rejected_steps, fallbacks, islands_by_events,
+                          islands_by_time_stepping, island_retries, islands_asleep, bodies_asleep,
+                          islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
+                          worst_residual, error_estimate, inexact_islands, worst_penetration, contained,
                           kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
                           total_friction_impulse, state_hash, contacts_list, islands_list, events,
                           motion_events, joint_events,
                           traces  // large, and for an observer only
   ] = v;
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
-    substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, rejected_steps,
-    fallbacks, island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest,
-    manifolds_reused, pairs_out_of_reach, worst_residual, inexact_islands, worst_penetration, contained,
-    kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
-    total_friction_impulse, state_hash, contacts_list, islands_list, events, motion_events, joint_events);
+    substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, inner_steps,
+    rejected_steps, fallbacks, islands_by_events, islands_by_time_stepping, island_retries, islands_asleep,
+    bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach, worst_residual,
+    error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
+    angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
+    events, motion_events, joint_events);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.
@@ -215,16 +225,17 @@ inline void fields(WorldArchives a, WorldState& v) {
   // caller has (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
          free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, broad_phase, pool,
-         island_builder, contacts, memories, resting, sleepers, ledger, awake, kinematic, touched, active,
-         active_joints, acceleration, angular_acceleration, paths, reach, travelled, local_index, backup,
-         pairs, box_updates, shape_moved, loose_shapes, solver, impact_law, stepper, report, time, steps] = v;
+         island_builder, contacts, memories, resting, step_memory, step_paths, paths_known, sleepers, ledger,
+         awake, kinematic, touched, active, active_joints, acceleration, angular_acceleration, paths, reach,
+         travelled, local_index, backup, pairs, box_updates, shape_moved, loose_shapes, solver, impact_law,
+         stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
            touched, reach, drag);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
   a.contacts(contacts);
-  a.islands(memories, resting, sleepers);
+  a.islands(memories, resting, step_memory, step_paths, paths_known, sleepers);
   a.report(report);
 }
 

@@ -33,6 +33,7 @@ struct ContactEvent {
   Vec2 normal;                ///< from a to b (Begin, Hit)
   double approach_speed = 0;  ///< before the impact [m/s] (Hit)
   double impulse = 0;         ///< sum of normal impulses [N s] (Hit)
+  double time = 0;            ///< of the fastest impact (Hit), else of the end of the step [s]
   bool sensor = false;
 };
 
@@ -88,10 +89,14 @@ struct IslandReport {
   int bodies = 0;
   int contacts = 0;  ///< contact points
   int rows = 0;
+  std::string_view stepper;  ///< that brought it through the step; "" for closed-form flight
   SolveStatus status = SolveStatus::Solved;
   std::string_view method;  ///< solver that gave the answer; "" when nothing had to be solved
   double residual = 0;
   int iterations = 0;
+  /// Sum of the estimated local errors of its inner steps, relative above 1 m, m/s, rad, rad/s. Only where an
+  /// accuracy was asked for; above it where that could not be had.
+  double error_estimate = 0;
 };
 
 /// For an observer: the problem of an island, its answer and how it was found.
@@ -126,8 +131,12 @@ struct StepReport {
 
   int force_solves = 0;    ///< evaluations of contact forces at acceleration level, over all islands
   int events_found = 0;    ///< events that were located in time (releases, landings, slip, stick, limits)
+  int inner_steps = 0;     ///< steps that error control accepted, over all islands
   int rejected_steps = 0;  ///< inner steps taken again because their error was too large
   int fallbacks = 0;       ///< islands for which the event-driven stepper gave up; time_stepping made them
+
+  // Who made the step of the islands that were neither in flight nor at rest.
+  int islands_by_events = 0, islands_by_time_stepping = 0;
 
   int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
 
@@ -141,6 +150,7 @@ struct StepReport {
 
   // Accuracy.
   double worst_residual = 0;  ///< over the islands, relative
+  double error_estimate = 0;  ///< largest of the islands' (see `IslandReport`)
   int inexact_islands = 0;
   double worst_penetration = 0;  ///< [m], >= 0
   int contained = 0;             ///< bodies put back and stopped because their new state was not finite
@@ -169,6 +179,7 @@ struct Observe {
   bool systems = false;
   bool solve_traces = false;  ///< with `systems`: the trace of every solve
   bool stage_times = false;
+  bool paths = false;  ///< the motion within the step, for `World::interpolated`
 };
 
 }  // namespace skerry

@@ -33,6 +33,11 @@ void require_at_least_zero(double value, const char* what) {
           std::string(what) + " must be finite and >= 0, got " + to_text(value));
 }
 
+void require_accuracy(const std::optional<double>& accuracy) {
+  require(!accuracy || (*accuracy >= 1e-14 && *accuracy <= 1e-2),
+          "accuracy must be from 1e-14 to 1e-2, got " + to_text(accuracy.value_or(0)));
+}
+
 template <class Tag, class Slots>
 std::uint32_t checked(Handle<Tag> id, const Slots& generation_of, std::size_t count, const char* what) {
   require(id.index < count && generation_of(id.index) == id.generation,
@@ -100,6 +105,7 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.drag.emplace_back();
   s.prescribed.emplace_back();
   s.paths.emplace_back();
+  s.step_memory.emplace_back();
   return static_cast<std::uint32_t>(b.position.size() - 1);
 }
 
@@ -259,8 +265,7 @@ void check(const WorldConfig& config) {
   require_at_least_zero(config.contact_margin, "contact_margin");
   require_at_least_zero(config.touch_tolerance, "touch_tolerance");
   require_at_least_zero(config.rest_speed, "rest_speed");
-  require(config.accuracy >= 1e-14 && config.accuracy <= 1e-2,
-          "accuracy must be from 1e-14 to 1e-2, got " + to_text(config.accuracy));
+  require_accuracy(config.accuracy);
   require(config.max_impacts_per_step >= 0,
           "max_impacts_per_step must be >= 0, got " + std::to_string(config.max_impacts_per_step));
   require(config.touch_tolerance <= config.contact_margin,
@@ -311,6 +316,7 @@ void World::reconfigure(const WorldConfig& given) {
   s.ledger.mark_all();
   s.memories.clear();
   s.resting.clear();
+  std::fill(s.step_memory.begin(), s.step_memory.end(), StepMemory{});
   s.broad_phase = std::move(broad_phase);
   fill_broad_phase(s);
 }
@@ -331,6 +337,7 @@ BodyId World::create_body(const BodyDef& def) {
 
   WorldState& s = *state_;
   const std::uint32_t i = new_body_slot(s);
+  s.step_memory[i] = {};
   BodyArrays& b = s.bodies;
   b.position[i] = def.position;
   b.angle[i] = def.angle;
@@ -667,6 +674,13 @@ void World::observe(const Observe& what) {
 }
 const WorldConfig& World::config() const {
   return state_->config;
+}
+
+void World::set_accuracy(std::optional<double> accuracy) {
+  require_accuracy(accuracy);
+  state_->config.accuracy = accuracy;
+  // Lengths that served another accuracy are no good first guess.
+  for (StepMemory& memory : state_->step_memory) memory.inner_step = 0;
 }
 
 void World::set_gravity(Vec2 gravity) {

@@ -53,9 +53,11 @@ struct WorldConfig {
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]
-  /// Local error that `event_driven` allows in an inner step, relative for values above 1 (SI units),
-  /// else absolute; 1e-14 to 1e-2. time_stepping does not use it.
-  double accuracy = 1e-13;
+  /// Wanted error of positions and velocities after about a second of motion, relative for values above 1 (SI
+  /// units), else absolute; 1e-14 to 1e-2. With it every island picks its own inner steps: `event_driven` by
+  /// its embedded estimate, `time_stepping` by step doubling. Without it `event_driven` integrates to 1e-13
+  /// and `time_stepping` takes the steps as they are given.
+  std::optional<double> accuracy{};
   /// Of one island, fewer for large ones (512 over its contact points, at least 4); then the rest of the step
   /// treats landings as plastic.
   int max_impacts_per_step = 64;
@@ -106,6 +108,15 @@ struct QueryHit {
   double distance = 0;  ///< closest point: from the given point [m], negative inside
   Vec2 point;           ///< on the surface, world frame [m]
   Vec2 normal;          ///< of the surface, unit
+};
+
+/// Motion of a body at one instant.
+struct BodyState {
+  Vec2 position;     ///< centre of mass, world frame [m]
+  double angle = 0;  ///< [rad]
+  Vec2 velocity;     ///< [m/s]
+  double omega = 0;  ///< [rad/s]
+  Transform pose() const { return {position, Rot::from_angle(angle)}; }
 };
 
 struct WorldState;
@@ -173,6 +184,8 @@ class World {
   double time() const;
   void observe(const Observe& what);
   const WorldConfig& config() const;
+  /// Sets `WorldConfig::accuracy` from now on; none: no error control.
+  void set_accuracy(std::optional<double> accuracy);
   void set_gravity(Vec2 gravity);
   /// Changes settings while running; `threads` stays as it is. What the old solver or stepper kept of the
   /// islands is dropped. @throws std::invalid_argument as the constructor; nothing is changed then
@@ -194,6 +207,11 @@ class World {
   /// kept
   void set_motor(JointId joint, double speed, std::optional<double> limit = {});
   BodyId body_id(std::size_t slot) const;
+  /// The motion of a body at `time` [s] within the last step, from the continuous output of the stepper: the
+  /// Runge-Kutta interpolant between events, the parabola or Hermite cubic of a time-stepping piece, cut at
+  /// impacts; at the instant of an impact the velocity after it.
+  /// @throws std::invalid_argument if `time` is not within the last step, or `Observe::paths` was off in it
+  BodyState interpolated(BodyId body, double time) const;
   /// Kinetic energy of the dynamic bodies [J], momentum [kg m/s], angular momentum about the origin [kg
   /// m^2/s].
   double kinetic_energy() const;

@@ -42,6 +42,7 @@ ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventK
     }
   }
   event.approach_speed = contact.hit_speed;
+  event.time = kind == ContactEventKind::Hit ? s.time - s.report.h + contact.hit_time : s.time;
   for (const PointMemory& memory : contact.points) event.impulse += memory.total_impact;
   event.sensor = contact.sensor;
   return event;
@@ -204,7 +205,11 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
     r.reflections += result.reflections;
     r.force_solves += result.force_solves;
     r.events_found += result.events_found;
+    r.inner_steps += result.inner_steps;
     r.rejected_steps += result.rejected_steps;
+    r.islands_by_events += !result.at_rest && result.report.stepper == "event_driven";
+    r.islands_by_time_stepping += !result.at_rest && result.report.stepper == "time_stepping";
+    r.error_estimate = std::max(r.error_estimate, result.report.error_estimate);
     r.fallbacks += result.fallbacks;
     for (MotionEvent event : result.motion_events) {
       event.time += s.time - h;

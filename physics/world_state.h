@@ -53,9 +53,12 @@ struct WorldState {
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ThreadPool> pool;
   IslandBuilder island_builder;
-  std::vector<Contact> contacts;       ///< sorted by key; those of sleeping islands are in `sleepers`
-  std::vector<IslandMemory> memories;  ///< sorted by key
-  std::vector<RestingIsland> resting;  ///< sorted by key
+  std::vector<Contact> contacts;        ///< sorted by key; those of sleeping islands are in `sleepers`
+  std::vector<IslandMemory> memories;   ///< sorted by key
+  std::vector<RestingIsland> resting;   ///< sorted by key
+  std::vector<StepMemory> step_memory;  ///< by body
+  std::vector<PathPiece> step_paths;    ///< of the last step, by body, then in the order of time
+  bool paths_known = false;             ///< they were recorded in the last step
   Sleepers sleepers;
   Ledger ledger;
 

@@ -71,6 +71,9 @@ class Step {
  private:
   using Clock = std::chrono::steady_clock;
 
+  /// The clock is read only for an observer: it costs as much as a body.
+  Clock::time_point now() const { return s_.observe.stage_times ? Clock::now() : Clock::time_point{}; }
+
   void book(Stage stage, Clock::time_point start) {
     if (!s_.observe.stage_times) return;
     s_.report.stage_seconds[static_cast<int>(stage)] +=
@@ -79,7 +82,7 @@ class Step {
 
   /// The working set; accelerations, bounds on the motion, and what a second try needs.
   void begin() {
-    const auto start = Clock::now();
+    const auto start = now();
     require_masses();
     s_.report = {};
     // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
@@ -201,7 +204,7 @@ class Step {
 
   /// Boxes that bound the motion within the step -> broad phase -> contact table.
   void find_pairs() {
-    const auto start = Clock::now();
+    const auto start = now();
     s_.box_updates.clear();
     s_.shape_moved.assign(s_.shapes.size(), 0);
     const BodyArrays& b = s_.bodies;
@@ -331,7 +334,7 @@ class Step {
   /// A pair belongs to the step if its shapes can meet within it. After the first round only pairs of dirty
   /// bodies can become linked; islands that gained one are then the dirty ones.
   void link_contacts(std::vector<std::uint8_t>& dirty) {
-    const auto start = Clock::now();
+    const auto start = now();
     const bool first = rounds_++ == 0;
     // Chunks of neighbouring contacts: each contact is touched by one thread, counters are summed in chunk
     // order.
@@ -417,7 +420,7 @@ class Step {
   }
 
   void step_islands(std::vector<std::uint8_t>& dirty, std::vector<SteppedIsland>& stepped) {
-    const auto start = Clock::now();
+    const auto start = now();
     const BodyArrays& b = s_.bodies;
     const auto dynamic = [&b](std::uint32_t i) { return b.type[i] == BodyType::Dynamic; };
     std::vector<IslandEdge> edges;
@@ -546,7 +549,7 @@ class Step {
     s_.time += h_;
     ++s_.steps;
 
-    const auto start = Clock::now();
+    const auto start = now();
     std::vector<IslandResult*> results;
     std::vector<const Island*> members;
     for (SteppedIsland& island : islands) {
@@ -556,6 +559,7 @@ class Step {
     write_report(s_, h_, members, results, lost_);
     book(Stage::Report, start);
 
+    keep_motion(members, results);
     remember(islands);
     for (const std::uint32_t i : s_.active) {
       b.force[i] = {};
@@ -594,6 +598,19 @@ class Step {
     return std::all_of(island.island.bodies.begin(), island.island.bodies.end(), [this](std::uint32_t i) {
       return s_.bodies.force[i] == Vec2{} && s_.bodies.torque[i] == 0;
     });
+  }
+
+  /// What steppers want to know of this step in the next one, and the paths for whoever asks.
+  void keep_motion(const std::vector<const Island*>& islands, const std::vector<IslandResult*>& results) {
+    s_.step_paths.clear();
+    s_.paths_known = s_.observe.paths;
+    for (std::size_t n = 0; n < results.size(); ++n) {
+      for (const std::uint32_t i : islands[n]->bodies) s_.step_memory[i] = results[n]->step_memory;
+      s_.step_paths.insert(s_.step_paths.end(), results[n]->path.begin(), results[n]->path.end());
+    }
+    // Pieces of one body are in the order of time already.
+    std::stable_sort(s_.step_paths.begin(), s_.step_paths.end(),
+                     [](const PathPiece& x, const PathPiece& y) { return x.body < y.body; });
   }
 
   WorldState& s_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/acceleration.h"
@@ -25,6 +26,8 @@ using State = AccelerationProblem::State;
 
 // More changes of the contact mode than this in a step are a case for time stepping.
 constexpr int kMaxEvents = 16;
+// Local error of an inner step when no accuracy was asked for.
+constexpr double kFinest = 1e-13;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
@@ -46,8 +49,9 @@ class EventStep {
     parabolic_ = !has_varying_forces(state, island) && !meets_prescribed_motion(state, island);
   }
 
+  /// @param most_events  impacts and changes of the mode together
   /// @return false if the step has to be made in another way
-  bool run() {
+  bool run(int most_events) {
     // As many impacts as time_stepping would carry out one by one.
     int points = 0;
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
@@ -63,7 +67,8 @@ class EventStep {
       if (!(mode_.free() && parabolic_ ? fly_on() : integrate())) return false;
       ++result_.substeps;
       // Pieces that end without an event that counts must not go on for ever either.
-      if (events_ > kMaxEvents || result_.impacts > cuts || result_.substeps > kMaxEvents + 2 * cuts)
+      if (events_ > kMaxEvents || result_.impacts > cuts || result_.substeps > kMaxEvents + 2 * cuts ||
+          events_ + result_.impacts > most_events)
         return false;
     }
     return true;
@@ -408,7 +413,10 @@ class EventStep {
       limit = &joint;
     }
 
+    std::vector<PathEnd> start;
+    if (state_.observe.paths) start = path_ends(state_, island_.bodies);
     for (const std::uint32_t body : island_.bodies) skerry::fly(state_, body, first);
+    if (state_.observe.paths) record_hermite(state_, island_.bodies, elapsed_, first, start, result_);
     clear_forces();
     elapsed_ = first < left ? elapsed_ + first : h_;
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
@@ -489,12 +497,13 @@ class EventStep {
         static_cast<int>(6 * island_.bodies.size()));
     const std::vector<Watch> watched = watches();
     if (!(inner_step_ > 0)) inner_step_ = 0.2 / rate();
+    const double accuracy = state_.config.accuracy.value_or(kFinest);
 
     for (;;) {
       const double left = h_ - elapsed_;
       const double length = std::min(inner_step_, left);
       if (++inner_steps_ > kMaxInnerSteps || !(length > 1e-14 * h_)) return false;
-      const double error = method.attempt(elapsed_, y, dy, length, state_.config.accuracy, kUnit);
+      const double error = method.attempt(elapsed_, y, dy, length, accuracy, kUnit);
       if (!(error <= 1)) {
         ++result_.rejected_steps;
         inner_step_ = length * std::min(step_factor(error), 0.9);
@@ -503,6 +512,9 @@ class EventStep {
       const ModeForces end = latest;
       Event event;
       if (!find_event(method, watched, end, latest, event)) return false;
+      if (state_.observe.paths && !record_path(method)) return false;
+      ++result_.inner_steps;
+      if (state_.config.accuracy) result_.report.error_estimate += error * accuracy;
       if (event.found) {
         method.at(event.theta, at_event);
         travel(event.theta * length, method.end());
@@ -532,6 +544,21 @@ class EventStep {
       arrive();
       return true;
     }
+  }
+
+  /// The continuous output of the inner step that was tried last; an event may end it early.
+  bool record_path(RungeKutta& method) {
+    if (!method.prepare_dense()) return false;
+    for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+      PathPiece piece;
+      piece.body = island_.bodies[k];
+      piece.generation = state_.bodies.generation[piece.body];
+      piece.begin = method.begin();
+      piece.length = method.length();
+      for (std::size_t c = 0; c < 3; ++c) piece.c[c] = method.coefficients(6 * k + c);
+      result_.path.push_back(piece);
+    }
+    return true;
   }
 
   /// A frequency that the motion has [1/s], for the first inner step.
@@ -764,22 +791,29 @@ class EventStep {
 }  // namespace
 
 void step_island_by_events(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (island.contacts.empty() && island.joints.empty() && !has_varying_forces(state, island)) {
-    for (const std::uint32_t body : island.bodies) fly(state, body, h);
-    result.in_flight = true;
-    result.substeps = 1;
-    return;
-  }
-  const IslandBackup backup(state, island);
-  if (EventStep(state, island, h, result).run()) return;
+  if (try_island_by_events(state, island, h, std::numeric_limits<int>::max(), result)) return;
+  step_island_by_time_stepping(state, island, h, result);
+}
 
+bool try_island_by_events(WorldState& state, const Island& island, double h, int most_events,
+                          IslandResult& result) {
+  if (fly_freely(state, island, h, result)) return true;
+  const IslandBackup backup(state, island);
+  result.report.stepper = "event_driven";
+  if (EventStep(state, island, h, result).run(most_events)) return true;
+
+  // Only the work is kept of what was tried.
   backup.restore(state, island);
   IslandResult again;
   again.force_solves = result.force_solves;
   again.rejected_steps = result.rejected_steps;
+  again.work = result.work;
+  again.narrow = result.narrow;
+  again.manifolds_reused = result.manifolds_reused;
+  again.stage_seconds = result.stage_seconds;
   again.fallbacks = 1;
-  step_island_by_time_stepping(state, island, h, again);
   result = std::move(again);
+  return false;
 }
 
 }  // namespace skerry

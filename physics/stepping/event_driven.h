@@ -18,4 +18,10 @@ namespace skerry {
 /// of the step and time_stepping makes it (`StepReport::fallbacks`).
 void step_island_by_events(WorldState& state, const Island& island, double h, IslandResult& result);
 
+/// Tries the step; with more than `most_events` impacts and changes of mode, or without an answer, the island
+/// is left as it was.
+/// @return whether the step was made
+bool try_island_by_events(WorldState& state, const Island& island, double h, int most_events,
+                          IslandResult& result);
+
 }  // namespace skerry

@@ -66,6 +66,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     contact.hit = true;
     if (-u <= contact.hit_speed) continue;
     contact.hit_speed = -u;
+    contact.hit_time = elapsed;
     contact.hit_point = contact.manifold.points[origin.point].position;
     contact.hit_normal = contact.manifold.normal;
   }

@@ -203,6 +203,12 @@ void RungeKutta::at(double theta, State& y) const {
   }
 }
 
+std::array<double, 8> RungeKutta::coefficients(std::size_t i) const {
+  std::array<double, 8> c{y0_[i]};
+  for (std::size_t j = 0; j < 7; ++j) c[j + 1] = dense_[j][i];
+  return c;
+}
+
 double step_factor(double error) {
   // Never more than six times longer nor three times shorter, and a tenth below what the estimate allows.
   if (error == 0) return 6;

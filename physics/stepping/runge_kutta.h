@@ -3,6 +3,7 @@
 // The embedded Runge-Kutta pair of order 8 with continuous output of order 7.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -34,6 +35,9 @@ class RungeKutta {
   bool prepare_dense();
   /// State at the share `theta` in [0, 1] of the step. @pre prepare_dense
   void at(double theta, State& y) const;
+
+  /// Component `i` as the coefficients of a PathPiece. @pre prepare_dense
+  std::array<double, 8> coefficients(std::size_t i) const;
 
   double length() const { return h_; }
   double begin() const { return t_; }

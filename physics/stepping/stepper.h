@@ -13,6 +13,7 @@
 
 #include "physics/islands/island_builder.h"
 #include "physics/step_report.h"
+#include "physics/stepping/path.h"
 
 namespace skerry {
 
@@ -24,6 +25,13 @@ struct IslandMemory {
   std::unique_ptr<SolverMemory> memory;
 };
 
+/// What a stepper keeps of an island for the next step. It is stored by body, so that it survives mergers: an
+/// island takes the most cautious of its bodies' numbers.
+struct StepMemory {
+  int busy = 0;           ///< steps for which `auto` stays with time_stepping
+  double inner_step = 0;  ///< length of the last step that error control chose [s]; 0: none yet
+};
+
 /// What stepping one island produced; merged into the StepReport in the order of the islands.
 struct IslandResult {
   IslandReport report;
@@ -32,10 +40,12 @@ struct IslandResult {
   int reflections = 0;
   int friction_rows = 0;
   int manifolds_reused = 0;
-  int force_solves = 0;                    ///< evaluations of the forces at acceleration level
-  int events_found = 0;                    ///< changes of the contact mode that were located within the step
-  int rejected_steps = 0;                  ///< inner steps taken again because their error was too large
-  int fallbacks = 0;                       ///< 1: events gave up, time_stepping made the step
+  int force_solves = 0;    ///< evaluations of the forces at acceleration level
+  int events_found = 0;    ///< changes of the contact mode that were located within the step
+  int mode_changes = 0;    ///< contacts that began or ceased to carry load, to stick or to slip
+  int inner_steps = 0;     ///< steps accepted by error control
+  int rejected_steps = 0;  ///< inner steps taken again because their error was too large
+  int fallbacks = 0;       ///< 1: events gave up, time_stepping made the step
   std::vector<MotionEvent> motion_events;  ///< times since the beginning of the step
   bool in_flight = false;                  ///< nothing to meet: closed form
   bool at_rest = false;                    ///< nothing changed since the last step: its result was used again
@@ -43,6 +53,8 @@ struct IslandResult {
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};
   std::vector<IslandTrace> traces;
+  StepMemory step_memory;              ///< for the bodies of the island
+  std::vector<PathPiece> path;         ///< only with `Observe::paths`
   std::vector<IslandMemory> memories;  ///< solver memories to keep for the next step
 };
 
@@ -61,6 +73,9 @@ struct StepperEntry {
 std::span<const StepperEntry> steppers();
 /// @throws std::invalid_argument that lists the names there are.
 const StepperEntry& find_stepper(std::string_view name);
+
+/// If nothing is in reach: one flight in closed form. @return false if there is
+bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result);
 
 /// Ballistic flight in closed form: exact for constant acceleration.
 void fly(WorldState& state, std::uint32_t body, double h);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "physics/hash.h"
 #include "physics/stepping/applied_forces.h"
@@ -12,6 +13,7 @@
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/projection.h"
+#include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
@@ -21,6 +23,13 @@ namespace {
 // Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
 // s.
 constexpr double kStablePieces = 256;
+
+// Contact points, summed over the pieces of a step, after which landings are plastic; but so many pieces
+// always.
+constexpr int kPieceBudget = 512;
+constexpr int kFewPieces = 4;
+// A piece in which nothing rests needs no solve and costs this much less.
+constexpr int kFlightShare = 32;
 
 class IslandStep {
  public:
@@ -32,22 +41,24 @@ class IslandStep {
         varying_(has_varying_forces(state, island)),
         told_(meets_prescribed_motion(state, island)) {}
 
-  void run(double h) {
-    // A piece costs in proportion to the island, so busy islands get fewer: a heap of 100 contacts is cut 5
-    // times, a row of balls as often as its bounces want.
-    int points = 0;
+  /// Brings the island from one time of the step to another [s].
+  void run(double from, double to) {
+    elapsed_ = from;
+    // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
+    // fewer: a heap of 100 contacts is cut 5 times, a row of balls or a gas as often as its bounces want.
+    int points = 0, spent = 0;
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
-    const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
     // The manifolds of the beginning are those by which the island was found.
     int piece = 1;
-    while (elapsed_ < h) {
+    while (elapsed_ < to) {
       // After too many cuts the rest of the step takes landings as plastic, at its end.
-      const bool last = piece > cuts;
+      const bool last =
+          piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
       if (!last) apply_impact(state_, island_, elapsed_, {}, result_);
       // Joints that shake light bodies get shorter pieces, which are not cuts.
-      const double stable = std::max(stable_length(state_, island_), h / kStablePieces);
-      const bool whole = h - elapsed_ <= stable;
-      const double length = whole ? h - elapsed_ : (h - elapsed_) / std::ceil((h - elapsed_) / stable);
+      const double stable = std::max(stable_length(state_, island_), (to - from) / kStablePieces);
+      const bool whole = to - elapsed_ <= stable;
+      const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       choose_resting(last);
       const std::vector<Velocity> before = island_velocities(state_, island_);
       std::vector<Velocity> after = solve_forces(length, before, last);
@@ -57,18 +68,34 @@ class IslandStep {
         after = solve_forces(length, before, last);
         hit = next_hit(length, before, after);
       }
+      spent += solved_ ? points : points / kFlightShare;
+      if (state_.observe.paths) remember_start(last, after);
+      const double start = elapsed_;
+      const std::optional<IslandEnergy> energy =
+          last ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
       advance(hit, length, before, after, last);
-      elapsed_ = hit < length || !whole ? elapsed_ + hit : h;
+      elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
       refresh_manifolds();
-      StageTimer timer(state_, result_, Stage::Apply);
-      project_positions(state_, island_, elapsed_, result_);
-      if (moving_) project_velocities(state_, island_, elapsed_, result_);
+      {
+        StageTimer timer(state_, result_, Stage::Apply);
+        project_positions(state_, island_, elapsed_, result_);
+        if (moving_) project_velocities(state_, island_, elapsed_, result_);
+        // The plastic end of a step is of first order and lifts what it lets sink in.
+        if (energy) energy->take_gain(state_, island_);
+      }
+      if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;
     }
   }
 
  private:
+  /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.
+  void remember_start(bool plastic, const std::vector<Velocity>& after) {
+    start_ = path_ends(state_, island_.bodies);
+    for (std::size_t k = 0; plastic && k < start_.size(); ++k) start_[k].v = after[k];
+  }
+
   void refresh_manifolds() {
     StageTimer timer(state_, result_, Stage::Narrow);
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
@@ -205,7 +232,8 @@ class IslandStep {
     moving_ = mid.system.size() == start.system.size() && mid.system.size() > 0;
     Assembly& assembly = moving_ ? mid : start;
     IslandSystem& system = assembly.system;
-    if (system.rows.empty()) return after;
+    solved_ = !system.rows.empty();
+    if (!solved_) return after;
 
     for (int i = 0; i < system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
@@ -352,8 +380,10 @@ class IslandStep {
   }
 
   void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h) {
-    for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
-      for (PointMemory& memory : state_.contacts[island_.contacts[k]].points) {
+    modes_.clear();
+    for (const std::uint32_t index : island_.contacts) {
+      for (PointMemory& memory : state_.contacts[index].points) {
+        modes_.push_back(mode_of(memory));
         memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
         memory.h = h;
         memory.sticking = false;
@@ -374,11 +404,25 @@ class IslandStep {
           memory.normal_impulse > 0 &&
           std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
     }
+    auto mode = modes_.begin();
+    for (const std::uint32_t index : island_.contacts) {
+      for (const PointMemory& memory : state_.contacts[index].points)
+        result_.mode_changes += mode_of(memory) != *mode++;
+    }
+  }
+
+  /// 0 open, 1 slipping, 2 sticking
+  static std::uint8_t mode_of(const PointMemory& memory) {
+    return memory.normal_impulse > 0 ? 1 + memory.sticking : 0;
   }
 
   std::unique_ptr<SolverMemory> take_memory(std::uint64_t key) {
-    for (IslandMemory& kept : result_.memories) {
-      if (kept.key == key && kept.memory != nullptr) return std::move(kept.memory);
+    const auto own = std::find_if(result_.memories.begin(), result_.memories.end(),
+                                  [key](const IslandMemory& kept) { return kept.key == key; });
+    if (own != result_.memories.end()) {
+      std::unique_ptr<SolverMemory> memory = std::move(own->memory);
+      result_.memories.erase(own);
+      return memory;
     }
     const auto found =
         std::lower_bound(state_.memories.begin(), state_.memories.end(), key,
@@ -438,6 +482,7 @@ class IslandStep {
                bool plastic) {
     StageTimer timer(state_, result_, Stage::Apply);
     const double share = t < h ? t / h : 1;
+    double excess = 0;  // of angular momentum
     for (std::size_t k = 0; k < before.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
       Velocity v = after[k];
@@ -447,6 +492,12 @@ class IslandStep {
         if (!plastic) path[c] = 0.5 * (before[k][c] + v[c]);
       }
       BodyArrays& all = state_.bodies;
+      if (share < 1) {
+        // The impulses act at the middle of the whole piece; where it is cut that is not the middle any more.
+        const Vec2 v0{before[k][0], before[k][1]};
+        const Vec2 push = Vec2{v[0], v[1]} - v0 - t * state_.acceleration[body];
+        excess += 0.5 * (t - h) * all.mass[body] * cross(v0, push);
+      }
       all.position[body] += t * Vec2{path[0], path[1]};
       if (path[2] != 0) {
         all.angle[body] += t * path[2];
@@ -458,6 +509,7 @@ class IslandStep {
       const double turn = std::max(std::abs(before[k][2]), std::abs(v[2]));
       state_.travelled[body] += t * (speed + turn * state_.radius[body]);
     }
+    give_spin(state_, island_, -excess);
     for (const std::uint32_t index : island_.contacts) {
       for (PointMemory& memory : state_.contacts[index].points) {
         memory.total_normal += share * memory.normal_impulse;
@@ -486,21 +538,39 @@ class IslandStep {
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
-  double elapsed_ = 0;                 ///< since the beginning of the step [s]
-  bool moving_ = false;                ///< the geometry changes within the piece
-  bool sinking_ = false;               ///< `next_hit` found points that the solve has to hold
+
+  std::vector<std::uint8_t> modes_;  ///< of the contact points before a solve
+  double elapsed_ = 0;               ///< since the beginning of the step [s]
+  bool solved_ = false;              ///< the piece has contacts or joints that act
+  bool moving_ = false;              ///< the geometry changes within the piece
+  bool sinking_ = false;             ///< `next_hit` found points that the solve has to hold
+  std::vector<PathEnd> start_;       ///< of the piece, for the paths
 };
 
 }  // namespace
 
 void step_island_by_time_stepping(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (island.contacts.empty() && island.joints.empty() && !has_varying_forces(state, island)) {
-    for (const std::uint32_t body : island.bodies) fly(state, body, h);
-    result.in_flight = true;
-    result.substeps = 1;
-    return;
-  }
-  IslandStep(state, island, result).run(h);
+  if (fly_freely(state, island, h, result)) return;
+  result.report.stepper = "time_stepping";
+  if (state.config.accuracy)
+    step_with_error_control(state, island, h, *state.config.accuracy, result);
+  else
+    IslandStep(state, island, result).run(0, h);
+}
+
+void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {
+  IslandStep(state, island, result).run(from, to);
+}
+
+bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result) {
+  if (!island.contacts.empty() || !island.joints.empty() || has_varying_forces(state, island)) return false;
+  std::vector<PathEnd> start;
+  if (state.observe.paths) start = path_ends(state, island.bodies);
+  for (const std::uint32_t body : island.bodies) fly(state, body, h);
+  if (state.observe.paths) record_hermite(state, island.bodies, 0, h, start, result);
+  result.in_flight = true;
+  result.substeps = 1;
+  return true;
 }
 
 void fly(WorldState& state, std::uint32_t body, double h) {

@@ -16,6 +16,12 @@ namespace skerry {
 /// for contacts that rest; then positions and velocities are projected on the constraints that carried load
 /// [Moreau 1988; Stewart & Trinkle 1996; for the midpoint and the projections Hairer, Lubich & Wanner 2006,
 /// sec. VII.1]. Impacts use the world's impact law on the velocities before the force acts.
+///
+/// With `WorldConfig::accuracy` the step is made of inner steps of the length that step doubling finds
+/// (step_doubling.h).
 void step_island_by_time_stepping(WorldState& state, const Island& island, double h, IslandResult& result);
+
+/// The method itself: from one time of the step to another [s], without error control.
+void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result);
 
 }  // namespace skerry

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/step_doubling.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/stepping/applied_forces.h"
+#include "physics/stepping/island_backup.h"
+#include "physics/stepping/island_notes.h"
+#include "physics/stepping/time_stepping.h"
+
+namespace skerry {
+namespace {
+
+// Inner steps are not shorter than this share of the step: what is left to resolve there is one event.
+constexpr double kShortest = 1e-6;
+// Relative to the accuracy: how much an inner step with an event may cost.
+constexpr double kEventShare = 0.1;
+// Differences below this are rounding.
+constexpr double kRounding = 1e-15;
+
+/// Positions and velocities of an island, six numbers a body.
+std::vector<double> state_of(const WorldState& state, const Island& island) {
+  std::vector<double> y;
+  y.reserve(6 * island.bodies.size());
+  const BodyArrays& all = state.bodies;
+  for (const std::uint32_t i : island.bodies) {
+    y.insert(y.end(), {all.position[i].x, all.position[i].y, all.angle[i], all.velocity[i].x,
+                       all.velocity[i].y, all.omega[i]});
+  }
+  return y;
+}
+
+double largest_difference(const std::vector<double>& x, const std::vector<double>& y) {
+  double worst = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    worst = std::max(worst, std::abs(x[i] - y[i]) / std::max(1.0, std::abs(y[i])));
+  return worst;
+}
+
+/// Work that was done, whether or not its result is kept.
+void book_work(IslandResult& from, IslandResult& to) {
+  to.work += from.work;
+  to.manifolds_reused += from.manifolds_reused;
+  to.narrow.pairs += from.narrow.pairs;
+  to.narrow.axes_tested += from.narrow.axes_tested;
+  to.narrow.axes_skipped += from.narrow.axes_skipped;
+  to.narrow.manifolds += from.narrow.manifolds;
+  for (std::size_t k = 0; k < to.stage_seconds.size(); ++k) to.stage_seconds[k] += from.stage_seconds[k];
+  to.report.iterations += from.report.iterations;
+  to.memories = std::move(from.memories);
+}
+
+void keep(IslandResult& from, IslandResult& to) {
+  to.substeps += from.substeps;
+  to.impacts += from.impacts;
+  to.reflections += from.reflections;
+  to.mode_changes += from.mode_changes;
+  to.friction_rows += from.friction_rows;
+  to.report.rows = from.report.rows;
+  to.report.method = from.report.method;
+  note_status(to, from.report.status, from.report.residual);
+  to.path.insert(to.path.end(), from.path.begin(), from.path.end());
+  for (IslandTrace& trace : from.traces) to.traces.push_back(std::move(trace));
+}
+
+}  // namespace
+
+void step_with_error_control(WorldState& state, const Island& island, double h, double accuracy,
+                             IslandResult& result) {
+  double wanted = h;
+  for (const std::uint32_t i : island.bodies) {
+    const double last = state.step_memory[i].inner_step;
+    if (last > 0) wanted = std::min(wanted, last);
+  }
+  double elapsed = 0;
+  while (elapsed < h) {
+    // Two equal steps rather than one and a crumb.
+    const double left = h - elapsed;
+    const double length = wanted >= left ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
+    const double to = length < left ? elapsed + length : h;
+    const double middle = elapsed + 0.5 * (to - elapsed);
+
+    const IslandBackup backup(state, island);
+    const std::vector<double> before = state_of(state, island);
+    IslandResult whole;
+    whole.memories = std::move(result.memories);
+    advance_island(state, island, elapsed, to, whole);
+    const std::vector<double> once = state_of(state, island);
+    book_work(whole, result);
+    // Flight between contacts that do not act is exact, and so is rest.
+    if ((whole.report.rows == 0 && whole.impacts == 0 && !has_varying_forces(state, island)) ||
+        once == before) {
+      keep(whole, result);
+      ++result.inner_steps;
+      wanted = std::max(wanted, 4 * length);
+      elapsed = to;
+      continue;
+    }
+
+    backup.restore(state, island);
+    IslandResult halves;
+    halves.memories = std::move(result.memories);
+    advance_island(state, island, elapsed, middle, halves);
+    advance_island(state, island, middle, to, halves);
+    book_work(halves, result);
+    const double error = largest_difference(once, state_of(state, island)) / 3;
+    const bool eventful = halves.mode_changes > 0 || halves.impacts > 0;
+    const double allowed = std::max(kRounding, accuracy * (eventful ? kEventShare : length));
+    const double ratio = error > 0 ? allowed / error : 1e6;
+    const double next = length * std::clamp(0.9 * std::sqrt(ratio), 0.1, 4.0);
+    if (!(error <= allowed) && length > kShortest * h) {
+      backup.restore(state, island);
+      ++result.rejected_steps;
+      wanted = std::max(std::min(next, 0.9 * length), kShortest * h);
+      continue;
+    }
+    keep(halves, result);
+    ++result.inner_steps;
+    result.report.error_estimate += error;
+    // A last step that was cut short says nothing against longer ones.
+    wanted = length < wanted ? std::max(wanted, next) : next;
+    elapsed = to;
+  }
+  result.step_memory.inner_step = wanted;
+}
+
+}  // namespace skerry

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+//
+// The motion within a step against closed forms.
+#include "physics/stepping/path.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "physics/stepping/stepper.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::smooth;
+
+constexpr double kG = 9.81;
+
+class PathOf : public testing::TestWithParam<std::string_view> {
+ protected:
+  static WorldConfig config() {
+    WorldConfig config;
+    config.stepper = GetParam();
+    return config;
+  }
+};
+
+TEST_P(PathOf, ABounceWithinTheStepIsTwoParabolas) {
+  const double e = 0.7, drop = 1;
+  World world(config());
+  world.observe({.paths = true});
+  add_ground(world, smooth(make_disc(1), e));
+  const auto ball = add(world, {0, drop + 0.5}, smooth(make_disc(0.5), e), 1, {2, 0}, 3);
+  // One step of 0.6 s; it hits at 0.4515 s.
+  const double h = 0.6, hit = std::sqrt(2 * drop / kG);
+  world.step(h);
+  for (int i = 0; i <= 600; ++i) {
+    const double t = h * i / 600;
+    const BodyState found = world.interpolated(ball, t);
+    const double after = t - hit;
+    const double up = e * std::sqrt(2 * kG * drop);
+    const double y = after < 0 ? drop - 0.5 * kG * t * t : up * after - 0.5 * kG * after * after;
+    const double v = after < 0 ? -kG * t : up - kG * after;
+    EXPECT_NEAR(found.position.x, 2 * t, 1e-12);
+    EXPECT_NEAR(found.position.y, 0.5 + y, 1e-12) << t;
+    EXPECT_NEAR(found.velocity.y, v, 1e-11) << t;
+    EXPECT_NEAR(found.angle, 3 * t, 1e-12);
+    EXPECT_NEAR(found.omega, 3, 1e-12);
+  }
+}
+
+TEST_P(PathOf, RollingDownAnInclineIsAParabolaWithinTheStep) {
+  const double angle = kPi / 6;
+  World world(config());
+  world.observe({.paths = true});
+  add_ground(world, rough(make_disc(1), 0.5), -angle);
+  const Rot q = Rot::from_angle(-angle);
+  const auto disc = add(world, rotate(q, {0, 0.5}), rough(make_disc(0.5), 0.5));
+  const double a = 2.0 / 3 * kG * std::sin(angle);
+  for (int step = 0; step < 10; ++step) {
+    world.step(0.1);
+    for (int i = 0; i <= 10; ++i) {
+      const double t = world.time() - 0.1 + 0.01 * i;
+      const BodyState found = world.interpolated(disc, t);
+      EXPECT_NEAR(dot(found.position, rotate(q, {1, 0})), 0.5 * a * t * t, 1e-12);
+      EXPECT_NEAR(found.omega, -a * t / 0.5, 1e-11);
+    }
+  }
+}
+
+TEST_P(PathOf, JoinsTheStatesAtBothEndsOfEveryStep) {
+  World world(config());
+  world.observe({.paths = true});
+  add_ground(world, rough(make_disc(1), 0.4, 0.3));
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 6; ++i) {
+    bodies.push_back(add(world, {0.5 * i, 0.7 + 0.9 * i},
+                         i % 2 == 0 ? rough(make_disc(0.4), 0.4, 0.3) : rough(make_box({0.8, 0.6}), 0.4, 0.3),
+                         1, {}, 0.3 * i));
+  }
+  std::vector<BodyState> last(bodies.size());
+  for (int step = 0; step < 120; ++step) {
+    for (std::size_t k = 0; k < bodies.size(); ++k)
+      last[k] = {world.position(bodies[k]), world.angle(bodies[k]), world.velocity(bodies[k]), 0};
+    world.step(1.0 / 60);
+    for (std::size_t k = 0; k < bodies.size(); ++k) {
+      const BodyState begin = world.interpolated(bodies[k], world.time() - 1.0 / 60);
+      EXPECT_NEAR(length(begin.position - last[k].position), 0, 1e-11) << step;
+      EXPECT_NEAR(begin.angle, last[k].angle, 1e-11) << step;
+      // A hair before the end; nothing moves faster than 20 m/s here.
+      const BodyState end = world.interpolated(bodies[k], world.time() - 1e-9);
+      EXPECT_NEAR(length(end.position - world.position(bodies[k])), 0, 3e-8) << step;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, PathOf, testing::Values("time_stepping", "event_driven", "auto"),
+                         [](const auto& stepper) { return std::string(stepper.param); });
+
+TEST(Path, RungeKuttaOutputFollowsAPendulumBetweenTheSteps) {
+  WorldConfig config;
+  config.stepper = "event_driven";
+  World coarse(config), fine(config);
+  coarse.observe({.paths = true});
+  BodyId bobs[2];
+  World* worlds[2] = {&coarse, &fine};
+  for (int k = 0; k < 2; ++k) {
+    bobs[k] = worlds[k]->create_body({.position = {1, 0}, .mass = 1.0, .inertia = 0.01});
+    worlds[k]->create_joint(
+        {.kind = JointKind::Revolute, .b = bobs[k], .anchor_a = {0, 0}, .anchor_b = {0, 0}});
+  }
+  for (int step = 0; step < 4; ++step) {
+    coarse.step(0.5);
+    for (int i = 0; i < 10; ++i) {
+      fine.step(0.05);
+      const BodyState found = coarse.interpolated(bobs[0], std::min(fine.time(), coarse.time()));
+      EXPECT_NEAR(length(found.position - fine.position(bobs[1])), 0, 1e-10);
+      EXPECT_NEAR(found.omega, fine.omega(bobs[1]), 1e-9);
+    }
+  }
+}
+
+TEST(Path, KinematicBodiesAndRestingOnesAreKnownToo) {
+  World world;
+  world.observe({.paths = true});
+  add_ground(world, smooth(make_disc(1)));
+  const auto lift = world.create_body({.type = BodyType::Kinematic, .position = {5, 3}, .velocity = {1, 2}});
+  world.add_shape(lift, smooth(make_box({1, 0.1})));
+  const auto box = add(world, {0, 0.5}, smooth(make_box({1, 1})));
+  for (int i = 0; i < 10; ++i) world.step(0.1);
+  EXPECT_EQ(world.report().islands_at_rest, 1);
+  const double t = world.time() - 0.03;
+  EXPECT_NEAR(world.interpolated(lift, t).position.y, 3 + 2 * t, 1e-12);
+  EXPECT_EQ(world.interpolated(box, t).position.y, world.position(box).y);
+}
+
+TEST(Path, RefusesTimesOutsideTheStepAndStepsThatWereNotObserved) {
+  World world;
+  const auto ball = add(world, {0, 0}, smooth(make_disc(1)));
+  world.step(0.5);
+  EXPECT_EQ(world.interpolated(ball, 0.5).position, world.position(ball));
+  EXPECT_THROW(world.interpolated(ball, 0.25), std::invalid_argument);
+  world.observe({.paths = true});
+  world.step(0.5);
+  EXPECT_NEAR(world.interpolated(ball, 0.75).position.y, -0.5 * kG * 0.75 * 0.75, 1e-13);
+  for (const double t : {0.25, 1.25, std::nan("")})
+    EXPECT_THROW(world.interpolated(ball, t), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skerry
