@@ -49,8 +49,8 @@ struct SharedOptions {
 
 enum class DemoCount { One, AtLeastOne, Any };
 
-/// Adds DEMO and the shared flags (--seed --dt --steps --seconds --stepper --solver --broadphase --impact
-/// --set) to a command.
+/// Adds DEMO and the shared flags (--seed --dt --steps --seconds --stepper --accuracy --solver --broadphase
+/// --impact --set) to a command.
 void add_shared_options(CLI::App& app, SharedOptions& options, DemoCount count);
 /// Only `--demos FOLDER`.
 void add_folder_option(CLI::App& app, SharedOptions& options);

@@ -32,6 +32,22 @@ int add_functions(lua_State* state) {
   return 0;
 }
 
+void add_totals(const StepReport& report, RunTotals& to) {
+  const auto add = [](std::uint64_t& sum, int count) { sum += static_cast<std::uint64_t>(count); };
+  add(to.islands_by_events, report.islands_by_events);
+  add(to.islands_by_time_stepping, report.islands_by_time_stepping);
+  add(to.islands_at_rest, report.islands_at_rest);
+  add(to.islands_in_flight, report.islands_in_flight);
+  add(to.substeps, report.substeps);
+  add(to.inner_steps, report.inner_steps);
+  add(to.rejected_steps, report.rejected_steps);
+  add(to.force_solves, report.force_solves);
+  add(to.events_found, report.events_found);
+  add(to.impacts, report.impacts);
+  add(to.fallbacks, report.fallbacks);
+  to.error_estimate += report.error_estimate;
+}
+
 double measure(LuaHost& host, int function, const std::string& place, const std::string& what) {
   host.call(function, 1);
   lua_State* state = host.state();
@@ -139,6 +155,9 @@ const std::vector<Note>& Demo::notes() const {
 const World& Demo::world() const {
   return *script_->world;
 }
+const RunTotals& Demo::totals() const {
+  return script_->totals;
+}
 std::uint64_t Demo::steps_done() const {
   return script_->steps;
 }
@@ -149,6 +168,29 @@ double Demo::time() const {
 std::uint64_t Demo::total_steps() const {
   // 4 s in steps of 1/60 s are 240, though 4 * 60 may round to 240.00000000000003.
   return static_cast<std::uint64_t>(std::ceil(script_->seconds / script_->dt - 1e-6));
+}
+
+void Demo::keep_paths() {
+  script_->needed.paths = true;
+  script_->observe();
+}
+
+void Demo::show_at(double time) {
+  script_->shown_time = time;
+}
+
+double Demo::shown_time() const {
+  return script_->shown_time.value_or(time());
+}
+
+BodyState Demo::shown(std::size_t slot) const {
+  const World& world = *script_->world;
+  const BodyArrays& b = world.bodies();
+  const double back = time() - shown_time();
+  // The world counts its time in sums, the demo in products.
+  if (script_->needed.paths && back > 1e-6 * dt())
+    return world.interpolated(world.body_id(slot), world.time() - back);
+  return {b.position[slot], b.angle[slot], b.velocity[slot], b.omega[slot]};
 }
 
 void Demo::observe(Observe what) {
@@ -172,7 +214,8 @@ void Demo::step() {
       lua_pushnumber(state, script.dt);
       return 2;
     });
-  script.world->step(script.dt);
+  script.shown_time.reset();
+  add_totals(script.world->step(script.dt), script.totals);
   ++script.steps;
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {

@@ -75,10 +75,20 @@ struct DemoOptions {
   std::optional<double> dt{};       ///< [s]
   std::optional<double> seconds{};  ///< length of the run
   std::optional<std::uint64_t> steps{};
+  std::optional<double> accuracy{};  ///< `WorldConfig::accuracy`
   int threads = 1;
   std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
   std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed
   std::function<void(std::string_view)> print{};                  ///< lines that the script prints
+};
+
+/// What the steps of a run did, summed.
+struct RunTotals {
+  std::uint64_t islands_by_events = 0, islands_by_time_stepping = 0, islands_at_rest = 0,
+                islands_in_flight = 0;
+  std::uint64_t substeps = 0, inner_steps = 0, rejected_steps = 0, force_solves = 0, events_found = 0,
+                impacts = 0, fallbacks = 0;
+  double error_estimate = 0;  ///< sum over the steps of the largest estimate of an island
 };
 
 /// How a script wants to be shown.
@@ -123,6 +133,15 @@ class Demo {
   void step();
   std::uint64_t steps_done() const;
   double time() const;  ///< steps times dt [s]
+  const RunTotals& totals() const;
+  /// Observes the paths within steps from now on, so that `show_at` may go between them.
+  void keep_paths();
+  /// The moment that pictures show [s]: within the last step, until the next one; without `keep_paths` always
+  /// its end.
+  void show_at(double time);
+  double shown_time() const;
+  /// State of a body at that moment. @param slot  of a live body
+  BodyState shown(std::size_t slot) const;
   /// Evaluates what waits for the end. Checks at a later time stay `Waiting`, and all of them when the run is
   /// shorter than the script says.
   void finish();

@@ -109,6 +109,16 @@ LedgerSample sample_of(const World& world, double time, double residual) {
       residual};
 }
 
+/// When the shapes of a contact collided in the last step [s].
+double hit_time(const StepReport& report, const ContactReport& contact) {
+  for (const ContactEvent& event : report.events) {
+    if (event.kind == ContactEventKind::Hit && event.shape_a == contact.shape_a &&
+        event.shape_b == contact.shape_b)
+      return event.time;
+  }
+  return report.time;
+}
+
 }  // namespace
 
 const FactorViews& SystemRecord::factors() const {
@@ -165,14 +175,15 @@ void History::look_at_bodies(const World& world) {
 void History::look_at_contacts(const World& world) {
   const StepReport& report = world.report();
   const std::vector<BodyType>& types = world.bodies().type;
-  std::erase_if(flashes_, [&](const Flash& flash) { return brightness(flash) <= 0; });
+  std::erase_if(flashes_, [&](const Flash& flash) { return flash.time < now_ && brightness(flash) <= 0; });
   for (const ContactReport& contact : report.contacts_list) {
     for (int i = 0; i < contact.count; ++i) {
       const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
       if (report.h > 0 && point.normal_impulse / report.h > force_floor(world))
         largest_force_ = std::max(largest_force_, point.normal_impulse / report.h);
       if (point.impact_impulse <= 0) continue;
-      flashes_.push_back({now_, point.impact_position, contact.normal, point.impact_impulse,
+      flashes_.push_back({now_, now_ - (report.time - hit_time(report, contact)), point.impact_position,
+                          contact.normal, point.impact_impulse,
                           types[contact.body_a.index] != BodyType::Dynamic,
                           types[contact.body_b.index] != BodyType::Dynamic});
       largest_impulse_ = std::max(largest_impulse_, point.impact_impulse);
@@ -215,6 +226,7 @@ double History::force_floor(const World& world) const {
 }
 
 double History::brightness(const Flash& flash) const {
+  if (now_ < flash.begin) return 0;
   return std::clamp(1 - (now_ - flash.time) / flash_seconds_, 0.0, 1.0);
 }
 

@@ -24,7 +24,8 @@ inline constexpr int kMostNamedRows = 24;
 
 /// An impact at a contact point.
 struct Flash {
-  double time = 0;                        ///< [s]
+  double time = 0;                        ///< end of its step [s]
+  double begin = 0;                       ///< when it happened [s]
   Vec2 point;                             ///< world frame [m]
   Vec2 normal;                            ///< from the first body to the second
   double impulse = 0;                     ///< [N s]
@@ -93,6 +94,8 @@ class History {
   void update(const Demo& demo);
   /// Keeps the equations of this island instead of the largest one; -1: the largest.
   void follow_island(int island) { followed_ = island; }
+  /// Sets the moment that is shown [s], if it is not the end of the last step.
+  void show_at(double time) { now_ = time; }
 
   const std::vector<Flash>& flashes() const { return flashes_; }
   /// 1 for an impact that just happened, 0 when it is no longer to be seen.
@@ -115,7 +118,7 @@ class History {
   /// Contact forces up to this are rounding noise [N].
   double force_floor(const World& world) const;
   double fastest() const { return fastest_; }  ///< largest speed so far [m/s]
-  double now() const { return now_; }          ///< time of the last step [s]
+  double now() const { return now_; }          ///< time that is shown [s]
 
  private:
   bool keep_systems_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/loop.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sandbox/io.h"
@@ -16,20 +17,22 @@ bool run_loop(Demo& demo, const LoopClock& clock, const LoopCallbacks& callbacks
   const std::uint64_t steps = demo.total_steps();
   const std::uint64_t frames = clock.fps > 0 ? frame_count(demo, clock) : 0;
   std::uint64_t frame = 0;
-  bool moved = true;
+  // Between two steps the picture shows what the stepper knows of the motion there.
+  const double frames_per_step = frames > 0 ? demo.dt() * clock.fps / clock.speed : 1;
+  const double steps_per_frame = 1 / frames_per_step;
+  if (std::abs(steps_per_frame - std::round(steps_per_frame)) > 1e-6 * steps_per_frame) demo.keep_paths();
   for (;;) {
-    // Frames whose time comes before the next step. The times are products, not sums, so they do not drift;
-    // the small shift keeps frame k on step k when both have the same rate.
-    while (frame < frames && static_cast<double>(frame) * clock.speed / clock.fps <
-                                 (static_cast<double>(demo.steps_done()) + 1 - 1e-6) * demo.dt()) {
-      if (callbacks.frame) callbacks.frame(demo, moved);
-      moved = false;
-      ++frame;
+    // Frames up to the present. Their times are products, not sums, so they do not drift; the small shift
+    // keeps frame k on step k when both have the same rate.
+    for (; frame < frames; ++frame) {
+      const double time = static_cast<double>(frame) * clock.speed / clock.fps;
+      if (time > demo.time() + 1e-6 * demo.dt()) break;
+      demo.show_at(std::min(time, demo.time()));
+      if (callbacks.frame) callbacks.frame(demo);
       if (interrupted()) return false;
     }
     if (demo.steps_done() >= steps) break;
     demo.step();
-    moved = true;
     if (callbacks.step) callbacks.step(demo);
     if (interrupted()) return false;
   }

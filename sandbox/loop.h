@@ -19,15 +19,15 @@ struct LoopClock {
 struct LoopCallbacks {
   /// After each step.
   std::function<void(Demo&)> step;
-  /// For each frame in order. @param moved false: no step since the last frame
-  std::function<void(const Demo&, bool moved)> frame;
+  /// For each frame in order; `Demo::shown` is the world at its time.
+  std::function<void(const Demo&)> frame;
 };
 
 /// Number of frames of the whole demo.
 std::uint64_t frame_count(const Demo& demo, const LoopClock& clock);
 
-/// Runs the demo to its end, then evaluates what waits for the end. Frame k shows the world at or before time
-/// k * speed / fps. Stops early on Ctrl-C.
+/// Runs the demo to its end, then evaluates what waits for the end. Frame k shows the world at time
+/// k * speed / fps, between steps by `World::interpolated`. Stops early on Ctrl-C.
 /// @return whether it came to the end
 bool run_loop(Demo& demo, const LoopClock& clock, const LoopCallbacks& callbacks);
 

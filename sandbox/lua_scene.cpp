@@ -37,7 +37,7 @@ int demo(lua_State* L) {
   Script& script = script_of(L);
   const Args args(L, "demo",
                   {"title", "lesson", "seconds", "dt", "view", "gravity", "friction", "restitution",
-                   "rolling_resistance", "solver", "broad_phase", "impact_law", "stepper"});
+                   "rolling_resistance", "solver", "broad_phase", "impact_law", "stepper", "accuracy"});
   if (script.world) throw std::invalid_argument("demo: called a second time");
   script.title = args.text("title").value_or("");
   if (script.title.empty()) throw std::invalid_argument("demo: title expected a string, got nothing");
@@ -62,6 +62,7 @@ int demo(lua_State* L) {
   config.broad_phase = chosen(args, "broad_phase", given.broad_phase, config.broad_phase);
   config.impact_law = chosen(args, "impact_law", given.impact_law, config.impact_law);
   config.stepper = chosen(args, "stepper", given.stepper, config.stepper);
+  config.accuracy = given.accuracy ? given.accuracy : args.number("accuracy");
   script.world.emplace(config);
   return 0;
 }

@@ -126,6 +126,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                     {"broad_phase", config.broad_phase},
                     {"impact_law", config.impact_law},
                     {"stepper", config.stepper},
+                    {"accuracy", config.accuracy ? Json(*config.accuracy) : Json(nullptr)},
                     {"gravity", pair(config.gravity)}};
   Json parameters = Json::object();
   for (const Parameter& parameter : demo.parameters()) {
@@ -152,6 +153,19 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                     {"contact_points", report.contact_points},
                     {"islands", report.islands},
                     {"rows", report.rows}};
+  const RunTotals& totals = demo.totals();
+  json["stepping"] = {{"islands_by_events", totals.islands_by_events},
+                      {"islands_by_time_stepping", totals.islands_by_time_stepping},
+                      {"islands_at_rest", totals.islands_at_rest},
+                      {"islands_in_flight", totals.islands_in_flight},
+                      {"substeps", totals.substeps},
+                      {"inner_steps", totals.inner_steps},
+                      {"rejected_steps", totals.rejected_steps},
+                      {"force_solves", totals.force_solves},
+                      {"events", totals.events_found},
+                      {"impacts", totals.impacts},
+                      {"fallbacks", totals.fallbacks},
+                      {"error_estimate", totals.error_estimate}};
   json["state_hash"] = hex(world.state_hash());
   json["bodies"] = bodies_of(world);
   // Script texts may hold any bytes; invalid UTF-8 is replaced rather than refused.

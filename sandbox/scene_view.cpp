@@ -100,9 +100,8 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
 }
 
 void draw_joint(const OverlayContext& context, const JointRecord& joint, render::DrawLayer& layer) {
-  const World& world = context.world;
   const auto anchor = [&](BodyId body, Vec2 local) {
-    return body ? to_world(world.pose(body), local) : local;
+    return body ? to_world(context.demo.shown(body.index).pose(), local) : local;
   };
   const Vec2 a = anchor(joint.def.a, joint.local_a);
   const Vec2 b = anchor(joint.def.b, joint.local_b);
@@ -126,6 +125,13 @@ void draw_joint(const OverlayContext& context, const JointRecord& joint, render:
 
 }  // namespace
 
+Vec2 shown_point(const OverlayContext& context, const ContactReport& contact, Vec2 point) {
+  const BodyArrays& bodies = context.world.bodies();
+  const bool second = bodies.type[contact.body_b.index] == BodyType::Dynamic;
+  const std::size_t body = second ? contact.body_b.index : contact.body_a.index;
+  return point + (context.demo.shown(body).position - bodies.position[body]);
+}
+
 render::Paint paint_of(const OverlayContext& context, std::size_t body) {
   const BodyArrays& bodies = context.world.bodies();
   const std::vector<int>& colors = context.demo.picture().colors;
@@ -142,14 +148,13 @@ render::Paint paint_of(const OverlayContext& context, std::size_t body) {
 void draw_world(const OverlayContext& context, render::DrawList& list) {
   list.background = context.style.background;
   draw_grid(context, list[Layer::Background]);
-  const BodyArrays& bodies = context.world.bodies();
   // The endless ground first: it lies behind everything else, whenever it was made.
   for (const bool ground : {true, false}) {
     for (const ShapeRecord& shape : context.world.shapes()) {
       if (!shape.alive || (shape.shape.kind == ShapeKind::HalfPlane) != ground) continue;
       const std::size_t body = shape.body.index;
-      draw_shape(context, shape, bodies.pose(body), paint_of(context, body), bodies.angle[body],
-                 list[Layer::Bodies]);
+      const BodyState shown = context.demo.shown(body);
+      draw_shape(context, shape, shown.pose(), paint_of(context, body), shown.angle, list[Layer::Bodies]);
     }
   }
   for (const JointRecord& joint : context.world.joints())

@@ -15,6 +15,10 @@ inline render::Point to_point(Vec2 v) {
   return {v.x, v.y};
 }
 
+/// Where a contact point of the last step's end is at the moment that is shown: it goes with the body that
+/// moves.
+Vec2 shown_point(const OverlayContext& context, const ContactReport& contact, Vec2 point);
+
 /// Colours of a body: static ones are ground, others as the script says.
 render::Paint paint_of(const OverlayContext& context, std::size_t body);
 

@@ -45,7 +45,9 @@ struct Script {
   Observe needed;  ///< by the script's own sensors
   Observe wanted;  ///< by the overlays
   std::uint64_t steps = 0;
-  std::string usage_error;  ///< a `--set` value that the script refused
+  RunTotals totals;
+  std::optional<double> shown_time;  ///< of pictures, if it is not that of the last step
+  std::string usage_error;           ///< a `--set` value that the script refused
   LuaHost host;
 
   double time() const { return static_cast<double>(steps) * dt; }
@@ -54,7 +56,8 @@ struct Script {
     world->observe({.contacts = needed.contacts || wanted.contacts,
                     .systems = needed.systems || wanted.systems,
                     .solve_traces = needed.solve_traces || wanted.solve_traces,
-                    .stage_times = needed.stage_times || wanted.stage_times});
+                    .stage_times = needed.stage_times || wanted.stage_times,
+                    .paths = needed.paths || wanted.paths});
   }
 };
 

@@ -63,6 +63,11 @@ void add_shared_options(CLI::App& app, SharedOptions& options, DemoCount count) 
   add_choice("--broadphase", demo.broad_phase, "Broad phase", names_of(broad_phases()));
   add_choice("--impact", demo.impact_law, "Impact law", names_of(impact_laws()));
   add_choice("--stepper", demo.stepper, "How time advances", names_of(steppers()));
+  app.add_option(
+         "--accuracy", demo.accuracy,
+         "Wanted error after a second of motion, 1e-14 to 1e-2: each island picks its own inner steps")
+      ->check(CLI::Range(1e-14, 1e-2))
+      ->group(group);
   app.add_option("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
       ->check(CLI::Range(1, 256))
       ->group(group);

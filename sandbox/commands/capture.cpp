@@ -63,7 +63,7 @@ class Recording {
         io_(io),
         painter_(painter),
         clock_{static_cast<double>(options.fps), options.speed},
-        demo_(file.path, demo_options(options, file.path, io)),
+        demo_(file.path, demo_options(options, io)),
         names_(options.picture.overlays_for(demo_)),
         history_(demo_, needs_of(names_).systems, kFlashSeconds * options.speed) {
     demo_.observe(needs_of(names_));
@@ -101,13 +101,10 @@ class Recording {
     std::size_t notes = 0;
     LoopCallbacks callbacks;
     callbacks.step = [&](Demo&) { history_.update(demo_); };
-    callbacks.frame = [&](const Demo&, bool moved) {
+    callbacks.frame = [&](const Demo&) {
       for (; notes < demo_.notes().size(); ++notes) sink->chapter(demo_.notes()[notes].text);
-      if (moved) {
-        paint_frame() ? sink->frame(image_) : sink->repeat();
-      } else {
-        sink->repeat();
-      }
+      history_.show_at(demo_.shown_time());
+      paint_frame() ? sink->frame(image_) : sink->repeat();
       progress.at(++frames);
     };
     const bool whole = run_loop(demo_, clock_, callbacks);
@@ -136,16 +133,11 @@ class Recording {
   }
 
   // A still ends at its moment.
-  static DemoOptions demo_options(const Options& options, const std::string& path, const Io& io) {
+  static DemoOptions demo_options(const Options& options, const Io& io) {
     DemoOptions demo = options.shared.checked(io);
     if (options.at) {
       demo.seconds = std::max(*options.at, 0.0);
       demo.steps.reset();
-    }
-    // Slow motion in smaller steps, so that every frame shows another moment.
-    if (!demo.dt && options.speed < 1) {
-      const double standard = Demo(path, demo).dt();
-      demo.dt = std::min(standard, options.speed / options.fps);
     }
     return demo;
   }

@@ -56,9 +56,10 @@ void draw_contacts(const OverlayContext& context, render::DrawList& list) {
     for (int i = 0; i < contact.count; ++i) {
       const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
       const bool loaded = point.normal_impulse > 0 || point.impact_impulse > 0;
-      add_contact(context, point.position, contact.normal, loaded, 1, layer);
+      const Vec2 at = shown_point(context, contact, point.position);
+      add_contact(context, at, contact.normal, loaded, 1, layer);
       if (is_selected(context.selection, contact))
-        context.labels.add(point.position, value_text(context, point), context.style.text);
+        context.labels.add(at, value_text(context, point), context.style.text);
     }
   }
   // Impacts last one step; where the contact has gone they fade.

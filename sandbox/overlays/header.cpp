@@ -65,9 +65,9 @@ void show_header(const PanelContext& context, double speed, double footer) {
 
   char clock[64];
   if (speed == 1)
-    std::snprintf(clock, sizeof clock, "t = %.2f s", scene.demo.time());
+    std::snprintf(clock, sizeof clock, "t = %.2f s", scene.demo.shown_time());
   else
-    std::snprintf(clock, sizeof clock, "t = %.3f s  (speed %g)", scene.demo.time(), speed);
+    std::snprintf(clock, sizeof clock, "t = %.3f s  (speed %g)", scene.demo.shown_time(), speed);
   ImFont* mono = context.ui.mono();
   const float clock_width = mono->CalcTextSizeA(mono->FontSize, width, 0, clock).x;
   context.sheet.text({width - margin, margin}, clock, scene.style.text_dim, mono->FontSize,

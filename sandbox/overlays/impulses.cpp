@@ -80,13 +80,14 @@ void draw_impulses(const OverlayContext& context, render::DrawList& list) {
       const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
       const double normal_force = point.normal_impulse / report.h;
       if (normal_force <= history.force_floor(context.world)) continue;
-      add_pair(context, contact, point.position, force.metres_per_unit * normal_force * contact.normal,
-               style.force, layer);
+      const Vec2 at = shown_point(context, contact, point.position);
+      add_pair(context, contact, at, force.metres_per_unit * normal_force * contact.normal, style.force,
+               layer);
       const double friction_force = point.friction_impulse / report.h;
       if (std::abs(friction_force) <= 1e-3 * history.largest_force()) continue;
       friction = true;
-      add_pair(context, contact, point.position,
-               force.metres_per_unit * friction_force * perp(contact.normal), style.friction, layer);
+      add_pair(context, contact, at, force.metres_per_unit * friction_force * perp(contact.normal),
+               style.friction, layer);
     }
   }
   add_legend(context, force, style.force, "force", "N");

@@ -55,7 +55,7 @@ void draw_islands(const OverlayContext& context, render::DrawList& list) {
     if (!shape.alive) continue;
     const std::size_t body = shape.body.index;
     if (bodies.island[body] < 0) continue;
-    const std::vector<Vec2> outline = outline_points(shape, bodies.pose(body));
+    const std::vector<Vec2> outline = outline_points(shape, context.demo.shown(body).pose());
     std::vector<Vec2>& all = points[bodies.island[body]];
     all.insert(all.end(), outline.begin(), outline.end());
   }

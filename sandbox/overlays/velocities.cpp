@@ -20,10 +20,12 @@ void draw_velocities(const OverlayContext& context, render::DrawList& list) {
   const double metres_per_unit = round_down(room / fastest);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const bool moves = bodies.alive[i] && bodies.type[i] == BodyType::Dynamic;
-    if (!moves || length(bodies.velocity[i]) < 1e-6 * fastest) continue;
+    if (!moves) continue;
+    const BodyState shown = context.demo.shown(i);
+    if (length(shown.velocity) < 1e-6 * fastest) continue;
     list[render::Layer::Contacts].arrows.push_back(
-        {.from = to_point(bodies.position[i]),
-         .to = to_point(bodies.position[i] + metres_per_unit * bodies.velocity[i]),
+        {.from = to_point(shown.position),
+         .to = to_point(shown.position + metres_per_unit * shown.velocity),
          .color = style.velocity,
          .width_px = style.arrow_px,
          .head_px = style.arrow_head_px});

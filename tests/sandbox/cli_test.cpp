@@ -105,6 +105,26 @@ TEST_F(CommandLine, ErrorsInCallbacksNameTheirLine) {
   EXPECT_THAT(outcome.err, HasSubstr("late.lua:3: attempt to perform arithmetic on a nil value"));
 }
 
+TEST_F(CommandLine, AccuracyIsTakenFromTheCommandLineBeforeTheScript) {
+  const std::string sliding =
+      folder_.write("slide.lua",
+                    "demo{ title = 'T', seconds = 0.5, accuracy = 1e-3 }\nground{ y = 0 }\n"
+                    "disc{ at = {0, 0.5}, radius = 0.5, mass = 1, velocity = {3, 0} }\n");
+  const std::string report = folder_ / "out.json";
+  std::uint64_t steps[2];
+  for (int i = 0; i < 2; ++i) {
+    std::vector<std::string> words{"run", sliding, "--report", report};
+    if (i == 1) words.insert(words.end(), {"--accuracy", "1e-6"});
+    ASSERT_EQ(run(words).code, kGood);
+    const auto json = nlohmann::json::parse(read_file(report));
+    EXPECT_EQ(json["config"]["accuracy"], i == 0 ? 1e-3 : 1e-6);
+    EXPECT_GT(json["stepping"]["error_estimate"].get<double>(), 0);
+    steps[i] = json["stepping"]["inner_steps"].get<std::uint64_t>();
+  }
+  EXPECT_GT(steps[1], steps[0]);
+  EXPECT_EQ(run({"run", sliding, "--accuracy", "2"}).code, kUsage);
+}
+
 TEST_F(CommandLine, ReportAndSeriesHoldTheRun) {
   const std::string report = folder_ / "out.json";
   const std::string series = folder_ / "series.csv";
