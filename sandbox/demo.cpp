@@ -29,6 +29,7 @@ int add_functions(lua_State* state) {
   add_body_functions(state);
   add_joint_functions(state);
   add_sensor_functions(state);
+  add_statics_functions(state);
   return 0;
 }
 
@@ -158,6 +159,9 @@ const World& Demo::world() const {
 const RunTotals& Demo::totals() const {
   return script_->totals;
 }
+const std::vector<BridgeView>& Demo::bridges() const {
+  return script_->bridges;
+}
 std::uint64_t Demo::steps_done() const {
   return script_->steps;
 }
@@ -217,6 +221,7 @@ void Demo::step() {
   script.shown_time.reset();
   add_totals(script.world->step(script.dt), script.totals);
   ++script.steps;
+  advance_bridges(script);
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {
     const Check& due = script.checks[i];

@@ -17,6 +17,8 @@
 
 namespace skerry::sandbox {
 
+struct BridgeView;  // sandbox/bridge_view.h
+
 /// The part of the world that the picture shows.
 struct View {
   Vec2 centre;        ///< [m]
@@ -127,6 +129,7 @@ class Demo {
   const std::vector<Note>& notes() const;
 
   const World& world() const;
+  const std::vector<BridgeView>& bridges() const;
   /// Turns observers on for overlays; those that the script needs stay on.
   void observe(Observe what);
   /// Callbacks of the script, one step of the world, then the checks that are due. @throws ScriptError

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sandbox/bridge_view.h"
 #include "sandbox/demo.h"
 #include "sandbox/lua_host.h"
 
@@ -42,6 +43,7 @@ struct Script {
   std::optional<World> world;  ///< made by `demo{...}`
   Material material;           ///< of shapes that do not say otherwise
   std::vector<JointId> joints;
+  std::vector<BridgeView> bridges;
   Observe needed;  ///< by the script's own sensors
   Observe wanted;  ///< by the overlays
   std::uint64_t steps = 0;
@@ -67,10 +69,14 @@ Script& script_with_world(lua_State* state, const char* function);
 /// The script of a state.
 Script& script_of(lua_State* state);
 
+/// Brings the bridges to the end of the step.
+void advance_bridges(Script& script);
+
 /// Adds the functions of demos/README.md to a host, group by group.
 void add_scene_functions(lua_State* state);   ///< demo, param, choice, show, expect, watch, note, at, on_step
 void add_body_functions(lua_State* state);    ///< ground, box, disc, polygon, capsule
 void add_joint_functions(lua_State* state);   ///< rod, hinge, rope
 void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
+void add_statics_functions(lua_State* state);  ///< bridge
 
 }  // namespace skerry::sandbox

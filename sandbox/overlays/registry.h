@@ -13,11 +13,13 @@ void draw_contacts(const OverlayContext& context, render::DrawList& list);
 void draw_impulses(const OverlayContext& context, render::DrawList& list);
 void draw_velocities(const OverlayContext& context, render::DrawList& list);
 void draw_islands(const OverlayContext& context, render::DrawList& list);
+void draw_stresses(const OverlayContext& context, render::DrawList& list);
 void draw_broadphase(const OverlayContext& context, render::DrawList& list);
 void draw_sat(const OverlayContext& context, render::DrawList& list);
 
 inline constexpr double kEnergyPx = 168;
 inline constexpr double kMomentumPx = 150;
+inline constexpr double kInfluencePx = 190;
 inline constexpr double kChecksPx = 196;
 inline constexpr double kMatrixPx = 344;
 inline constexpr double kFactorPx = 276;
@@ -31,6 +33,7 @@ inline constexpr double kSkipsPx = 164;
 inline constexpr double kTimelinePx = 44;  ///< below the scene, over the whole width
 void show_energy(const PanelContext& context);
 void show_momentum(const PanelContext& context);
+void show_influence(const PanelContext& context);
 void show_checks(const PanelContext& context);
 void show_matrix(const PanelContext& context);
 void show_factor(const PanelContext& context);

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+//
+// Bridges under trains: loads by place, slack cables, breaking members, bodies that take over.
+#include "physics/statics/bridge.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <stdexcept>
+
+#include "tests/statics/trusses.h"
+
+namespace skerry::statics::test {
+namespace {
+
+BridgeDef truss_bridge(int panels) {
+  BridgeDef def;
+  def.structure = pratt(panels);
+  for (Member& m : def.structure.members) {
+    m.strength = 2.35e8;
+    m.density = 7850;
+  }
+  for (int i = 0; i <= panels; ++i) def.deck.push_back(i);
+  def.train = {{1e5, 8e4}, {1.5}, 4, -1};
+  return def;
+}
+
+TEST(Bridge, EachMomentIsTheSumOfItsInfluenceLine) {
+  World world;
+  Bridge bridge(truss_bridge(6), world);
+  for (int step = 1; step <= 60; ++step) {
+    world.step(1.0 / 15);
+    bridge.advance(world, world.time());
+    if (step % 10 != 0) continue;
+    for (int m = 0; m < static_cast<int>(bridge.members().size()); ++m) {
+      double sum = 0;
+      double x = -1 + 4 * world.time();
+      sum += 1e5 * bridge.influence_at({Quantity::Kind::Axial, m}, x);
+      sum += 8e4 * bridge.influence_at({Quantity::Kind::Axial, m}, x - 1.5);
+      StructureSolver own(bridge.def().structure);
+      sum += own.solve(self_weight(bridge.def().structure)).members[static_cast<std::size_t>(m)].axial;
+      EXPECT_NEAR(bridge.members()[static_cast<std::size_t>(m)].axial, sum, 1e-9 * 1e5) << m;
+    }
+  }
+  EXPECT_FALSE(bridge.moving());
+  EXPECT_TRUE(bridge.breaks().empty());
+}
+
+TEST(Bridge, OverloadedMemberBreaksAndTheMechanismFalls) {
+  BridgeDef def = truss_bridge(6);
+  def.structure.members.back().area = 1e-4;
+  def.ground = -4;
+  World world;
+  Bridge bridge(def, world);
+  for (int step = 1; step <= 200 && !bridge.moving(); ++step) {
+    world.step(1.0 / 60);
+    bridge.advance(world, world.time());
+  }
+  ASSERT_TRUE(bridge.moving());
+  EXPECT_EQ(bridge.breaks().front().member, static_cast<int>(def.structure.members.size()) - 1);
+  EXPECT_NE(bridge.determinacy().sentence().find("mechanism: node"), std::string::npos);
+  // Both halves hang on their nodes, and the bridge goes down.
+  EXPECT_EQ(bridge.pieces().size(), def.structure.members.size() + 1);
+  double lowest = 0;
+  for (int step = 0; step < 60; ++step) {
+    world.step(1.0 / 60);
+    bridge.advance(world, world.time());
+  }
+  for (const BridgePiece& piece : bridge.pieces()) {
+    lowest = std::min(lowest, world.position(piece.body).y);
+    EXPECT_TRUE(is_finite(world.position(piece.body)));
+  }
+  EXPECT_LT(lowest, -0.2);
+  EXPECT_EQ(world.report().contained, 0);
+}
+
+TEST(Bridge, DynamicBridgeAtRestCarriesItsWeightLikeTheStaticOne) {
+  // Without a train the rods stand still; hinge forces of heavy rods are those of half weights at the nodes.
+  BridgeDef def = truss_bridge(4);
+  def.train = {};
+  World world_a, world_b;
+  Bridge still(def, world_a);
+  def.dynamic = true;
+  Bridge moving(def, world_b);
+  EXPECT_TRUE(moving.moving());
+  still.advance(world_a, 0);
+  for (int step = 0; step < 5; ++step) {
+    world_b.step(1.0 / 240);
+    moving.advance(world_b, world_b.time());
+  }
+  for (std::size_t m = 0; m < still.members().size(); ++m)
+    EXPECT_NEAR(moving.members()[m].axial, still.members()[m].axial, 1e-6 * 1e4) << m;
+}
+
+TEST(Bridge, CableThatWouldPushIsSlack) {
+  // A beam on two supports with cables to a mast below and above: only the upper one carries.
+  BridgeDef def;
+  def.structure = continuous_beam({0, 5, 10});
+  def.structure.supports = {{0}, {2, SupportKind::Roller}};
+  def.structure.nodes.push_back({{5, 4}});
+  def.structure.nodes.push_back({{5, -4}});
+  def.structure.supports.push_back({3});
+  def.structure.supports.push_back({4});
+  for (const int end : {3, 4}) {
+    Member cable{1, end, MemberKind::Bar, 2e11, 1e-3};
+    cable.cable = true;
+    def.structure.members.push_back(cable);
+  }
+  def.deck = {0, 1, 2};
+  def.train = {{1e5}, {}, 1, 5};
+  def.thickness = 0.2;
+  World world;
+  Bridge bridge(def, world);
+  bridge.advance(world, 0);
+  EXPECT_GT(bridge.members()[2].axial, 0);
+  EXPECT_EQ(bridge.members()[3].axial, 0);
+  EXPECT_TRUE(bridge.members()[3].slack);
+  // Spring of the beam 48 E I / L^3 beside that of one cable.
+  const double beam = 48 * 2e11 * 3e-4 / 1000, cable = 2e11 * 1e-3 / 4;
+  EXPECT_NEAR(bridge.members()[2].axial, 1e5 * cable / (beam + cable), 1e-6);
+}
+
+TEST(Bridge, WrongDecksAndTrainsAreRefused) {
+  World world;
+  BridgeDef def = truss_bridge(4);
+  def.deck = {0, 2};
+  EXPECT_THROW(Bridge(def, world), std::invalid_argument);
+  def = truss_bridge(4);
+  def.train.gaps.clear();
+  EXPECT_THROW(Bridge(def, world), std::invalid_argument);
+  def = truss_bridge(4);
+  def.train.axles[0] = -1;
+  EXPECT_THROW(Bridge(def, world), std::invalid_argument);
+  def = truss_bridge(4);
+  def.thickness = 0;
+  EXPECT_THROW(Bridge(def, world), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skerry::statics::test
