@@ -54,31 +54,60 @@ class Builder {
     out_.system.rows.push_back(row);
   }
 
+  JointEnd end_of(BodyId body) const {
+    if (!body) return {};
+    const Transform pose = world_.pose(body);
+    return {pose.p, pose.q, world_.angle(body), {}, 0};
+  }
+
   void add_joints() {
     const std::span<const JointRecord> joints = world_.joints();
-    const auto pose = [&](BodyId body) { return body ? world_.pose(body) : Transform{}; };
     for (std::uint32_t slot = 0; slot < joints.size(); ++slot) {
       const JointRecord& joint = joints[slot];
       if (!joint.alive) continue;
-      Row row;
-      row.a = local(joint.def.a);
-      row.b = local(joint.def.b);
-      if (row.a < 0 && row.b < 0) continue;
-      std::array<JointRow, 2> geometry;
-      const int count = joint_rows(joint, pose(joint.def.a), pose(joint.def.b), geometry);
-      if (geometry[0].limit && geometry[0].error > options_.touch) continue;
-      out_.joints.push_back({slot, {}, true});
-      first_joint_row_.push_back(out_.system.size());
+      const int a = local(joint.def.a), b = local(joint.def.b);
+      if (a < 0 && b < 0) continue;
+      const JointEnd end_b = end_of(joint.def.b);
+      JointRows geometry;
+      const int count = joint_rows(joint, end_of(joint.def.a), end_b, geometry);
+      const int first = out_.system.size();
+      Vec2 spring{};
       for (int k = 0; k < count; ++k) {
         const JointRow& from = geometry[static_cast<std::size_t>(k)];
-        row.kind = from.limit ? RowKind::Limit : RowKind::Joint;
-        row.lower = from.limit ? 0 : -kInfinity;
+        const Vec2 direction = row_reaction(joint, end_b, from).force;
+        if (from.kind == JointRowKind::Spring) {
+          // Known at rest: a load.
+          const double force = -from.stiffness * from.error;
+          push_load(a, from.Ja, force);
+          push_load(b, from.Jb, force);
+          spring += force * direction;
+          continue;
+        }
+        if (from.kind == JointRowKind::Limit && from.error > options_.touch) continue;
+        Row row;
+        row.a = a;
+        row.b = b;
         row.Ja = from.Ja;
         row.Jb = from.Jb;
-        directions_.push_back(from.direction);
+        row.kind = from.kind == JointRowKind::Hold ? RowKind::Joint : RowKind::Motor;
+        row.lower = -from.most;
+        row.upper = from.most;
+        if (from.kind == JointRowKind::Limit) {
+          row.kind = RowKind::Limit;
+          row.lower = 0;
+          row.upper = kInfinity;
+        }
+        directions_.push_back(direction);
         add_row(row);
       }
+      out_.joints.push_back({slot, spring, true});
+      joint_rows_.push_back({first, out_.system.size()});
     }
+  }
+
+  void push_load(int body, const std::array<double, 3>& J, double force) {
+    for (std::size_t c = 0; body >= 0 && c < 3; ++c)
+      out_.load[static_cast<std::size_t>(body)][c] += J[c] * force;
   }
 
   bool may_touch(const ShapeRecord& a, const ShapeRecord& b) const {
@@ -176,8 +205,8 @@ class Builder {
   }
 
  public:
-  std::vector<int> first_joint_row_;
-  std::vector<Vec2> directions_;  ///< of joint rows, in their order
+  std::vector<std::array<int, 2>> joint_rows_;  ///< of each joint: first row, and the one after its last
+  std::vector<Vec2> directions_;                ///< of joint rows, in their order
 
  private:
   const World& world_;
@@ -268,11 +297,8 @@ RestAnalysis analyse_rest(const World& world, const RestOptions& options) {
     contact.sliding = w[row + 1];
   }
   for (std::size_t k = 0; k < out.joints.size(); ++k) {
-    const auto first = static_cast<std::size_t>(builder.first_joint_row_[k]);
-    const std::size_t end = k + 1 < out.joints.size()
-                                ? static_cast<std::size_t>(builder.first_joint_row_[k + 1])
-                                : builder.directions_.size();
-    for (std::size_t row = first; row < end; ++row) {
+    for (int i = builder.joint_rows_[k][0]; i < builder.joint_rows_[k][1]; ++i) {
+      const auto row = static_cast<std::size_t>(i);
       out.joints[k].force += out.lambda[row] * builder.directions_[row];
       out.joints[k].unique = out.joints[k].unique && out.unique[row] != 0;
     }

@@ -11,6 +11,7 @@ Action setup_list(CLI::App& app);
 Action setup_run(CLI::App& app);
 Action setup_capture(CLI::App& app);
 Action setup_export(CLI::App& app);
+Action setup_analyze(CLI::App& app);
 Action setup_test(CLI::App& app);
 Action setup_solve(CLI::App& app);
 Action setup_doctor(CLI::App& app);

@@ -12,6 +12,8 @@ std::span<const Command> commands() {
        "skerry capture newtons_cradle -o cradle.mp4 --matrix", setup_capture},
       {"export", "Writes a moment of a demo as a figure: SVG, PNG, curves over time",
        "skerry export newtons_cradle --at 1 --svg cradle.svg --plot energy.svg", setup_export},
+      {"analyze", "Will it stand? Forces at rest, margin, governing contact, bridges",
+       "skerry analyze masonry_arch -o thrust.svg", setup_analyze},
       {"test", "Checks every number of demos, with every broad phase", "skerry test stack see_saw",
        setup_test},
       {"solve", "Solves a contact problem from a file, by any solver",

@@ -13,6 +13,7 @@ void draw_contacts(const OverlayContext& context, render::DrawList& list);
 void draw_impulses(const OverlayContext& context, render::DrawList& list);
 void draw_velocities(const OverlayContext& context, render::DrawList& list);
 void draw_islands(const OverlayContext& context, render::DrawList& list);
+void draw_thrust(const OverlayContext& context, render::DrawList& list);
 void draw_stresses(const OverlayContext& context, render::DrawList& list);
 void draw_broadphase(const OverlayContext& context, render::DrawList& list);
 void draw_sat(const OverlayContext& context, render::DrawList& list);

@@ -143,10 +143,11 @@ TEST_F(LimitLoadTest, BlockPushedSidewaysSlidesOrTips) {
     EXPECT_NEAR(limit.factor, 2 * std::min(mu, 0.5), 1e-9);
     // The mechanism does the work 1 on the live load, turns when it tips, lifts by mu when it slides.
     EXPECT_NEAR(limit.mechanism[0][0], 1, 1e-9);
-    if (mu > 0.5)
+    if (mu > 0.5) {
       EXPECT_NEAR(limit.mechanism[0][2], -1, 1e-9);
-    else
+    } else {
       EXPECT_NEAR(limit.mechanism[0][1], mu, 1e-9);
+    }
   }
 }
 
@@ -195,7 +196,9 @@ TEST_F(LimitLoadTest, DryWallTipsAsOneBlockOrSlidesInItsWeakestBed) {
     // A monolith of 6 x 6 would tip at 1; bricks can do no better, and slide at mu.
     EXPECT_LE(limit.factor, std::min(mu, 1.0) + 1e-9);
     EXPECT_GT(limit.factor, 0.15);
-    if (mu < 1) EXPECT_NEAR(limit.factor, mu, 1e-9);
+    if (mu < 1) {
+      EXPECT_NEAR(limit.factor, mu, 1e-9);
+    }
     // No contact closes in the mechanism, and the dead load's work is the factor.
     double work = 0;
     for (std::size_t k = 0; k < wall.weight.size(); ++k) work -= wall.weight[k][1] * limit.mechanism[k][1];

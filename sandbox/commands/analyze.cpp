@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+//
+// Will it stand? Forces of a moment of a demo, what begins to move, how much is missing to that, and bridges.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+
+#include "physics/statics/stability.h"
+#include "physics/text.h"
+#include "render/image.h"
+#include "render/sheet.h"
+#include "render/svg.h"
+#include "sandbox/bridge_view.h"
+#include "sandbox/commands/commands.h"
+#include "sandbox/demo_files.h"
+#include "sandbox/errors.h"
+#include "sandbox/loop.h"
+#include "sandbox/lua_args.h"
+#include "sandbox/overlays/plot.h"
+#include "sandbox/picture_options.h"
+#include "sandbox/progress.h"
+
+namespace skerry::sandbox {
+namespace {
+
+using namespace statics;
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  SharedOptions shared;
+  PictureOptions picture;
+  double at = 0;
+  bool json = false;
+  std::string output, influence_csv;
+  int member = 0;
+};
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+std::string contact_label(const World& world, const RestContact& contact) {
+  const auto label = [&](BodyId body) {
+    return world.bodies().type[body.index] == BodyType::Dynamic ? body_label(world, body)
+           : world.name(body).empty()                           ? std::string("ground")
+                                                                : std::string(world.name(body));
+  };
+  return label(contact.body_a) + "-" + label(contact.body_b);
+}
+
+Json pair_json(Vec2 v) {
+  return Json::array({v.x, v.y});
+}
+
+void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
+  const World& world = demo.world();
+  const RestAnalysis rest = analyse_rest(world);
+  if (rest.bodies.empty()) return;
+  const Fate fate = fate_of(rest);
+  json["fate"] = to_string(fate);
+  json["bodies"] = rest.bodies.size();
+  json["degree_of_indeterminacy"] = rest.indeterminacy;
+  json["largest_acceleration"] = rest.largest_acceleration;
+  json["residual"] = rest.residual;
+  text << demo.name() << ": " << to_string(fate) << " (" << rest.bodies.size() << " bodies, "
+       << rest.contacts.size() << " contact points";
+  if (rest.indeterminacy > 0) text << ", " << rest.indeterminacy << " times statically indeterminate";
+  text << ")\n";
+  double speed = 0;
+  for (const BodyId body : rest.bodies)
+    speed = std::max(speed, length(world.velocity(body)) + std::abs(world.omega(body)));
+  if (speed > 1e-6)
+    text << "  it moves at up to " << format_number(speed) << " m/s; the forces are those of rest\n";
+  if (fate != Fate::Stands)
+    text << "  accelerations up to " << format_number(rest.largest_acceleration) << " m/s^2\n";
+
+  const std::vector<PairForce> pairs = pair_forces(rest);
+  Json list = Json::array();
+  double grip = 0, edge = 0;
+  std::string grip_at, edge_at;
+  for (const PairForce& pair : pairs) {
+    const RestContact& first = rest.contacts[static_cast<std::size_t>(pair.first)];
+    const std::string name = contact_label(world, first);
+    bool unique = true;
+    for (int k = 0; k < pair.count; ++k)
+      unique = unique && rest.contacts[static_cast<std::size_t>(pair.first + k)].normal_unique;
+    list.push_back({{"contact", name},
+                    {"normal_force", pair.normal},
+                    {"friction_force", pair.friction},
+                    {"at", pair_json(pair.at)},
+                    {"share_of_friction_limit", pair.grip},
+                    {"eccentricity", pair.eccentricity},
+                    {"unique", unique}});
+    if (pair.normal > 0 && pair.grip > grip) {
+      grip = pair.grip;
+      grip_at = name;
+    }
+    if (pair.normal > 0 && pair.count == 2 && pair.eccentricity > edge) {
+      edge = pair.eccentricity;
+      edge_at = name;
+    }
+  }
+  json["contacts"] = std::move(list);
+  Json joints = Json::array();
+  for (const RestJoint& joint : rest.joints)
+    joints.push_back({{"joint", joint.slot}, {"force", pair_json(joint.force)}, {"unique", joint.unique}});
+  json["joints"] = std::move(joints);
+  if (!grip_at.empty())
+    text << "  nearest to sliding: " << grip_at << ", " << format_number(100 * grip)
+         << " % of its friction\n";
+  if (!edge_at.empty())
+    text << "  nearest to opening: " << edge_at << ", its force at " << format_number(100 * edge)
+         << " % of the way from the middle to the edge\n";
+
+  if (!rest.stands) return;
+  if (!limit_load_available()) {
+    text << "  margin: " << limit_load_missing() << '\n';
+    return;
+  }
+  const Stability stability = stability_of(rest);
+  json["margin"] = {{"status", to_string(stability.status)}};
+  if (stability.status == LimitStatus::Unbounded) {
+    text << "  margin: no push sideways moves it\n";
+    return;
+  }
+  if (stability.status != LimitStatus::Optimal) {
+    text << "  margin: not found (" << to_string(stability.status) << ")\n";
+    return;
+  }
+  const std::string side = stability.to_left ? "to the left" : "to the right";
+  const std::string governing =
+      stability.contact < 0
+          ? std::string("none")
+          : contact_label(world, rest.contacts[static_cast<std::size_t>(stability.contact)]);
+  json["margin"]["horizontal_acceleration_over_gravity"] = stability.margin;
+  json["margin"]["direction"] = side;
+  json["margin"]["governing_contact"] = governing;
+  json["margin"]["mode"] = stability.slides ? "slides" : "opens";
+  json["margin"]["upper_bound"] = stability.slides;
+  text << "  margin: " << format_number(stability.margin) << " g sideways (a tilt of "
+       << format_number(std::atan(stability.margin) * 180 / kPi) << " degrees), weakest " << side << "; then "
+       << governing << (stability.slides ? " slides" : " opens") << '\n';
+  if (stability.slides) text << "  where contacts slide the margin is an upper bound (associated flow)\n";
+}
+
+void analyse_bridges(const Demo& demo, Json& json, std::ostream& text) {
+  if (demo.bridges().empty()) return;
+  Json list = Json::array();
+  for (const BridgeView& view : demo.bridges()) {
+    const Bridge& bridge = *view.bridge;
+    Json entry;
+    entry["determinacy"] = bridge.determinacy().sentence();
+    entry["moving"] = bridge.moving();
+    entry["residual"] = bridge.response().residual;
+    Json members = Json::array();
+    for (const MemberState& state : bridge.members())
+      members.push_back({{"axial", state.axial},
+                         {"use", state.signed_use},
+                         {"peak", state.peak_use},
+                         {"peak_time", state.peak_time},
+                         {"broken", state.broken}});
+    entry["members"] = std::move(members);
+    const int worst = bridge.worst();
+    text << demo.name() << ": bridge of " << bridge.members().size() << " members, "
+         << bridge.determinacy().sentence() << '\n';
+    for (const Break& failure : bridge.breaks())
+      text << "  member " << failure.member + 1 << " broke at " << format_number(failure.time) << " s\n";
+    if (worst >= 0) {
+      const MemberState& state = bridge.members()[static_cast<std::size_t>(worst)];
+      entry["governing_member"] = worst + 1;
+      text << "  governing: member " << worst + 1 << ", " << format_number(100 * std::abs(state.peak_use))
+           << " % of its strength in " << (state.peak_use < 0 ? "compression" : "tension") << " at "
+           << format_number(state.peak_time) << " s\n";
+    }
+    list.push_back(std::move(entry));
+  }
+  json["bridges"] = std::move(list);
+}
+
+// Influence line of a member as CSV or as a plot.
+void write_influence(const Options& options, const Demo& demo, const Io& io) {
+  if (demo.bridges().empty()) throw UsageError("analyze: --influence needs a demo with a bridge");
+  const Bridge& bridge = *demo.bridges().front().bridge;
+  if (options.member < 1 || options.member > static_cast<int>(bridge.members().size()))
+    throw UsageError("analyze: --member expected 1 to " + std::to_string(bridge.members().size()) + ", got " +
+                     std::to_string(options.member));
+  const Bridge::Line line = bridge.influence_line({Quantity::Kind::Axial, options.member - 1}, 200);
+  std::string text;
+  if (ends_with(options.influence_csv, ".svg")) {
+    const render::Style& style = render::style(options.picture.paint().theme);
+    Chart chart;
+    chart.x_name = "load at x [m]";
+    chart.x_high = bridge.deck_length();
+    chart.last_values = false;
+    chart.curves = {{"force of member " + std::to_string(options.member) + " per unit of load",
+                     style.friction, line.x, line.value}};
+    constexpr int kWidthPx = 640, kHeightPx = 320, kMarginPx = 16, kTitlePx = 40;
+    render::Sheet sheet;
+    sheet.text({kMarginPx, 10}, demo.title(), style.text, 18, render::Face::Bold);
+    draw_chart(chart, style, {kMarginPx, kTitlePx}, kWidthPx - 2 * kMarginPx,
+               kHeightPx - kTitlePx - kMarginPx, 1, sheet);
+    text = render::to_svg(sheet, kWidthPx, kHeightPx, style.background, demo.title());
+  } else {
+    text = "x [m],force per unit of load\n";
+    for (std::size_t i = 0; i < line.x.size(); ++i)
+      text += to_text(line.x[i]) + ',' + to_text(line.value[i]) + '\n';
+  }
+  render::write_file(options.influence_csv, text.data(), text.size());
+  io.err << options.influence_csv << ": " << format_bytes(text.size()) << '\n';
+}
+
+// The force diagram: line of thrust, stresses, contact forces.
+void write_picture(const Options& options, const Demo& demo, const History& history, const Io& io) {
+  const bool svg = ends_with(options.output, ".svg");
+  if (!svg && !ends_with(options.output, ".png"))
+    throw UsageError("-o expected a .svg or .png file, got \"" + options.output + '"');
+  std::vector<std::string> names = options.picture.overlays_for(demo);
+  const auto want = [&](const char* name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  };
+  want(demo.bridges().empty() ? "thrust" : "stresses");
+  Painter painter(options.picture.paint());
+  painter.start(demo, names);
+  render::Image image;
+  painter.paint(demo, history, image);
+  if (svg) {
+    const std::string text = painter.svg(demo.title());
+    render::write_file(options.output, text.data(), text.size());
+  } else {
+    render::write_png(options.output, image);
+  }
+  io.err << options.output << " written\n";
+}
+
+int analyze(const Options& options, const Io& io) {
+  options.picture.check();
+  const DemoFile file = find_demo(options.shared.demos.front(), options.shared.folder);
+  DemoOptions demo_options = options.shared.checked(io);
+  demo_options.seconds = std::max(options.at, 1e-9);
+  demo_options.steps.reset();
+  Demo demo(file.path, demo_options);
+  demo.observe({.contacts = true});
+  History history(demo, false, kFlashSeconds);
+  LoopCallbacks callbacks;
+  callbacks.step = [&](Demo& running) { history.update(running); };
+  catch_interrupts();
+  // At 0 the world is looked at as the script made it, before any step.
+  if (options.at > 0 && !run_loop(demo, {}, callbacks)) return kGood;
+
+  Json json;
+  std::ostringstream text;
+  json["demo"] = demo.name();
+  json["time"] = demo.time();
+  analyse_bridges(demo, json, text);
+  analyse_bodies(demo, json, text);
+  if (text.str().empty()) text << demo.name() << ": nothing that could move\n";
+  if (options.json)
+    io.out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  else
+    io.out << text.str();
+  if (!options.influence_csv.empty()) write_influence(options, demo, io);
+  if (!options.output.empty()) write_picture(options, demo, history, io);
+  return kGood;
+}
+
+}  // namespace
+
+Action setup_analyze(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  add_shared_options(app, options->shared, DemoCount::One);
+  const std::string group = "Analysis";
+  app.add_option("--at", options->at, "The moment [s] (default 0: as the script made it)")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  app.add_flag("--json", options->json, "Prints everything as JSON")->group(group);
+  app.add_option("-o,--out", options->output, "Writes the force diagram, .svg or .png")
+      ->type_name("FILE")
+      ->group(group);
+  CLI::Option* influence =
+      app.add_option("--influence", options->influence_csv, "Writes a member's influence line, .csv or .svg")
+          ->type_name("FILE")
+          ->group(group);
+  app.add_option("--member", options->member, "Whose influence line, from 1")->needs(influence)->group(group);
+  add_picture_options(app, options->picture);
+  return [options](const Io& io) { return analyze(*options, io); };
+}
+
+}  // namespace skerry::sandbox
