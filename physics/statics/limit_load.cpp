@@ -51,7 +51,8 @@ void check(const IslandSystem& system, const BodyLoads& loads) {
 
 #ifdef SKERRY_WITH_CLP
 
-constexpr double kTolerance = 1e-10;  // of the LP, whose forces are scaled to the largest load
+constexpr double kTolerance =
+    1e-13;  // of the LP, whose forces are scaled to the largest load; Clp reaches it
 
 /// The programme: force columns, then the columns that a question adds.
 class Programme {

@@ -153,5 +153,24 @@ TEST(Rest, StepAndStaticsAgreeOnAPyramid) {
   EXPECT_GT(compared, 0);
 }
 
+TEST(Rest, IslandsThatAreNotSteppedKeepTheirExactForcesInTheReport) {
+  World world;
+  world.observe({.contacts = true});
+  add_ground(world, rough(make_disc(1), 0.5));
+  for (int i = 0; i < 6; ++i) add(world, {0, i + 0.5}, rough(make_box({1, 1}), 0.5), 3);
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  ASSERT_EQ(world.report().islands_at_rest, 1);
+  ASSERT_EQ(world.report().work.factorisations, 0);
+  const std::vector<PairForce> pairs = pair_forces(analyse_rest(world));
+  ASSERT_EQ(world.report().contacts_list.size(), pairs.size());
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const ContactReport& contact = world.report().contacts_list[k];
+    double force = 0;
+    for (int i = 0; i < contact.count; ++i)
+      force += contact.points[static_cast<std::size_t>(i)].normal_impulse / world.report().h;
+    EXPECT_NEAR(force, pairs[k].normal, 1e-9 * 18 * 9.81);
+  }
+}
+
 }  // namespace
 }  // namespace skerry::statics::test
