@@ -64,6 +64,7 @@ std::string why_awake(const OverlayContext& context, BodyId body) {
   const BodyArrays& bodies = world.bodies();
   if (bodies.type[body.index] == BodyType::Static) return "fixed: never steps";
   if (bodies.type[body.index] == BodyType::Kinematic) return "kinematic: moves as told";
+  if (bodies.asleep[body.index]) return "asleep: its island is at rest to the bit and left out of the steps";
   const int island = bodies.island[body.index];
   const auto& islands = world.report().islands_list;
   if (island < 0 || static_cast<std::size_t>(island) >= islands.size()) return "not stepped yet";
@@ -165,8 +166,8 @@ void show_inspector(const PanelContext& context) {
     y += kLinePx + 1;
   };
   if (world.mass(body) > 0)
-    std::snprintf(text, sizeof text, "mass %.4g kg, inertia %.4g kg m\xC2\xB2, island %d", world.mass(body),
-                  world.inertia(body), world.bodies().island[body.index] + 1);
+    std::snprintf(text, sizeof text, "mass %.4g kg, inertia %.4g kg m\xC2\xB2", world.mass(body),
+                  world.inertia(body));
   else
     std::snprintf(text, sizeof text, "infinite mass");
   line(style.text);
@@ -174,7 +175,9 @@ void show_inspector(const PanelContext& context) {
   line(style.text);
   std::snprintf(text, sizeof text, "velocity (%.3g, %.3g) m/s, %.3g rad/s", v.x, v.y, world.omega(body));
   line(style.text);
-  std::snprintf(text, sizeof text, "%s", why_awake(scene, body).c_str());
+  const int island = world.bodies().island[body.index];
+  const std::string where = island >= 0 ? "island " + std::to_string(island + 1) + ", " : "";
+  std::snprintf(text, sizeof text, "%s%s", where.c_str(), why_awake(scene, body).c_str());
   line(style.text_dim);
 
   // The diagram on the left, the forces by origin on the right.

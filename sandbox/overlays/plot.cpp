@@ -180,7 +180,7 @@ void draw_chart(const Chart& chart, const render::Style& style, render::Pixel or
     sheet.line(at(legend, row + 0.5 * kTextPx), at(legend + 10, row + 0.5 * kTextPx), curve.color,
                static_cast<float>(2.5 * scale));
     text(legend + 14, row, style.text, words);
-    legend += std::max(needs + 12, width / std::max<double>(3, static_cast<double>(chart.curves.size())));
+    legend += needs + 16;
   }
 }
 

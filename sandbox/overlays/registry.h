@@ -18,11 +18,11 @@ void draw_stresses(const OverlayContext& context, render::DrawList& list);
 void draw_broadphase(const OverlayContext& context, render::DrawList& list);
 void draw_sat(const OverlayContext& context, render::DrawList& list);
 
-inline constexpr double kEnergyPx = 168;
+inline constexpr double kEnergyPx = 158;
 inline constexpr double kMomentumPx = 150;
 inline constexpr double kInfluencePx = 190;
 inline constexpr double kChecksPx = 196;
-inline constexpr double kMatrixPx = 344;
+inline constexpr double kMatrixPx = 340;
 inline constexpr double kFactorPx = 276;
 inline constexpr double kSolverPx = 316;
 inline constexpr double kBroadPhasePx = 150;
@@ -30,7 +30,7 @@ inline constexpr double kComparePx = 520;
 inline constexpr double kSatPx = 164;
 inline constexpr double kInspectorPx = 244;
 inline constexpr double kProfilePx = 182;
-inline constexpr double kSkipsPx = 164;
+inline constexpr double kSkipsPx = 182;
 inline constexpr double kTimelinePx = 44;  ///< below the scene, over the whole width
 void show_energy(const PanelContext& context);
 void show_momentum(const PanelContext& context);

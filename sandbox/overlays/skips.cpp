@@ -18,6 +18,7 @@ void show_skips(const PanelContext& context) {
   const std::uint64_t axes = r.narrow.axes_skipped + r.narrow.axes_tested;
   const SolveWork& w = r.work;
   const Line lines[] = {
+      {"islands asleep, left out", count(r.islands_asleep), count(r.islands)},
       {"islands in flight, closed form", count(r.islands_in_flight), count(r.islands)},
       {"islands at rest, forces kept", count(r.islands_at_rest), count(r.islands)},
       {"pairs out of reach in this step", count(r.pairs_out_of_reach), count(r.pairs)},
