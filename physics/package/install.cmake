@@ -6,6 +6,9 @@ include(CMakePackageConfigHelpers)
 set(SKERRY_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/skerry)
 set(SKERRY_INCLUDE_DIR ${CMAKE_INSTALL_INCLUDEDIR}/skerry)
 
+# The .pc files find the tree from where they lie, wherever `cmake --install --prefix` puts it.
+file(RELATIVE_PATH SKERRY_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+
 # skerry_install_library(NAME): the library, its headers below include/skerry/NAME, its targets file, its .pc file.
 function(skerry_install_library name)
   set_target_properties(skerry_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
@@ -21,6 +24,8 @@ function(skerry_install_library name)
           DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endfunction()
 
+# delassus.h shows Eigen's sparse matrices; in the tree Eigen is a system include of the target.
+target_link_libraries(skerry_physics INTERFACE $<INSTALL_INTERFACE:Eigen3::Eigen>)
 skerry_install_library(physics)
 if(SKERRY_RENDER)
   # What users of render/ui_host.h compile against comes from the system, as here.

@@ -15,7 +15,7 @@ echo "installed: $(find "$prefix" -type f | wc -l) files"
 # A header that includes what was not installed would be found here.
 cmake -G Ninja -S "$source/tests/package/consumer" -B "$work/find" -DCMAKE_PREFIX_PATH="$prefix" \
   -DCMAKE_BUILD_TYPE=Release >/dev/null
-cmake --build "$work/find" >/dev/null
+cmake --build "$work/find"
 "$work/find/drop"
 "$work/find/picture"
 echo "find_package: physics and render"
@@ -23,7 +23,7 @@ echo "find_package: physics and render"
 export PKG_CONFIG_PATH="$prefix/lib/pkgconfig:$(echo "$prefix"/lib/*/pkgconfig)"
 # shellcheck disable=SC2046  # flags are meant to be split
 c++ -std=c++20 -O1 "$source/tests/package/consumer/drop.cpp" \
-  $(pkg-config --define-variable=prefix="$prefix" --cflags --libs skerry-physics) -o "$work/drop"
+  $(pkg-config --cflags --libs skerry-physics) -o "$work/drop"
 "$work/drop"
 echo "pkg-config: skerry-physics"
 
