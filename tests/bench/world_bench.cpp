@@ -49,6 +49,29 @@ BENCHMARK(PyramidAtRest)
     ->Args({100, 1})
     ->Unit(benchmark::kMicrosecond);
 
+/// A world in which everything sleeps: pairs of boxes on a floor; the second argument is 1 if a small disc is
+/// rolling about besides.
+void Sleeping(benchmark::State& state) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  const int count = static_cast<int>(state.range(0));
+  for (int i = 0; i < count / 2; ++i) {
+    add(world, {2.0 * i, 0.5}, rough(make_box({1, 1}), 0.5));
+    add(world, {2.0 * i, 1.5}, rough(make_box({1, 1}), 0.5));
+  }
+  for (int i = 0; i < 4; ++i) world.step(1.0 / 60);
+  if (state.range(1) != 0) add(world, {-5, 0.5}, rough(make_disc(0.5), 0.5), 1, {-1, 0}, 2);
+  for (auto _ : state) world.step(1.0 / 60);
+  set_counters(state, world);
+  state.counters["asleep"] = world.report().bodies_asleep;
+}
+BENCHMARK(Sleeping)
+    ->Args({1000, 0})
+    ->Args({10000, 0})
+    ->Args({100000, 0})
+    ->Args({100000, 1})
+    ->Unit(benchmark::kMicrosecond);
+
 /// A stack that is pushed sideways at every step, so that every step has a new load.
 void StackPushed(benchmark::State& state) {
   World world(on_grid(true));
