@@ -83,7 +83,8 @@ class HierarchicalGrid final : public PairFinder {
   void rebuild(const BoxSet& boxes);
   void choose_levels(const BoxSet& boxes);
   double best_phase(const BoxSet& boxes) const;
-  void choose_table(GridLevel& level, Vec2 extent);
+  /// @param extent  of the corners of all boxes; @param own  of those on this level
+  void choose_table(GridLevel& level, Vec2 extent, Vec2 own);
   int octave_of(double extent) const;
   const GridLevel* level_of(double extent) const;
   std::uint32_t cell_of(const GridLevel& level, Vec2 corner) const;

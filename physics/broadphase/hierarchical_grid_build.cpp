@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <vector>
 
 #include "physics/broadphase/hierarchical_grid.h"
 
@@ -16,14 +18,28 @@ namespace {
 constexpr double kRoom = 65.0 / 64;
 /// Larger worlds are one cell.
 constexpr double kLargestCell = 1e300;
-/// Octaves of sizes below the largest box; smaller boxes share the last one.
+/// Octaves of sizes below the largest box; smaller boxes share the last one. More where one box is far larger
+/// than most (a half-plane): octaves without boxes cost nothing.
 constexpr int kOctaves = 24;
-constexpr int kOctavesOfWish = 60;
+constexpr int kMostOctaves = 60;
 /// A table covers its world up to so many cells a box.
 constexpr double kCellsPerBox = 8;
 
 double extent_of(const Aabb& box) {
   return std::max(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
+}
+
+/// Median of a sample of the boxes' extents, at least the smallest normal number.
+double middle_extent(const BoxSet& boxes) {
+  std::vector<double> sample;
+  const ProxyIndex stride = boxes.limit() / 256 + 1;
+  for (ProxyIndex p = 0; p < boxes.limit(); p += stride) {
+    if (boxes.is_present(p)) sample.push_back(extent_of(boxes.box(p)));
+  }
+  if (sample.empty()) return 1;
+  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+  std::nth_element(sample.begin(), middle, sample.end());
+  return std::max(*middle, std::numeric_limits<double>::min());
 }
 
 /// A number not divisible by small primes, so that regular patterns do not fall on the same columns.
@@ -69,7 +85,7 @@ std::uint32_t HierarchicalGrid::cell_inside(const GridLevel& level, Vec2 corner)
   return level.base + static_cast<std::uint32_t>(row * static_cast<std::int32_t>(level.columns) + column);
 }
 
-void HierarchicalGrid::choose_table(GridLevel& level, Vec2 extent) {
+void HierarchicalGrid::choose_table(GridLevel& level, Vec2 extent, Vec2 own) {
   level.inverse = level.size < kLargestCell ? 1 / level.size : 0;
   // Two more than the cells in use: the margin that makes the neighbours of border cells empty.
   const double columns = std::floor(extent.x * level.inverse) + 3;
@@ -81,10 +97,12 @@ void HierarchicalGrid::choose_table(GridLevel& level, Vec2 extent) {
     level.rows = static_cast<std::int64_t>(rows);
     return;
   }
-  // Wrap the longer side first: a long row of boxes stays a row.
+  // Wrap the longer side first: a long row of boxes stays a row, however large the world of other levels is.
+  const double own_columns = std::floor(own.x * level.inverse) + 3;
+  const double own_rows = std::floor(own.y * level.inverse) + 3;
   const double target = 0.5 * budget;
   const double side = std::sqrt(target);
-  const double kept_rows = rows < side ? rows : columns < side ? target / columns : side;
+  const double kept_rows = own_rows < side ? own_rows : own_columns < side ? target / own_columns : side;
   level.rows = without_small_factors(std::max<std::int64_t>(3, static_cast<std::int64_t>(kept_rows)));
   level.columns = without_small_factors(
       std::max<std::int64_t>(3, static_cast<std::int64_t>(target / static_cast<double>(level.rows))));
@@ -95,7 +113,7 @@ void HierarchicalGrid::choose_table(GridLevel& level, Vec2 extent) {
 /// apart.
 double HierarchicalGrid::best_phase(const BoxSet& boxes) const {
   constexpr double kQuarters[] = {1, 1.189207115002721, 1.4142135623730951, 1.681792830507429};
-  std::uint32_t counts[4 * kOctaves] = {};
+  std::uint32_t counts[4 * (kMostOctaves + 1)] = {};
   // A sample is enough, and costs little.
   const ProxyIndex stride = boxes.limit() / 4096 + 1;
   for (ProxyIndex p = 0; p < boxes.limit(); p += stride) {
@@ -108,10 +126,10 @@ double HierarchicalGrid::best_phase(const BoxSet& boxes) const {
   double best = 1, least = kInfinity;
   for (int phase = 0; phase < 4; ++phase) {
     // The count of each octave if the top goes up by `phase` quarters.
-    double levels[kOctaves + 1] = {};
-    for (int k = 0; k < 4 * kOctaves; ++k) levels[(k + phase) / 4] += counts[k];
+    double levels[kMostOctaves + 2] = {};
+    for (int k = 0; k < 4 * (kMostOctaves + 1); ++k) levels[(k + phase) / 4] += counts[k];
     double rows = 0;
-    for (int fine = 0; fine <= kOctaves; ++fine) {
+    for (int fine = 0; fine <= kMostOctaves; ++fine) {
       if (levels[fine] == 0) continue;
       rows += 2 * levels[fine];
       for (int coarse = 0; coarse < fine; ++coarse) {
@@ -144,12 +162,14 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
   largest *= 1 + 1.0 / 1024;
   origin_ = lower;
   const Vec2 world = upper - lower;
-  last_octave_ = kOctaves - 1;
+  // Half of the boxes get cells of their size.
+  const double octaves_to_middle = std::ceil(std::log2(std::max(1.0, largest / middle_extent(boxes))));
+  last_octave_ = static_cast<int>(std::clamp(octaves_to_middle + 4, kOctaves - 1.0, double{kMostOctaves}));
   top_ = largest;
   if (wish_ > 0) {
     // The finest cell is given; the top is a power of two above it.
     const double octaves = std::ceil(std::log2(std::max(1.0, largest * kRoom / wish_)));
-    last_octave_ = static_cast<int>(std::min(octaves, double{kOctavesOfWish}));
+    last_octave_ = static_cast<int>(std::min(octaves, double{kMostOctaves}));
     top_ = std::max(largest, std::ldexp(wish_, last_octave_) / kRoom);
   }
   if (!(top_ > 1e-290)) {
@@ -159,18 +179,26 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
     last_octave_ = 0;
   }
 
-  std::uint32_t counts[kOctavesOfWish + 1] = {};
-  double sums[kOctavesOfWish + 1] = {};
+  std::uint32_t counts[kMostOctaves + 1] = {};
+  double sums[kMostOctaves + 1] = {};
+  Vec2 lowest[kMostOctaves + 1], highest[kMostOctaves + 1];  // corners of each octave's boxes
   if (octave_of(smallest) == 0) {
     counts[0] = static_cast<std::uint32_t>(boxes.size());
     sums[0] = heights;
+    lowest[0] = lower;
+    highest[0] = upper;
   } else {
     if (!(wish_ > 0)) top_ *= best_phase(boxes);
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
       if (!boxes.is_present(p)) continue;
-      const int octave = octave_of(extent_of(boxes.box(p)));
-      ++counts[octave];
-      sums[octave] += boxes.box(p).upper.y - boxes.box(p).lower.y;
+      const Aabb& box = boxes.box(p);
+      const int octave = octave_of(extent_of(box));
+      Vec2& low = lowest[octave];
+      Vec2& high = highest[octave];
+      if (counts[octave]++ == 0) low = high = box.lower;
+      low = {std::min(low.x, box.lower.x), std::min(low.y, box.lower.y)};
+      high = {std::max(high.x, box.lower.x), std::max(high.y, box.lower.y)};
+      sums[octave] += box.upper.y - box.lower.y;
     }
   }
 
@@ -183,7 +211,7 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
       level.size = std::ldexp(top_, -octave) * kRoom;
       level.count = counts[octave];
       level.heights = sums[octave];
-      choose_table(level, world);
+      choose_table(level, world, highest[octave] - lowest[octave]);
       level.base = cells;
       level.first_slot = slots;
       cells += static_cast<std::uint32_t>(level.columns * level.rows);

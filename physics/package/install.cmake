@@ -9,6 +9,12 @@ set(SKERRY_INCLUDE_DIR ${CMAKE_INSTALL_INCLUDEDIR}/skerry)
 # The .pc files find the tree from where they lie, wherever `cmake --install --prefix` puts it.
 file(RELATIVE_PATH SKERRY_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 
+# Limit loads bring their linear programming library along.
+set(SKERRY_PC_LP "")
+if(CLP_FOUND)
+  set(SKERRY_PC_LP clp)
+endif()
+
 # skerry_install_library(NAME): the library, its headers below include/skerry/NAME, its targets file, its .pc file.
 function(skerry_install_library name)
   set_target_properties(skerry_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
