@@ -29,6 +29,7 @@ int add_functions(lua_State* state) {
   add_body_functions(state);
   add_joint_functions(state);
   add_sensor_functions(state);
+  add_force_functions(state);
   add_statics_functions(state);
   return 0;
 }
@@ -59,6 +60,26 @@ double measure(LuaHost& host, int function, const std::string& place, const std:
   lua_pop(state, 1);
   if (!number && !yes_no) throw ScriptError(place + ": \"" + what + "\" expected a number, got " + got);
   return value;
+}
+
+/// Calls the actions of events whose function changed its sign during the last step, with the time at which
+/// it did so by linear interpolation.
+void watch_crossings(Script& script, double time) {
+  for (std::size_t i = 0; i < script.crossings.size(); ++i) {
+    const double value =
+        measure(script.host, script.crossings[i].function, script.crossings[i].place, "on_event");
+    Crossing& crossing = script.crossings[i];
+    const double before = crossing.last;
+    const bool crosses = crossing.known && ((before < 0 && value >= 0) || (before > 0 && value <= 0));
+    crossing.last = value;
+    crossing.known = true;
+    if (!crosses) continue;
+    const double at = time - script.dt * value / (value - before);
+    script.host.call(crossing.action, 0, [at](lua_State* state) {
+      lua_pushnumber(state, at);
+      return 1;
+    });
+  }
 }
 
 }  // namespace
@@ -218,6 +239,7 @@ void Demo::step() {
       lua_pushnumber(state, script.dt);
       return 2;
     });
+  watch_crossings(script, time);
   script.shown_time.reset();
   add_totals(script.world->step(script.dt), script.totals);
   ++script.steps;

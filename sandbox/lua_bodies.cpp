@@ -15,7 +15,7 @@ constexpr const char* kBodyType = "body";
 
 std::vector<std::string> with_common(std::vector<std::string> keys) {
   for (const char* key :
-       {"at", "angle", "velocity", "omega", "mass", "density", "friction", "restitution",
+       {"at", "angle", "velocity", "omega", "mass", "density", "friction", "static_friction", "restitution",
         "rolling_resistance", "surface_speed", "type", "gravity_scale", "group", "name", "color"})
     keys.emplace_back(key);
   return keys;
@@ -24,6 +24,14 @@ std::vector<std::string> with_common(std::vector<std::string> keys) {
 Material read_material(const Args& args, const Material& standard) {
   Material material = standard;
   material.friction = args.number_from("friction", 0).value_or(standard.friction);
+  // A friction of its own goes with a static one of its own.
+  if (args.has("friction")) material.static_friction.reset();
+  if (const std::optional<double> held = args.number_from("static_friction", 0)) {
+    if (*held < material.friction)
+      throw std::invalid_argument(args.function() + ": static_friction must be at least friction, got " +
+                                  format_number(*held) + " and " + format_number(material.friction));
+    material.static_friction = held;
+  }
   material.restitution = args.number_from("restitution", 0).value_or(standard.restitution);
   material.rolling_resistance =
       args.number_from("rolling_resistance", 0).value_or(standard.rolling_resistance);
@@ -126,7 +134,8 @@ int capsule(lua_State* L) {
 // ground{ y = 0, tilt = 0 }: everything below a line
 int ground(lua_State* L) {
   static const std::vector<std::string> keys{
-      "y", "x", "tilt", "friction", "restitution", "rolling_resistance", "surface_speed", "name"};
+      "y",   "x", "tilt", "friction", "static_friction", "restitution", "rolling_resistance", "surface_speed",
+      "name"};
   const Args args(L, "ground", keys);
   Script& script = script_with_world(L, "ground");
   const SinCos sc = sin_cos(args.number("tilt", 0));

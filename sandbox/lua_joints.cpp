@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Script functions that join bodies (rod, rope, hinge), and the joint object.
+// Script functions that join bodies (rod, rope, spring, hinge, slider, ...), and the joint object.
 #include <stdexcept>
 
 #include "sandbox/lua_args.h"
@@ -48,8 +48,45 @@ int push_joint(lua_State* L, Script& script, const JointDef& def) {
   return 1;
 }
 
+/// What all joints have: limits, motor, spring, breaking loads, where the kind has them.
+const std::vector<std::string> kCommon{"limits",  "speed",       "motor_limit",  "stiffness",
+                                       "damping", "break_force", "break_torque", "collide"};
+
+std::vector<std::string> with_common(std::vector<std::string> own) {
+  own.insert(own.end(), kCommon.begin(), kCommon.end());
+  return own;
+}
+
+void read_common(const Args& args, JointDef& def) {
+  if (const std::optional<Vec2> limits = args.pair("limits", "{lower, upper}")) {
+    if (limits->x > limits->y)
+      throw std::invalid_argument(args.function() + ": limits expected {lower, upper}, got {" +
+                                  format_number(limits->x) + ", " + format_number(limits->y) + "}");
+    def.lower = limits->x;
+    def.upper = limits->y;
+  }
+  def.motor_speed = args.number("speed");
+  def.motor_limit = args.number_from("motor_limit", 0).value_or(kInfinity);
+  if (args.has("motor_limit") && !def.motor_speed)
+    throw std::invalid_argument(args.function() + ": motor_limit needs a speed");
+  def.stiffness = args.number_from("stiffness", 0).value_or(0);
+  def.damping = args.number_from("damping", 0).value_or(0);
+  def.break_force = args.number_from("break_force", 0).value_or(kInfinity);
+  def.break_torque = args.number_from("break_torque", 0).value_or(kInfinity);
+  def.collide = args.flag("collide").value_or(false);
+}
+
+/// The bodies of a joint: `a` is held by `b`, or by the ground.
+void read_bodies(const Args& args, JointDef& def) {
+  const std::optional<BodyId> a = args.body("a");
+  if (!a) throw std::invalid_argument(args.function() + ": a expected a body, got nothing");
+  // The ground is the first of the two, as for rods that hang from a point.
+  def.b = *a;
+  def.a = args.body("b").value_or(BodyId{});
+}
+
 int line_joint(lua_State* L, const char* function, JointKind kind) {
-  static const std::vector<std::string> keys{"from", "to", "length", "collide"};
+  static const std::vector<std::string> keys = with_common({"from", "to", "length"});
   const Args args(L, function, keys);
   Script& script = script_with_world(L, function);
   const End from = read_end(L, args, "from", *script.world);
@@ -60,11 +97,18 @@ int line_joint(lua_State* L, const char* function, JointKind kind) {
   def.b = to.body;
   def.anchor_a = from.anchor;
   def.anchor_b = to.anchor;
+  // The moving end is the second one.
+  if (!def.b) {
+    std::swap(def.a, def.b);
+    std::swap(def.anchor_a, def.anchor_b);
+  }
+  if (!def.b) throw std::invalid_argument(std::string(function) + ": one end must be a body");
   def.length = args.number("length");
-  if (def.length && *def.length <= 0)
+  const double least = kind == JointKind::Spring ? 0 : 1e-300;
+  if (def.length && *def.length < least)
     throw std::invalid_argument(std::string(function) + ": length must be positive, got " +
                                 format_number(*def.length));
-  def.collide = args.flag("collide").value_or(false);
+  read_common(args, def);
   return push_joint(L, script, def);
 }
 
@@ -76,20 +120,131 @@ int rope(lua_State* L) {
   return line_joint(L, "rope", JointKind::Rope);
 }
 
+int spring(lua_State* L) {
+  return line_joint(L, "spring", JointKind::Spring);
+}
+
+/// Joints at a point: hinge, slider, weld, wheel. @param own  arguments besides a, b, at
+int point_joint(lua_State* L, const char* function, JointKind kind, const std::vector<std::string>& keys) {
+  const Args args(L, function, keys);
+  Script& script = script_with_world(L, function);
+  JointDef def;
+  def.kind = kind;
+  read_bodies(args, def);
+  const bool needs_point = kind == JointKind::Revolute || kind == JointKind::Weld;
+  def.anchor_a =
+      needs_point ? args.required_pair("at") : args.pair("at").value_or(script.world->position(def.b));
+  def.anchor_b = def.anchor_a;
+  if (kind == JointKind::Prismatic)
+    def.axis = args.required_pair("axis");
+  else if (kind == JointKind::Wheel)
+    def.axis = args.pair("axis").value_or(Vec2{0, 1});
+  if (def.axis == Vec2{}) throw std::invalid_argument(std::string(function) + ": axis must not be {0, 0}");
+  read_common(args, def);
+  return push_joint(L, script, def);
+}
+
 // hinge{ a = body, b = body, at = {x, y} }; without b it turns about a fixed point
 int hinge(lua_State* L) {
-  static const std::vector<std::string> keys{"a", "b", "at", "collide"};
-  const Args args(L, "hinge", keys);
-  Script& script = script_with_world(L, "hinge");
-  const std::optional<BodyId> a = args.body("a");
-  if (!a) throw std::invalid_argument("hinge: a expected a body, got nothing");
+  static const std::vector<std::string> keys = with_common({"a", "b", "at"});
+  return point_joint(L, "hinge", JointKind::Revolute, keys);
+}
+
+// slider{ a = body, b = body, axis = {x, y} }: a slides along an axis of b
+int slider(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"a", "b", "at", "axis"});
+  return point_joint(L, "slider", JointKind::Prismatic, keys);
+}
+
+int weld(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"a", "b", "at"});
+  return point_joint(L, "weld", JointKind::Weld, keys);
+}
+
+// wheel{ a = wheel, b = chassis, axis = {0, 1}, stiffness = k, damping = c }
+int wheel(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"a", "b", "at", "axis"});
+  return point_joint(L, "wheel", JointKind::Wheel, keys);
+}
+
+// motor{ a = body, b = body, speed = w, motor_limit = torque }
+int motor(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"a", "b"});
+  const Args args(L, "motor", keys);
+  Script& script = script_with_world(L, "motor");
   JointDef def;
-  def.kind = JointKind::Revolute;
-  // The ground is the first of the two, as for rods that hang from a point.
-  def.b = *a;
-  def.a = args.body("b").value_or(BodyId{});
-  def.anchor_a = def.anchor_b = args.required_pair("at");
-  def.collide = args.flag("collide").value_or(false);
+  def.kind = JointKind::Motor;
+  read_bodies(args, def);
+  args.required_number("speed");
+  def.anchor_a = def.anchor_b = script.world->position(def.b);
+  // It says nothing about where the bodies are, so nothing against their touching.
+  read_common(args, def);
+  def.collide = args.flag("collide").value_or(true);
+  return push_joint(L, script, def);
+}
+
+// gear{ a = driving, b = driven, ratio = ra / rb }: b turns by -ratio for each turn of a
+int gear(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"a", "b", "ratio"});
+  const Args args(L, "gear", keys);
+  Script& script = script_with_world(L, "gear");
+  JointDef def;
+  def.kind = JointKind::Gear;
+  const std::optional<BodyId> a = args.body("a"), b = args.body("b");
+  if (!a) throw std::invalid_argument("gear: a expected a body, got nothing");
+  if (!b) throw std::invalid_argument("gear: b expected a body, got nothing");
+  def.a = *a;
+  def.b = *b;
+  def.anchor_a = script.world->position(*a);
+  def.anchor_b = script.world->position(*b);
+  def.ratio = args.required_number("ratio");
+  read_common(args, def);
+  return push_joint(L, script, def);
+}
+
+// rack{ a = pinion, b = bar, axis = {x, y}, radius = r }
+int rack(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"a", "b", "axis", "radius"});
+  const Args args(L, "rack", keys);
+  Script& script = script_with_world(L, "rack");
+  JointDef def;
+  def.kind = JointKind::Rack;
+  const std::optional<BodyId> a = args.body("a"), b = args.body("b");
+  if (!a) throw std::invalid_argument("rack: a expected the pinion, got nothing");
+  if (!b) throw std::invalid_argument("rack: b expected the bar, got nothing");
+  def.a = *a;
+  def.b = *b;
+  def.anchor_a = script.world->position(*a);
+  def.anchor_b = script.world->position(*b);
+  def.axis = args.required_pair("axis");
+  def.ratio = args.required_number("radius");
+  read_common(args, def);
+  return push_joint(L, script, def);
+}
+
+// pulley{ from = end, to = end, over = {{x, y}, {x, y}}, ratio = 1 }
+int pulley(lua_State* L) {
+  static const std::vector<std::string> keys = with_common({"from", "to", "over", "ratio"});
+  const Args args(L, "pulley", keys);
+  Script& script = script_with_world(L, "pulley");
+  const End from = read_end(L, args, "from", *script.world);
+  const End to = read_end(L, args, "to", *script.world);
+  if (!from.body || !to.body) throw std::invalid_argument("pulley: from and to expected ends on bodies");
+  const std::vector<Vec2> over = args.points("over");
+  if (over.size() != 2)
+    throw std::invalid_argument("pulley: over expected {{x, y}, {x, y}}, got " + std::to_string(over.size()) +
+                                " points");
+  JointDef def;
+  def.kind = JointKind::Pulley;
+  def.a = from.body;
+  def.b = to.body;
+  def.anchor_a = from.anchor;
+  def.anchor_b = to.anchor;
+  def.pulley_a = over[0];
+  def.pulley_b = over[1];
+  def.ratio = args.number("ratio", 1);
+  read_common(args, def);
+  def.collide = args.flag("collide").value_or(true);
   return push_joint(L, script, def);
 }
 
@@ -106,13 +261,25 @@ int joint_remove(lua_State* L) {
   return 0;
 }
 
+// joint:set_speed(speed [, limit])
+int joint_set_speed(lua_State* L) {
+  World& world = *script_with_world(L, "set_speed").world;
+  const JointId joint = self(L);
+  const double speed = number_argument(L, 2, "set_speed", "speed");
+  std::optional<double> limit;
+  if (!lua_isnoneornil(L, 3)) limit = number_argument(L, 3, "set_speed", "limit");
+  world.set_motor(joint, speed, limit);
+  return 0;
+}
+
 int joint_index(lua_State* L) {
   const World& world = *script_with_world(L, "joint").world;
   const JointId joint = self(L);
   const std::string key = text_argument(L, 2, "joint", "field");
-  static const std::vector<std::string> names{"force", "fx", "fy", "length", "alive", "remove"};
-  if (key == "remove") {
-    lua_pushcfunction(L, guarded<joint_remove>);
+  static const std::vector<std::string> names{"force", "fx",     "fy",    "torque", "position",
+                                              "speed", "length", "alive", "remove", "set_speed"};
+  if (key == "remove" || key == "set_speed") {
+    lua_pushcfunction(L, key == "remove" ? guarded<joint_remove> : guarded<joint_set_speed>);
     return 1;
   }
   const bool alive = world.alive(joint);
@@ -120,19 +287,22 @@ int joint_index(lua_State* L) {
     lua_pushboolean(L, alive);
     return 1;
   }
-  if (!alive) throw std::invalid_argument("joint: \"" + key + "\" of a removed joint");
-  const JointRecord& record = world.joints()[joint.index];
-  // Mean force on the second body over the last step [N].
-  const double h = world.report().h;
-  const Vec2 force = h > 0 ? record.impulse / h : Vec2{};
+  if (!alive) throw std::invalid_argument("joint: \"" + key + "\" of a joint that was removed or broke");
+  // Mean force and torque on the second body over the last step [N, N m].
   if (key == "force")
-    lua_pushnumber(L, length(force));
+    lua_pushnumber(L, length(world.joint_force(joint)));
   else if (key == "fx")
-    lua_pushnumber(L, force.x);
+    lua_pushnumber(L, world.joint_force(joint).x);
   else if (key == "fy")
-    lua_pushnumber(L, force.y);
+    lua_pushnumber(L, world.joint_force(joint).y);
+  else if (key == "torque")
+    lua_pushnumber(L, world.joint_torque(joint));
+  else if (key == "position")
+    lua_pushnumber(L, world.joint_position(joint));
+  else if (key == "speed")
+    lua_pushnumber(L, world.joint_speed(joint));
   else if (key == "length")
-    lua_pushnumber(L, record.length);
+    lua_pushnumber(L, world.joints()[joint.index].length);
   else
     throw std::invalid_argument("joint: no field \"" + key + '"' + suggestion(key, names));
   return 1;
@@ -145,7 +315,11 @@ void add_joint_functions(lua_State* state) {
   lua_pushcfunction(state, guarded<joint_index>);
   lua_setfield(state, -2, "__index");
   lua_pop(state, 1);
-  const luaL_Reg functions[] = {{"rod", guarded<rod>}, {"rope", guarded<rope>}, {"hinge", guarded<hinge>}};
+  const luaL_Reg functions[] = {
+      {"rod", guarded<rod>},     {"rope", guarded<rope>},     {"spring", guarded<spring>},
+      {"hinge", guarded<hinge>}, {"slider", guarded<slider>}, {"weld", guarded<weld>},
+      {"wheel", guarded<wheel>}, {"motor", guarded<motor>},   {"gear", guarded<gear>},
+      {"rack", guarded<rack>},   {"pulley", guarded<pulley>}};
   for (const luaL_Reg& entry : functions) lua_register(state, entry.name, entry.func);
 }
 

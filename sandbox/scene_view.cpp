@@ -99,29 +99,108 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
   }
 }
 
-void draw_joint(const OverlayContext& context, const JointRecord& joint, render::DrawLayer& layer) {
-  const auto anchor = [&](BodyId body, Vec2 local) {
-    return body ? to_world(context.demo.shown(body.index).pose(), local) : local;
-  };
-  const Vec2 a = anchor(joint.def.a, joint.local_a);
-  const Vec2 b = anchor(joint.def.b, joint.local_b);
-  const render::Style& style = context.style;
-  const auto pin = [&](Vec2 at) {
-    layer.markers.push_back(
-        {.at = to_point(at), .fill = style.background, .outline = style.joint, .radius_px = 4.5f});
-  };
-  if (joint.def.kind != JointKind::Revolute) {
-    // A slack rope is dashed: it pulls only when it is straight.
-    const bool slack = joint.def.kind == JointKind::Rope && length(b - a) < joint.length * (1 - 1e-6);
-    layer.lines.push_back({.from = to_point(a),
-                           .to = to_point(b),
-                           .color = style.joint,
-                           .width_px = style.joint_px,
-                           .dash_px = slack ? 6.0f : 0.0f});
-    pin(a);
+/// Draws one joint: pins where it turns, lines where it pulls, a zigzag where it springs.
+class JointPicture {
+ public:
+  JointPicture(const OverlayContext& context, const JointRecord& joint, render::DrawLayer& layer)
+      : style_(context.style), joint_(joint), layer_(layer) {
+    const auto anchor = [&](BodyId body, Vec2 local) {
+      return body ? to_world(context.demo.shown(body.index).pose(), local) : local;
+    };
+    a_ = anchor(joint.def.a, joint.local_a);
+    b_ = anchor(joint.def.b, joint.local_b);
+    const Rot turn = joint.def.a ? context.demo.shown(joint.def.a.index).pose().q : Rot{};
+    axis_ = joint.def.kind == JointKind::Rack ? joint.local_axis : rotate(turn, joint.local_axis);
   }
-  pin(b);
-}
+
+  void draw() {
+    const JointDef& def = joint_.def;
+    switch (def.kind) {
+      case JointKind::Revolute:
+        return pin(b_);
+      case JointKind::Motor:
+        return pin(b_);
+      case JointKind::Weld:
+        return mark(b_, style_.joint);
+      case JointKind::Distance:
+        if (def.stiffness > 0 || def.damping > 0) return zigzag(a_, b_);
+        line(a_, b_, 0);
+        pin(a_);
+        return pin(b_);
+      case JointKind::Rope: {
+        // A slack rope is dashed: it pulls only when it is straight.
+        const bool slack = length(b_ - a_) < joint_.length * (1 - 1e-6);
+        line(a_, b_, slack ? 6 : 0);
+        pin(a_);
+        return pin(b_);
+      }
+      case JointKind::Spring:
+        return zigzag(a_, b_);
+      case JointKind::Prismatic:
+        rail();
+        return mark(b_, style_.joint);
+      case JointKind::Wheel:
+        zigzag(b_ + reach() * axis_, b_);
+        return pin(b_);
+      case JointKind::Pulley:
+        line(a_, def.pulley_a, 0);
+        line(def.pulley_a, def.pulley_b, 0);
+        line(def.pulley_b, b_, 0);
+        pin(def.pulley_a);
+        return pin(def.pulley_b);
+      case JointKind::Gear:
+        return line(a_, b_, 6);
+      case JointKind::Rack:
+        return line(a_, b_, 6);
+    }
+  }
+
+ private:
+  void mark(Vec2 at, render::Color fill) {
+    layer_.markers.push_back({.at = to_point(at), .fill = fill, .outline = style_.joint, .radius_px = 4.5f});
+  }
+  /// Open where something turns; full where it does not.
+  void pin(Vec2 at) { mark(at, style_.background); }
+
+  void line(Vec2 from, Vec2 to, float dash) {
+    layer_.lines.push_back({.from = to_point(from),
+                            .to = to_point(to),
+                            .color = style_.joint,
+                            .width_px = style_.joint_px,
+                            .dash_px = dash});
+  }
+
+  /// The way of a slider, between its limits where it has some.
+  void rail() {
+    const double low = joint_.def.lower.value_or(-reach()), high = joint_.def.upper.value_or(reach());
+    line(a_ + low * axis_, a_ + high * axis_, joint_.def.lower || joint_.def.upper ? 0.0f : 6.0f);
+  }
+
+  double reach() const { return 0.5; }
+
+  /// Eight turns whose width follows from the length at rest, so that stretching shows.
+  void zigzag(Vec2 from, Vec2 to) {
+    constexpr int kTurns = 8;
+    const Vec2 d = to - from;
+    const double distance = length(d);
+    const double rest = joint_.length > 0 ? joint_.length : distance;
+    const Vec2 side = distance > 0 ? (std::min(0.06 * rest, 0.12) / distance) * perp(d) : Vec2{};
+    Vec2 last = from;
+    for (int i = 0; i <= kTurns; ++i) {
+      const Vec2 next = from + ((i + 0.5) / (kTurns + 1)) * d + (i % 2 == 0 ? side : -side);
+      line(last, next, 0);
+      last = next;
+    }
+    line(last, to, 0);
+    pin(from);
+    pin(to);
+  }
+
+  const render::Style& style_;
+  const JointRecord& joint_;
+  render::DrawLayer& layer_;
+  Vec2 a_, b_, axis_;
+};
 
 }  // namespace
 
@@ -158,7 +237,7 @@ void draw_world(const OverlayContext& context, render::DrawList& list) {
     }
   }
   for (const JointRecord& joint : context.world.joints())
-    if (joint.alive) draw_joint(context, joint, list[Layer::Structure]);
+    if (joint.alive) JointPicture(context, joint, list[Layer::Structure]).draw();
 
   context.legend.length_bar(round_down_125(context.camera.height / 5), context.camera.width_px);
 }

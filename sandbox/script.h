@@ -21,6 +21,14 @@ struct Appointment {
   bool done = false;
 };
 
+/// A function of the state whose change of sign is an event.
+struct Crossing {
+  int function = 0, action = 0;
+  std::string place;
+  double last = 0;
+  bool known = false;
+};
+
 struct Script {
   Script(const std::string& file, const DemoOptions& given)
       : options(given), path(file), host(file, given.seed) {
@@ -40,6 +48,7 @@ struct Script {
   std::vector<Note> notes;
   std::vector<int> step_callbacks;
   std::vector<Appointment> appointments;
+  std::vector<Crossing> crossings;
   std::optional<World> world;  ///< made by `demo{...}`
   Material material;           ///< of shapes that do not say otherwise
   std::vector<JointId> joints;
@@ -75,8 +84,9 @@ void advance_bridges(Script& script);
 /// Adds the functions of demos/README.md to a host, group by group.
 void add_scene_functions(lua_State* state);   ///< demo, param, choice, show, expect, watch, note, at, on_step
 void add_body_functions(lua_State* state);    ///< ground, box, disc, polygon, capsule
-void add_joint_functions(lua_State* state);   ///< rod, hinge, rope
+void add_joint_functions(lua_State* state);   ///< rod, rope, spring, hinge, slider, weld, wheel, ...
 void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
+void add_force_functions(lua_State* state);   ///< field, drag, move, on_event
 void add_statics_functions(lua_State* state);  ///< bridge
 
 }  // namespace skerry::sandbox

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+//
+// Script functions of joints and forces: what they build, and what they say when they are used wrongly.
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sandbox/demo.h"
+#include "sandbox/errors.h"
+#include "tests/sandbox/temporary.h"
+
+namespace skerry::sandbox {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kHead = "demo{ title = 'T', seconds = 1, gravity = {0, -10}, friction = 0 }\n";
+constexpr const char* kBodies =
+    "local a = box{ at = {1, 0}, size = {1, 1}, mass = 2 } local b = disc{ at = {3, 0}, radius = 0.5 }\n";
+
+class JointScript : public testing::Test {
+ protected:
+  Demo load(const std::string& body) {
+    return Demo(folder_.write("arch.lua", std::string(kHead) + kBodies + body), {});
+  }
+  // The message of loading or of the first steps, from "arch.lua:" on.
+  std::string error_of(const std::string& body) {
+    try {
+      Demo demo = load(body);
+      for (int i = 0; i < 3; ++i) demo.step();
+    } catch (const ScriptError& error) {
+      const std::string text = error.what();
+      const std::size_t at = text.find("arch.lua");
+      return at == std::string::npos ? text : text.substr(at);
+    }
+    return "no error";
+  }
+  // Runs to the end: every `expect` must hold.
+  void expect_good(const std::string& body) {
+    Demo demo = load(body);
+    while (demo.steps_done() < demo.total_steps()) demo.step();
+    demo.finish();
+    EXPECT_FALSE(demo.failed()) << body;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(JointScript, SaysWhatIsWrongWithAJointAndWhere) {
+  EXPECT_EQ(error_of("slider{ a = a }"), "arch.lua:3: slider: axis expected {x, y}, got nothing");
+  EXPECT_EQ(error_of("slider{ a = a, axis = {0, 0} }"), "arch.lua:3: slider: axis must not be {0, 0}");
+  EXPECT_EQ(error_of("weld{ at = {0, 0} }"), "arch.lua:3: weld: a expected a body, got nothing");
+  EXPECT_EQ(error_of("hinge{ a = a, at = {0, 0}, limits = {1, -1} }"),
+            "arch.lua:3: hinge: limits expected {lower, upper}, got {1, -1}");
+  EXPECT_EQ(error_of("hinge{ a = a, at = {0, 0}, motor_limit = 3 }"),
+            "arch.lua:3: hinge: motor_limit needs a speed");
+  EXPECT_EQ(error_of("gear{ a = a, b = b }"), "arch.lua:3: gear: ratio expected a number, got nothing");
+  EXPECT_EQ(error_of("gear{ a = a, ratio = 2 }"), "arch.lua:3: gear: b expected a body, got nothing");
+  EXPECT_THAT(error_of("gear{ a = a, b = b, ratio = 0 }"),
+              HasSubstr("arch.lua:3: joint: ratio must not be 0"));
+  EXPECT_EQ(error_of("pulley{ from = a, to = b, over = {{0, 1}} }"),
+            "arch.lua:3: pulley: over expected {{x, y}, {x, y}}, got 1 points");
+  EXPECT_EQ(error_of("pulley{ from = {0, 0}, to = b, over = {{0, 1}, {1, 1}} }"),
+            "arch.lua:3: pulley: from and to expected ends on bodies");
+  EXPECT_THAT(error_of("spring{ from = {0, 0}, to = a }"),
+              HasSubstr("stiffness or damping must be positive"));
+  EXPECT_THAT(error_of("spring{ from = {0, 0}, to = a, stiffness = -1 }"),
+              HasSubstr("spring: stiffness must be at least 0, got -1"));
+  EXPECT_THAT(error_of("weld{ a = a, at = {0, 0}, limits = {0, 1} }"), HasSubstr("this kind has no limits"));
+  EXPECT_THAT(error_of("motor{ a = a }"), HasSubstr("motor: speed expected a number, got nothing"));
+  EXPECT_THAT(error_of("wheel{ a = a, b = b, stifness = 3 }"), HasSubstr("did you mean \"stiffness\"?"));
+  EXPECT_THAT(error_of("local w = weld{ a = a, at = {1, 0} } w:remove() print(w.force)"),
+              HasSubstr("\"force\" of a joint that was removed or broke"));
+}
+
+TEST_F(JointScript, SaysWhatIsWrongWithAForceAndWhere) {
+  EXPECT_EQ(error_of("field(3)"), "arch.lua:3: field: force expected a function, got the number 3");
+  EXPECT_EQ(error_of("\nfield(function() return 1 end)"),
+            "arch.lua:4: field: fy returned expected a finite number, got nothing");
+  EXPECT_THAT(error_of("field(function() return 0 / 0, 0 end)"),
+              HasSubstr("fx returned expected a finite number"));
+  EXPECT_THAT(error_of("field(function() return nonsense.x, 0 end)"), HasSubstr("arch.lua:3: "));
+  EXPECT_EQ(error_of("drag(3, {})"), "arch.lua:3: drag: first expected a body, got the number 3");
+  EXPECT_THAT(error_of("drag(a, { linear = -1 })"), HasSubstr("linear must be at least 0, got -1"));
+  EXPECT_THAT(error_of("move(a, function(t) return t, 0 end)"), HasSubstr("must be kinematic"));
+  EXPECT_THAT(error_of("box{ size = {1, 1}, friction = 0.5, static_friction = 0.4 }"),
+              HasSubstr("static_friction must be at least friction, got 0.4 and 0.5"));
+}
+
+TEST_F(JointScript, JointsDoWhatTheySay) {
+  expect_good(
+      "local s = slider{ a = a, axis = {1, 0}, speed = 2 }\n"
+      "expect('way', function() return a.x - 1 end, { equals = 2, within = 0.05 })\n"
+      "expect('speed', function() return s.speed end, { equals = 2, within = 1e-9 })\n"
+      "expect('load', function() return s.fy end, { equals = 20, within = 1e-6 })");
+  expect_good(
+      "local w = weld{ a = a, at = {0, 0} }\n"
+      "expect('moment', function() return w.torque end, { equals = 20, within = 1e-6 })");
+  expect_good(
+      "local w = weld{ a = a, at = {0, 0}, break_force = 19 }\n"
+      "expect('broken', function() return w.alive and 1 or 0 end, { equals = 0, within = 0 })");
+  expect_good(
+      "hinge{ a = a, at = {1, 0} } hinge{ a = b, at = {3, 0} } gear{ a = a, b = b, ratio = 2 }\n"
+      "on_step(function() a:torque(1) end)\n"
+      "expect('ratio', function() return b.angle + 2 * a.angle end, { equals = 0, within = 1e-12 })");
+}
+
+TEST_F(JointScript, ForcesActAndEventsAreTold) {
+  expect_good(
+      "gravity(0, 0) field(function(x, y, vx, vy, m, t) return m * 3, 0 end)\n"
+      "expect('way', function() return a.x - 1 end, { equals = 1.5, within = 1e-9 })");
+  expect_good(
+      "gravity(0, 0) a.vx = 2 drag(a, { linear = 4 })\n"
+      "expect('speed', function() return a.vx end, { equals = 2 * math.exp(-2), within = 1e-3 })");
+  expect_good(
+      "local lift = box{ at = {9, 9}, size = {1, 1}, type = 'kinematic' }\n"
+      "move(lift, function(t) return 5, 2 * t, t end)\n"
+      "expect('place', function() return lift.y + lift.angle end, { equals = 3, within = 1e-12 })");
+  expect_good(
+      "local when = 0\n"
+      "on_event(function() return a.y + 1 end, function(t) when = t end)\n"
+      "expect('crossing', function() return when end, { equals = math.sqrt(0.2), within = 1e-3 })");
+}
+
+}  // namespace
+}  // namespace skerry::sandbox
