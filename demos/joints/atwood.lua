@@ -2,7 +2,7 @@
 demo{
   title = "Atwood's machine",
   lesson = "The heavier load does not fall with g: both move with a = g (m1 - m2) / (m1 + m2), and the rope pulls with 2 m1 m2 g / (m1 + m2).",
-  seconds = 1.6,
+  seconds = 1.5,
   view = { x = 0, y = 2, height = 5 },
   friction = 0,
 }

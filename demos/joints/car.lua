@@ -3,7 +3,6 @@ demo{
   title = "Car on bumps",
   lesson = "Springs and dampers let the wheels follow the road while the body goes on nearly straight.",
   seconds = 8,
-  dt = 1 / 120,
   view = { x = 9, y = 1.5, height = 7.5 },
   friction = 0.9,
 }
@@ -13,7 +12,7 @@ local speed = param("wheel speed", 9, 0, 30, "rad/s")
 
 ground{ y = 0 }
 for i = 0, 6 do disc{ at = {5 + 1.9 * i, -0.45}, radius = 0.6, type = "static", friction = 0.9 } end
-local body = polygon{ at = {0, 1.15}, corners = { {-1.4, -0.25}, {1.4, -0.25}, {1.4, 0.05}, {0.7, 0.15}, {0.3, 0.55}, {-0.8, 0.55}, {-1.35, 0.1} }, mass = 200, group = -1, color = "vermilion", name = "car" }
+local body = polygon{ at = {0, 1.15}, corners = { {-1.4, -0.25}, {1.4, -0.25}, {1.4, 0.05}, {0.3, 0.5}, {-0.8, 0.5}, {-1.4, 0.1} }, mass = 200, group = -1, color = "vermilion", name = "car" }
 local front = disc{ at = {0.95, 0.4}, radius = 0.4, mass = 15, group = -1, color = "grey" }
 local rear = disc{ at = {-0.95, 0.4}, radius = 0.4, mass = 15, group = -1, color = "grey" }
 wheel{ a = front, b = body, axis = {0, 1}, stiffness = stiffness, damping = damping, limits = {-0.3, 0.3} }

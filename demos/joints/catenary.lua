@@ -1,12 +1,13 @@
--- A chain of 40 links comes to rest in a little wind.
+-- A chain of 16 links comes to rest in a little wind.
 demo{
   title = "Catenary",
   lesson = "A hanging chain takes the shape of cosh. Its horizontal pull is the same in every link; the vertical one counts the weight below.",
-  seconds = 8,
+  seconds = 5,
   view = { x = 0, y = -0.6, height = 4 },
   friction = 0,
 }
-local n = param("links", 40, 6, 80)
+local n = param("links", 16, 6, 60)
+assert(n % 2 == 0, "links must be even")
 local span, l = 4, 5.2 / n
 -- It starts as a zigzag of the right span: two straight halves.
 local angle = math.acos(span / (n * l))
@@ -16,7 +17,7 @@ for i = 1, n do
   local a = i <= n / 2 and -angle or angle
   local dx, dy = l * math.cos(a), l * math.sin(a)
   links[i] = capsule{ at = {x + dx / 2, y + dy / 2}, angle = a, from = {-l / 2, 0}, to = {l / 2, 0}, radius = 0.03, mass = 0.1, group = -1, color = i % 2 == 0 and "sky" or "blue" }
-  drag(links[i], { linear = 0.25, angular = 0.002 })
+  drag(links[i], { linear = 0.5, angular = 0.002 })
   hinges[i] = hinge{ a = links[i], b = before, at = {x, y} }
   x, y, before = x + dx, y + dy, links[i]
 end

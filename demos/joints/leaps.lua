@@ -27,5 +27,11 @@ on_step(function()
   sticks = now
 end)
 expect("it leaps and sticks again", function() return stops end, { above = 1.5, unit = "times" })
-expect("the spring never pulls more than static friction holds", pull, { always = true, below = static * m * g * (1 + 1e-3) + k * v / 60, unit = "N" })
+-- While the block is still slower than the hand the spring stretches on: about the pull of kinetic friction it
+-- swings with the amplitude sqrt(((mu_s - mu_k) m g)^2 + (v sqrt(k m))^2). A leap starts at the end of a step, up to
+-- k v dt too late.
+local largest = 0
+on_step(function() largest = math.max(largest, pull()) end)
+expect("the largest pull", function() return largest end, {
+  equals = kinetic * m * g + math.sqrt(((static - kinetic) * m * g) ^ 2 + v * v * k * m), within = k * v / 60, unit = "N" })
 show{ "contacts", "velocities" }
