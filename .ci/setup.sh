@@ -9,8 +9,10 @@ SKERRY_BUILD_PACKAGES="g++ cmake ninja-build pkg-config ccache libeigen3-dev lib
 libegl1 libegl-mesa0 libgl1-mesa-dri libepoxy-dev libstb-dev libavcodec-dev libavformat-dev libavutil-dev
 libdeflate-dev libglfw3-dev liblua5.4-dev libcli11-dev nlohmann-json3-dev fonts-dejavu-core
 coinor-libclp-dev"
-# To build and run the tests and benchmarks besides (ffmpeg brings ffprobe).
-SKERRY_TEST_PACKAGES="libgtest-dev libgmock-dev libbenchmark-dev ffmpeg xvfb xdotool libxml2-utils"
+# To build and run the tests and benchmarks besides (ffmpeg brings ffprobe; chromium
+# opens the report of golden images).
+SKERRY_TEST_PACKAGES="libgtest-dev libgmock-dev libbenchmark-dev ffmpeg xvfb xdotool libxml2-utils
+chromium"
 
 say() { printf '== %s\n' "$*" >&2; }
 die() { printf 'error: %s\n' "$*" >&2; exit 4; }

@@ -171,7 +171,7 @@ void Legend::length_bar(double metres, double right_edge_px) {
   const double left = right - length;
   const double tick = 4 * scale_;
   const auto line = [&](render::Point from, render::Point to) {
-    layer_.lines.push_back({.from = from, .to = to, .color = style_.text_dim, .width_px = 1.5f});
+    layer_.lines.push_back({.from = from, .to = to, .color = style_.text, .width_px = 1.5f});
   };
   const std::string text = format_number(metres) + " m";
   right_ = left - (16 + render::text_width(text, style_.small_text_px)) * scale_;
@@ -180,7 +180,7 @@ void Legend::length_bar(double metres, double right_edge_px) {
   line(at(right, bottom_ - tick), at(right, bottom_ + tick));
   layer_.labels.push_back({.at = at(left, bottom_),
                            .text = text,
-                           .color = style_.text_dim,
+                           .color = style_.text,
                            .halo = style_.halo,
                            .size_px = style_.small_text_px,
                            .anchor = render::Anchor::Left,

@@ -18,12 +18,6 @@ Json pair(Vec2 v) {
   return Json::array({v.x, v.y});
 }
 
-std::string hex(std::uint64_t value) {
-  char text[24];
-  std::snprintf(text, sizeof text, "%016" PRIx64, value);
-  return text;
-}
-
 Json bodies_of(const World& world) {
   Json list = Json::array();
   const BodyArrays& bodies = world.bodies();
@@ -79,6 +73,12 @@ std::string csv_field(const std::string& text) {
 }
 
 }  // namespace
+
+std::string hex(std::uint64_t value) {
+  char text[24];
+  std::snprintf(text, sizeof text, "%016" PRIx64, value);
+  return text;
+}
 
 std::string state_word(CheckState state) {
   switch (state) {

@@ -3,6 +3,7 @@
 // Results of a run as text for people, JSON and CSV.
 #pragma once
 
+#include <cstdint>
 #include <iosfwd>
 #include <string>
 
@@ -15,6 +16,9 @@ void print_checks(std::ostream& out, const Demo& demo);
 
 /// What a check found: "ok", "FAIL" or "not reached".
 std::string state_word(CheckState state);
+
+/// 16 hexadecimal digits: how hashes are written.
+std::string hex(std::uint64_t value);
 
 /// Title, configuration, parameters, checks, bodies, conserved quantities, accuracy, counts, state hash.
 /// Depends on nothing but the input: no clocks, no paths but the demo's.

@@ -14,6 +14,7 @@ Action setup_export(CLI::App& app);
 Action setup_analyze(CLI::App& app);
 Action setup_test(CLI::App& app);
 Action setup_solve(CLI::App& app);
+Action setup_golden(CLI::App& app);
 Action setup_doctor(CLI::App& app);
 
 }  // namespace skerry::sandbox

@@ -18,6 +18,8 @@ std::span<const Command> commands() {
        setup_test},
       {"solve", "Solves a contact problem from a file, by any solver",
        "skerry solve island_W.mtx --solver body_space -o lambda.mtx", setup_solve},
+      {"golden", "Compares pictures of known scenes with those that were blessed",
+       "skerry golden --report golden_report", setup_golden},
       {"doctor", "Says what of EGL, OpenGL and the encoders works here", "skerry doctor", setup_doctor},
   };
   return kCommands;
