@@ -14,7 +14,8 @@ namespace skerry::render {
 namespace {
 
 // All shapes: a quad around the grown box; `local` are pixels in the frame of the box. Colours become
-// premultiplied.
+// premultiplied. `local` is not noperspective, though w is 1: Mesa's clipper divides by a difference that may
+// be rounding then, and large tilted quads lose their distances.
 constexpr const char* kShapeVertex = R"(
 layout(location = 0) in vec4 frame;
 layout(location = 1) in vec4 dims;
@@ -23,7 +24,7 @@ layout(location = 3) in vec4 line;
 layout(location = 4) in uvec2 corners;
 uniform vec2 to_clip;
 uniform vec2 extent;  // 0 or 1: whether the box and the radius count for the size of the quad
-noperspective out vec2 local;
+out vec2 local;
 flat out vec4 box;
 flat out vec4 fill_color, line_color;
 flat out uvec2 range;
@@ -53,7 +54,7 @@ void main() {
 
 // From a signed distance in pixels to colour: the outline is the band of width box.w inside of the rim.
 constexpr const char* kPaint = R"(
-noperspective in vec2 local;
+in vec2 local;
 flat in vec4 box;
 flat in vec4 fill_color, line_color;
 flat in uvec2 range;

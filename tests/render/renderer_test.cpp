@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include "render/image_diff.h"
 #include "tests/render/support.h"
@@ -280,6 +281,51 @@ TEST_F(Renderer, LooksTheSameFarFromTheOrigin) {
   for (const double distance : {1e4, 1e7, -1e9}) {
     const DiffResult result = compare(near, scene(distance, distance));
     EXPECT_LE(result.max_difference, distance < 0 ? 8 : 2) << distance << ": " << result.reason;
+  }
+}
+
+// Rasterisers lose their way in quads far larger than the picture, at some angles and sizes only.
+TEST_F(Renderer, LargeShapesFillTheirSideAtEveryAngle) {
+  std::mt19937 random(20261121);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int trial = 0; trial < 120; ++trial) {
+    // 100 pixels a metre; the edge passes near the middle.
+    const double angle = 2 * M_PI * unit(random), size = 2 * std::pow(1e4, unit(random));
+    const Point n{-std::sin(angle), std::cos(angle)}, t{n.y, -n.x};
+    const Point foot{2 * unit(random) - 1, 2 * unit(random) - 1};
+    list.clear();
+    list.background = kWhite;
+    const bool disc = trial % 3 == 2;
+    if (disc) {
+      list[Layer::Bodies].discs.push_back(
+          {{foot.x - size * n.x, foot.y - size * n.y}, size, kBlue, kRed, 1.5f, angle, true});
+    } else {
+      const double depth = trial % 3 ? size : 0.4 * size;
+      const Point corners[] = {{foot.x - size * t.x - depth * n.x, foot.y - size * t.y - depth * n.y},
+                               {foot.x + size * t.x - depth * n.x, foot.y + size * t.y - depth * n.y},
+                               {foot.x + size * t.x, foot.y + size * t.y},
+                               {foot.x - size * t.x, foot.y - size * t.y}};
+      list[Layer::Bodies].polygon(corners, 4, kBlue, kRed);
+    }
+    const Image image = draw();
+    int wrong = 0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        const Point at{(x + 0.5 - 200) / 100, (150 - y - 0.5) / 100};
+        const double up = (at.x - foot.x) * n.x + (at.y - foot.y) * n.y;
+        const double across = (at.x - foot.x) * t.x + (at.y - foot.y) * t.y;
+        double out = 0;  // signed distance [m]
+        if (disc)
+          out = std::hypot(up + size, across) - size;
+        else
+          out = std::max({up, -up - (trial % 3 ? size : 0.4 * size), std::abs(across) - size});
+        const bool spoke = disc && size - std::hypot(up + size, across) > 0;
+        if (std::abs(out) < 0.05) continue;
+        const Color c = image.at(x, y);
+        wrong += out > 0 ? !(c == kWhite) : !(c == kBlue) && !(spoke && c.r > 0);
+      }
+    }
+    EXPECT_EQ(wrong, 0) << "trial " << trial << ": size " << size << " m, angle " << angle;
   }
 }
 
