@@ -1,31 +1,50 @@
 #!/bin/sh
-# Draws the stills of this folder and its page again: one line of the table below a picture.
+# Draws the stills of this folder from stills.txt, and README.md from `skerry list`.
+#
+#   captures/stills.sh              all demos
+#   captures/stills.sh arch stack   these
+#   SKERRY=build/native/skerry captures/stills.sh
 set -eu
 cd "$(dirname "$0")/.."
-skerry=build/release/skerry
+skerry=${SKERRY:-build/release/skerry}
 [ -x "$skerry" ] || { echo "build first: tests/run.sh release" >&2; exit 4; }
+size="--size 960x540"
+
+# row NAME: what follows the name in stills.txt, single-spaced
+row() { awk -v name="$1" '$1 == name { $1 = ""; sub(/^ /, ""); print; exit }' captures/stills.txt; }
+
+list=$("$skerry" list --demos demos)
+names=$(printf '%s\n' "$list" | sed -n 's/^  \([^ ]*\) - .*/\1/p')
+status=0
+for demo in ${*:-$names}; do
+  row=$(row "$demo")
+  if [ -z "$row" ]; then
+    echo "captures/stills.txt has no row for $demo" >&2
+    status=1
+    continue
+  fi
+  # shellcheck disable=SC2086  # options are words
+  "$skerry" capture "$demo" --at $row $size --small -o "captures/$demo.png"
+done
+
 {
   echo "# Gallery"
   echo
-  echo "Stills of the demos; \`captures/stills.sh\` draws all of them, the line under a picture that one."
-  echo "\`demos/capture.sh NAME\` records the video beside them."
+  echo "A still of each demo with the command that draws it. \`captures/stills.sh\` draws all of them again and writes"
+  echo "this page; \`demos/capture.sh NAME\` records the video. What a still shows is checked: \`skerry test NAME\`."
+  printf '%s\n' "$list" | while IFS= read -r line; do
+    case $line in
+    "    --set"*) ;;
+    "    "*) printf '%s\n' "${line#    }" ;;
+    "  "*)
+      name=${line#  }
+      name=${name%% - *}
+      printf '\n### %s\n\n![%s](%s.png)\n\n`skerry capture %s --at %s -o %s.png`\n\n' \
+        "${line#* - }" "${line#* - }" "$name" "$name" "$(row "$name") $size --small" "$name"
+      ;;
+    *) printf '\n## %s\n' "$(printf '%s' "$line" | tr '_' ' ' | awk '{ print toupper(substr($0, 1, 1)) substr($0, 2) }')" ;;
+    esac
+  done
 } >captures/README.md
-while read -r demo at options; do
-  # shellcheck disable=SC2086  # options are words
-  "$skerry" capture "$demo" --at "$at" $options -o "captures/$demo.png" >/dev/null
-  {
-    echo
-    echo "![$demo]($demo.png)"
-    echo
-    echo "\`skerry capture $demo --at $at${options:+ $options} -o captures/$demo.png\`"
-  } >>captures/README.md
-done <<TABLE
-newtons_cradle 0.60
-newtons_cradle_free 1.00 --matrix
-free_fall 1.25
-stack 1.50
-see_saw 1.00
-four_body_chain 1.05
-impact_laws 1.20
-TABLE
-echo "captures/README.md and $(ls captures/*.png | wc -l) stills"
+echo "captures/README.md: $(grep -c '^### ' captures/README.md) demos"
+exit $status
