@@ -29,6 +29,7 @@ struct Options {
   std::string out;
   int fps = 60;
   double speed = 1;
+  bool small = false;
   std::optional<double> at;
   render::SinkOptions sink;
 
@@ -80,7 +81,12 @@ class Recording {
     callbacks.step = [&](Demo&) { history_.update(demo_); };
     run_loop(demo_, {}, callbacks);
     paint_frame();
-    render::write_png(path, image_);
+    if (options_.small) {
+      const std::vector<std::uint8_t> bytes = render::encode_small_png(image_, true);
+      render::write_file(path, bytes.data(), bytes.size());
+    } else {
+      render::write_png(path, image_);
+    }
     io_.out << path << ": " << format_number_of(demo_.time()) << " s, " << format_bytes(fs::file_size(path))
             << '\n';
     return true;
@@ -202,6 +208,7 @@ Action setup_capture(CLI::App& app) {
   app.add_option("--at", options->at, "One picture of this moment [s]")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
+  app.add_flag("--small", options->small, "One picture: 256 colours in as few bytes as possible")->group(group);
   app.add_option("--fps", options->fps, "Frames a second (default 60)")
       ->check(CLI::Range(1, 240))
       ->group(group);
