@@ -13,7 +13,6 @@
 #include "sandbox/errors.h"
 #include "sandbox/history.h"
 #include "sandbox/loop.h"
-#include "sandbox/names.h"
 #include "sandbox/report.h"
 
 namespace skerry::sandbox {
@@ -21,7 +20,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSize = "640x360";  // readable, and small in the repository
-constexpr double kFlashSeconds = 0.5;     // as in a capture: how long an impact stays visible
 
 bool parse_hex(const std::string& text, std::uint64_t& value) {
   if (text.size() != 16) return false;
@@ -52,30 +50,20 @@ GoldenScene golden_scene(const std::string& name, const std::string& words) {
   CLI::App app;
   SharedOptions shared;
   add_shared_options(app, shared, DemoCount::One);
-  std::string size = kSize;
-  std::string theme = "light";
+  scene.picture.size = kSize;
   app.add_option("--at", scene.at)->required()->check(CLI::NonNegativeNumber);
-  app.add_option("--size", size);
-  app.add_option("--theme", theme);
-  app.add_option("--overlay", scene.overlays)->delimiter(',')->take_all()->expected(1);
-  app.add_option("--ssaa", scene.paint.ssaa)->check(CLI::Range(1, 4));
+  add_picture_options(app, scene.picture);
   try {
     app.parse(words);
   } catch (const CLI::ParseError& error) {
     throw UsageError(name + ": " + error.what());
   }
-  std::vector<std::string> known = overlay_names();
-  known.emplace_back("none");
-  for (const std::string& overlay : scene.overlays)
-    if (std::find(known.begin(), known.end(), overlay) == known.end())
-      throw UsageError(name + ": --overlay: no \"" + overlay + '"' + suggestion(overlay, known));
-  const std::optional<render::Theme> chosen = render::parse_theme(theme);
-  if (!chosen) throw UsageError(name + ": --theme expected light or dark, got \"" + theme + '"');
-  int used = 0;
-  if (std::sscanf(size.c_str(), "%dx%d%n", &scene.paint.width, &scene.paint.height, &used) != 2 ||
-      used != static_cast<int>(size.size()) || scene.paint.width < 16 || scene.paint.height < 16)
-    throw UsageError(name + ": --size expected WIDTHxHEIGHT, got \"" + size + '"');
-  scene.paint.theme = *chosen;
+  try {
+    scene.picture.check();
+    scene.paint = scene.picture.paint();
+  } catch (const UsageError& error) {
+    throw UsageError(name + ": " + error.what());
+  }
   scene.paint.device = render::EglDevice::Software;
   scene.demo = shared.demos.front();
   scene.options = shared.demo;
@@ -103,27 +91,19 @@ std::vector<GoldenScene> read_golden_scenes(const fs::path& file) {
   return scenes;
 }
 
-std::vector<std::string> shown_overlays(const GoldenScene& scene, const Demo& demo) {
-  std::vector<std::string> wanted;
-  if (std::find(scene.overlays.begin(), scene.overlays.end(), "none") == scene.overlays.end())
-    wanted = demo.picture().overlays;
-  wanted.insert(wanted.end(), scene.overlays.begin(), scene.overlays.end());
-  std::vector<std::string> shown;
-  for (const std::string& name : overlay_names())
-    if (std::find(wanted.begin(), wanted.end(), name) != wanted.end()) shown.push_back(name);
-  return shown;
-}
-
 GoldenShot take_golden_shot(const GoldenScene& scene, const std::string& folder) {
   DemoOptions options = scene.options;
   options.print = [](std::string_view) {};
   Demo demo(find_demo(scene.demo, folder).path, options);
-  const std::vector<std::string> names = shown_overlays(scene, demo);
+  const std::vector<std::string> names = scene.picture.overlays_for(demo);
   const Observe needs = needs_of(names);
   History history(demo, needs.systems, kFlashSeconds);
   demo.observe(needs);
   Painter painter(scene.paint);
   painter.start(demo, names);
+  const Selection selection = scene.picture.selection_for(demo);
+  painter.select(selection);
+  history.follow_island(selection.island);
   LoopCallbacks callbacks;
   callbacks.step = [&](Demo&) { history.update(demo); };
   run_loop(demo, {}, callbacks);

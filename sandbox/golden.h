@@ -12,6 +12,7 @@
 #include "render/image_diff.h"
 #include "sandbox/demo.h"
 #include "sandbox/painter.h"
+#include "sandbox/picture_options.h"
 
 namespace skerry::sandbox {
 
@@ -21,8 +22,8 @@ struct GoldenScene {
   std::string words;  ///< "stack --at 0.5 --overlay none,contacts", with the size
   std::string demo;   ///< name or path
   DemoOptions options{};
-  double at = 0;                      ///< [s]
-  std::vector<std::string> overlays;  ///< as typed; "none" drops those of the demo
+  double at = 0;             ///< [s]
+  PictureOptions picture{};  ///< overlays as typed, selection
   PaintOptions paint{};
 };
 
@@ -43,9 +44,6 @@ struct GoldenShot {
 /// Runs the demo up to the scene's moment and paints it with the software rasteriser: the picture that
 /// `skerry capture` makes of the same words. @param folder with the demos, "" for the usual one
 GoldenShot take_golden_shot(const GoldenScene& scene, const std::string& folder);
-
-/// The overlays a scene shows, each once, in the order of drawing.
-std::vector<std::string> shown_overlays(const GoldenScene& scene, const Demo& demo);
 
 /// What was blessed for a scene: a line of `accepted.txt`.
 struct Accepted {

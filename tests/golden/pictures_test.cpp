@@ -60,7 +60,7 @@ TEST(GoldenScenes, AreManyInBothThemesWithAndWithoutOverlays) {
   const std::vector<GoldenScene> all = scenes();
   for (const GoldenScene& scene : all) {
     dark += scene.paint.theme == render::Theme::Dark;
-    bare += scene.overlays == std::vector<std::string>{"none"};
+    bare += scene.picture.overlays == std::vector<std::string>{"none"};
   }
   EXPECT_GE(all.size(), 25u);
   EXPECT_GE(dark, 6u);
@@ -72,11 +72,11 @@ TEST(GoldenScenes, AreManyInBothThemesWithAndWithoutOverlays) {
 TEST(GoldenScenes, EveryOverlayHasOne) {
   std::vector<std::string> missing = overlay_names();
   for (const GoldenScene& scene : scenes()) {
-    for (const std::string& name : scene.overlays) {
+    for (const std::string& name : scene.picture.overlays) {
       const auto wanted = std::find(missing.begin(), missing.end(), name);
       if (wanted == missing.end()) continue;
       GoldenScene without = scene;
-      std::erase(without.overlays, name);
+      std::erase(without.picture.overlays, name);
       if (!(take_golden_shot(scene, demo_tree()).image == take_golden_shot(without, demo_tree()).image))
         missing.erase(wanted);
     }

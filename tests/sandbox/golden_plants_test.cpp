@@ -37,10 +37,10 @@ class PlantedRegression : public testing::TestWithParam<PlantScene> {
       applied_ = plant_->change({list, pixel_});
     };
     demo_.emplace(find_demo(scene_.demo, demo_tree()).path, scene_.options);
-    const std::vector<std::string> names = shown_overlays(scene_, *demo_);
+    const std::vector<std::string> names = scene_.picture.overlays_for(*demo_);
     const Observe needs = needs_of(names);
     demo_->observe(needs);
-    history_.emplace(*demo_, needs.systems, 0.5);
+    history_.emplace(*demo_, needs.systems, kFlashSeconds);
     painter_.emplace(scene_.paint);
     painter_->start(*demo_, names);
     LoopCallbacks callbacks;
