@@ -10,21 +10,20 @@ skerry=${SKERRY:-build/release/skerry}
 [ -x "$skerry" ] || { echo "build first: tests/run.sh release" >&2; exit 4; }
 size="--size 960x540"
 
-# row NAME: what follows the name in stills.txt, single-spaced
-row() { awk -v name="$1" '$1 == name { $1 = ""; sub(/^ /, ""); print; exit }' captures/stills.txt; }
-
 list=$("$skerry" list --demos demos)
 names=$(printf '%s\n' "$list" | sed -n 's/^  \([^ ]*\) - .*/\1/p')
-status=0
+seconds=$("$skerry" list --demos demos --json | sed -n 's/^    "name": "\(.*\)",$/\1/p; s/^    "seconds": \([0-9.e+-]*\),$/\1/p' | paste - -)
+
+# row NAME: what follows the name in stills.txt, single-spaced; without a row a moment of the demo's middle
+row() {
+  row=$(awk -v name="$1" '$1 == name { $1 = ""; sub(/^ /, ""); print; exit }' captures/stills.txt)
+  [ -n "$row" ] || row=$(printf '%s\n' "$seconds" | awk -v name="$1" '$1 == name { printf "%.2f", 0.4 * $2; exit }')
+  printf '%s' "$row"
+}
+
 for demo in ${*:-$names}; do
-  row=$(row "$demo")
-  if [ -z "$row" ]; then
-    echo "captures/stills.txt has no row for $demo" >&2
-    status=1
-    continue
-  fi
-  # shellcheck disable=SC2086  # options are words
-  "$skerry" capture "$demo" --at $row $size --small -o "captures/$demo.png"
+  # shellcheck disable=SC2046  # options are words
+  "$skerry" capture "$demo" --demos demos --at $(row "$demo") $size --small -o "captures/$demo.png"
 done
 
 {
@@ -47,4 +46,3 @@ done
   done
 } >captures/README.md
 echo "captures/README.md: $(grep -c '^### ' captures/README.md) demos"
-exit $status

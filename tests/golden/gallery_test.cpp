@@ -22,8 +22,7 @@ bool contains(const std::string& text, const std::string& part) {
 TEST(Gallery, EveryDemoHasItsStillAndItsCommand) {
   const std::string page = read_file(captures() + "/README.md");
   for (const DemoFile& demo : find_demos(demo_tree())) {
-    const std::string hint =
-        demo.name + ": add a row to captures/stills.txt and run captures/stills.sh " + demo.name;
+    const std::string hint = demo.name + ": run captures/stills.sh " + demo.name;
     EXPECT_TRUE(contains(page, "](" + demo.name + ".png)")) << hint;
     EXPECT_TRUE(contains(page, "`skerry capture " + demo.name + " --at ")) << hint;
     ASSERT_TRUE(std::filesystem::exists(captures() + '/' + demo.name + ".png")) << hint;
