@@ -153,13 +153,13 @@ TEST(GoldenReport, BrowserCountsForItself) {
 TEST(GoldenReport, CommandWritesOnePage) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "golden");
-  folder.write("golden/scenes.txt", "small stack --at 0.1 --size 160x90\n");
+  folder.write("golden/scenes.txt", "small stack --at 0.1 --size 400x225\n");
   const Outcome outcome =
       run({"golden", "--demos", demo_tree(), "--folder", folder / "golden", "--report", folder / "r"});
   EXPECT_EQ(outcome.code, kCheckFailed);
   EXPECT_THAT(outcome.out, HasSubstr("index.html"));
   const std::string html = read_file(folder / "r/index.html");
-  EXPECT_TRUE(contains(html, "skerry capture stack --at 0.1 --size 160x90 --demos "));
+  EXPECT_TRUE(contains(html, "skerry capture stack --at 0.1 --size 400x225 --demos "));
   EXPECT_TRUE(contains(html, "llvmpipe"));
 }
 
