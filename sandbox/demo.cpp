@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "physics/snapshot.h"
 #include "sandbox/errors.h"
 #include "sandbox/lua_args.h"
 #include "sandbox/names.h"
@@ -272,6 +273,70 @@ void Demo::finish() {
 bool Demo::failed() const {
   const auto fails = [](const Check& check) { return check.state == CheckState::Fails; };
   return std::any_of(script_->checks.begin(), script_->checks.end(), fails) || world().report().contained > 0;
+}
+
+/// What DemoState hides.
+struct DemoMoment {
+  const Script* script = nullptr;
+  std::vector<std::byte> world;
+  LuaImage lua;
+  ScriptProgress progress;
+  std::vector<statics::Bridge> bridges;
+};
+
+std::uint64_t DemoState::step() const {
+  return moment_->progress.steps;
+}
+
+std::size_t DemoState::bytes() const {
+  return sizeof(DemoMoment) + moment_->world.size() + moment_->lua.arena.bytes.size();
+}
+
+DemoState Demo::save() const {
+  DemoState state;
+  std::vector<statics::Bridge> bridges;
+  for (const BridgeView& view : script_->bridges) bridges.push_back(*view.bridge);
+  state.moment_ =
+      std::make_shared<const DemoMoment>(DemoMoment{script_.get(), save_snapshot(*script_->world),
+                                                    script_->host.save(), *script_, std::move(bridges)});
+  return state;
+}
+
+void Demo::restore(const DemoState& state) {
+  if (!state.moment_ || state.moment_->script != script_.get())
+    throw std::invalid_argument("restore: the state is not of this demo");
+  const DemoMoment& moment = *state.moment_;
+  World world = load_snapshot(moment.world);
+  world.adopt_callbacks(*script_->world);
+  *script_->world = std::move(world);
+  for (std::size_t i = 0; i < moment.bridges.size(); ++i) *script_->bridges[i].bridge = moment.bridges[i];
+  script_->host.restore(moment.lua);
+  static_cast<ScriptProgress&>(*script_) = moment.progress;
+  script_->shown_time.reset();
+  // What overlays want to see is the viewer's business, not the past's.
+  script_->observe();
+}
+
+World& Demo::world_for_input() {
+  return *script_->world;
+}
+
+void Demo::adopt(World world) {
+  Script& script = *script_;
+  if (world.bodies().alive != script.world->bodies().alive)
+    throw std::invalid_argument("the snapshot has other bodies than " + script.name);
+  script.world = std::move(world);
+  script.steps = script.world->report().step;
+  std::erase_if(script.checks, [&](const Check& check) { return check.at && *check.at <= script.time(); });
+  script.observe();
+}
+
+const Material& Demo::material() const {
+  return script_->material;
+}
+
+bool Demo::has_callbacks() const {
+  return !script_->step_callbacks.empty() || !script_->appointments.empty();
 }
 
 std::vector<double> Demo::watch_values() {

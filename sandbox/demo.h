@@ -106,6 +106,17 @@ struct Picture {
 /// How the bodies can be coloured in a script; the index is what `Picture::colors` holds.
 const std::vector<std::string>& color_names();
 
+/// A demo at a moment; made and understood by Demo only.
+class DemoState {
+ public:
+  std::uint64_t step() const;  ///< steps done
+  std::size_t bytes() const;   ///< memory, roughly
+
+ private:
+  friend class Demo;
+  std::shared_ptr<const struct DemoMoment> moment_;
+};
+
 class Demo {
  public:
   /// Runs the script at `path`. @throws ScriptError for a missing file or an error in it, UsageError for
@@ -152,6 +163,22 @@ class Demo {
   bool failed() const;
   /// Current values of the watches.
   std::vector<double> watch_values();
+
+  /// Everything that later steps depend on: the world, the variables of the script, what it noted and
+  /// checked. For `restore` of this very demo.
+  DemoState save() const;
+  /// Goes back (or forth) to a state that `save` of this demo gave; the next steps are those that followed
+  /// it, bit by bit. @throws std::invalid_argument for a state of another demo
+  void restore(const DemoState& state);
+  /// The world for what a user does to it between steps.
+  World& world_for_input();
+  /// Material of shapes that do not say otherwise.
+  const Material& material() const;
+  /// Takes a world that a demo of the same script came to; checks at earlier times are dropped.
+  /// @throws std::invalid_argument if it has other bodies
+  void adopt(World world);
+  /// Whether the script does something while it runs (`on_step`, `at`).
+  bool has_callbacks() const;
 
  private:
   std::unique_ptr<struct Script> script_;

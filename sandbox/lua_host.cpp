@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/lua_host.h"
 
-#include <cstdlib>
 #include <cstring>
 
 #include "sandbox/errors.h"
@@ -32,7 +31,7 @@ std::string quantity(std::uint64_t n) {
 }  // namespace
 
 LuaHost::LuaHost(std::string path, std::uint64_t seed, LuaLimits limits)
-    : path_(std::move(path)), limits_(limits) {
+    : path_(std::move(path)), limits_(limits), arena_(limits.memory) {
   for (std::uint64_t& word : random_) word = split_mix(seed);
   state_ = lua_newstate(&LuaHost::allocate, this);
   if (!state_) throw ScriptError(path_ + ": no memory for a Lua state");
@@ -59,12 +58,12 @@ void* LuaHost::allocate(void* host, void* block, std::size_t old_size, std::size
   LuaHost& self = *static_cast<LuaHost*>(host);
   if (!block) old_size = 0;  // then Lua passes the kind of object in its place
   if (new_size == 0) {
-    std::free(block);
+    self.arena_.resize(block, old_size, 0);
     self.used_ -= old_size;
     return nullptr;
   }
   if (new_size > old_size && self.used_ + (new_size - old_size) > self.limits_.memory) return nullptr;
-  void* result = std::realloc(block, new_size);
+  void* result = self.arena_.resize(block, old_size, new_size);
   if (result) self.used_ += new_size - old_size;
   return result;
 }
@@ -139,6 +138,12 @@ std::uint64_t LuaHost::random_bits() {
   random_[2] ^= t;
   random_[3] = rotate_left(random_[3], 45);
   return result;
+}
+
+void LuaHost::restore(const LuaImage& image) {
+  arena_.restore(image.arena);
+  used_ = image.used;
+  random_ = image.random;
 }
 
 void LuaHost::print(std::string_view line) {

@@ -16,12 +16,21 @@
 #include <string>
 #include <string_view>
 
+#include "sandbox/lua_arena.h"
+
 namespace skerry::sandbox {
 
 struct LuaLimits {
   std::size_t memory = 64u << 20;                 ///< [bytes] of all Lua objects together
   std::uint64_t load_instructions = 200'000'000;  ///< virtual machine instructions to run the script
   std::uint64_t call_instructions = 20'000'000;   ///< of one callback
+};
+
+/// All variables of a script at a moment, and where its random numbers were.
+struct LuaImage {
+  LuaArenaImage arena;
+  std::size_t used = 0;
+  std::array<std::uint64_t, 4> random{};
 };
 
 class LuaHost {
@@ -51,6 +60,11 @@ class LuaHost {
   double random();
   std::uint64_t random_bits();
 
+  /// Copies the state of the script; not from within a call.
+  LuaImage save() const { return {arena_.save(), used_, random_}; }
+  /// Goes back to an image of this host.
+  void restore(const LuaImage& image);
+
   /// The host of a state, for C functions.
   static LuaHost& of(lua_State* state);
   /// What a script may use again: the C++ object that `attach` stored, or null.
@@ -69,7 +83,8 @@ class LuaHost {
   LuaLimits limits_;
   std::size_t used_ = 0;
   std::uint64_t left_ = 0;  ///< instructions
-  std::uint64_t random_[4];
+  std::array<std::uint64_t, 4> random_{};
+  LuaArena arena_;
   std::function<void(std::string_view)> print_;
   void* context_ = nullptr;
   lua_State* state_ = nullptr;

@@ -29,7 +29,23 @@ struct Crossing {
   bool known = false;
 };
 
-struct Script {
+/// What changes while a demo runs, besides its world and its Lua variables.
+struct ScriptProgress {
+  Picture picture;
+  std::vector<Check> checks;
+  std::vector<Watch> watches;
+  std::vector<Note> notes;
+  std::vector<int> step_callbacks;
+  std::vector<Appointment> appointments;
+  std::vector<Crossing> crossings;
+  Material material;  ///< of shapes that do not say otherwise
+  std::vector<JointId> joints;
+  Observe needed;  ///< by the script's own sensors
+  std::uint64_t steps = 0;
+  RunTotals totals;
+};
+
+struct Script : ScriptProgress {
   Script(const std::string& file, const DemoOptions& given)
       : options(given), path(file), host(file, given.seed) {
     host.attach(this);
@@ -41,22 +57,10 @@ struct Script {
   double seconds = 5;       ///< length of the run
   double full_seconds = 5;  ///< as the script says, whatever the command line
   double dt = 1.0 / 60;
-  Picture picture;
   std::vector<Parameter> parameters;
-  std::vector<Check> checks;
-  std::vector<Watch> watches;
-  std::vector<Note> notes;
-  std::vector<int> step_callbacks;
-  std::vector<Appointment> appointments;
-  std::vector<Crossing> crossings;
-  std::optional<World> world;  ///< made by `demo{...}`
-  Material material;           ///< of shapes that do not say otherwise
-  std::vector<JointId> joints;
-  std::vector<BridgeView> bridges;
-  Observe needed;  ///< by the script's own sensors
-  Observe wanted;  ///< by the overlays
-  std::uint64_t steps = 0;
-  RunTotals totals;
+  std::optional<World> world;        ///< made by `demo{...}`
+  std::vector<BridgeView> bridges;   ///< their states are part of a demo's state, too
+  Observe wanted;                    ///< by the overlays
   std::optional<double> shown_time;  ///< of pictures, if it is not that of the last step
   std::string usage_error;           ///< a `--set` value that the script refused
   LuaHost host;

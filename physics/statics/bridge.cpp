@@ -125,7 +125,7 @@ void Bridge::rebuild_solver() {
     kept_.push_back(static_cast<int>(m));
     rest.members.push_back(def_.structure.members[m]);
   }
-  solver_.emplace(std::move(rest));
+  solver_ = std::make_shared<StructureSolver>(std::move(rest));
 }
 
 void Bridge::solve(double time) {

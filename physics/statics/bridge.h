@@ -146,7 +146,7 @@ class Bridge {
   std::vector<int> deck_members_;  ///< between them
   std::vector<int> kept_;          ///< members of the solver's structure, by their number here
   std::vector<int> solver_index_;  ///< and back; -1: broken or slack
-  std::optional<StructureSolver> solver_;
+  std::shared_ptr<StructureSolver> solver_;  ///< of the members that stand; copies share it
   Load load_, solver_load_;
   Response response_;
   std::vector<MemberState> members_;

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: MIT
+//
+// Time travel without a window: demo states, inputs, seeking, recordings.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "sandbox/demo_files.h"
+#include "sandbox/errors.h"
+#include "sandbox/lua_arena.h"
+#include "sandbox/window/player.h"
+#include "sandbox/window/recording.h"
+#include "tests/sandbox/temporary.h"
+#include "tests/support/paths.h"
+#include "tests/support/scale.h"
+
+namespace skerry::sandbox {
+namespace {
+
+/// Lua variables, random numbers, appointments and a sensor all steer the bodies.
+constexpr const char* kRestless = R"lua(
+demo{ title = "Restless", seconds = 2 }
+ground{ y = 0 }
+local bodies, count, hits = {}, 0, 0
+for i = 1, 6 do bodies[i] = box{ at = {i, 0.5}, size = {0.8, 0.8}, mass = 1, restitution = 0.2,
+    name = "b" .. i } end
+local sensor = contact(bodies[1])
+on_step(function(t)
+  count = count + 1
+  if sensor.touching then hits = hits + 1 end
+  if count % 7 == 0 then
+    local b = bodies[math.random(#bodies)]
+    if b.alive then b:impulse(math.random() * 2 - 1, 2 + hits / 100) end
+    bodies[#bodies + 1] = disc{ at = {math.random() * 6, 4}, radius = 0.2 }
+  end
+end)
+at(0.5, function() gravity(0, -3) note("lighter") end)
+expect("many hits", function() return hits end, { above = 0 })
+)lua";
+
+std::string restless(const TemporaryFolder& folder) {
+  return folder.write("restless.lua", kRestless);
+}
+
+TEST(LuaArena, BlocksKeepTheirContentsAndReturnToAnImage) {
+  LuaArena arena(1 << 20);
+  std::mt19937 random(3);
+  struct Block {
+    unsigned char* at;
+    std::size_t size;
+    unsigned char fill;
+  };
+  std::vector<Block> blocks, kept;
+  LuaArenaImage image;
+  const auto check = [](const std::vector<Block>& all) {
+    for (const Block& b : all) {
+      if (!std::all_of(b.at, b.at + b.size, [&](unsigned char c) { return c == b.fill; })) return false;
+    }
+    return true;
+  };
+  for (int i = 0; i < 4000; ++i) {
+    if (i == 2000) {
+      image = arena.save();
+      kept = blocks;
+    }
+    const bool grow = blocks.size() < 20 || random() % 2;
+    if (grow) {
+      const std::size_t size = 1 + random() % (i % 10 ? 300 : 3000);
+      auto* at = static_cast<unsigned char*>(arena.resize(nullptr, 0, size));
+      ASSERT_NE(at, nullptr);
+      ASSERT_EQ(reinterpret_cast<std::uintptr_t>(at) % 16, 0u);
+      blocks.push_back({at, size, static_cast<unsigned char>(random())});
+      std::fill_n(at, size, blocks.back().fill);
+      continue;
+    }
+    Block& block = blocks[random() % blocks.size()];
+    const std::size_t size = random() % 3 ? 1 + random() % 1500 : 0;
+    const std::size_t same = std::min(size, block.size);
+    block.at = static_cast<unsigned char*>(arena.resize(block.at, block.size, size));
+    if (size == 0) {
+      block = blocks.back();
+      blocks.pop_back();
+      continue;
+    }
+    ASSERT_TRUE(std::all_of(block.at, block.at + same, [&](unsigned char c) { return c == block.fill; }));
+    block.size = size;
+    std::fill_n(block.at, size, block.fill);
+  }
+  EXPECT_TRUE(check(blocks));
+  arena.restore(image);
+  EXPECT_TRUE(check(kept));
+}
+
+TEST(LuaArena, AFullArenaGivesNull) {
+  LuaArena arena(1 << 20);
+  EXPECT_EQ(arena.resize(nullptr, 0, std::size_t{1} << 30), nullptr);
+  EXPECT_NE(arena.resize(nullptr, 0, 100), nullptr);
+}
+
+TEST(DemoState, RestoresTheWorldAndTheVariablesOfTheScript) {
+  const TemporaryFolder folder;
+  Demo demo(restless(folder), {});
+  for (int i = 0; i < 25; ++i) demo.step();
+  const DemoState state = demo.save();
+  EXPECT_EQ(state.step(), 25u);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 60; ++i) {
+    demo.step();
+    hashes.push_back(demo.world().state_hash());
+  }
+  EXPECT_EQ(demo.notes().size(), 1u);
+  demo.restore(state);
+  EXPECT_EQ(demo.steps_done(), 25u);
+  EXPECT_TRUE(demo.notes().empty());
+  for (const std::uint64_t hash : hashes) {
+    demo.step();
+    ASSERT_EQ(demo.world().state_hash(), hash) << demo.steps_done();
+  }
+  Demo other(restless(folder), {});
+  EXPECT_THROW(other.restore(state), std::invalid_argument);
+}
+
+UserInput grab(const World& world, std::uint32_t slot) {
+  const BodyId body = world.body_id(slot);
+  return {.kind = InputKind::Grab, .body = body, .at = world.position(body)};
+}
+
+/// Plays with pushes of a user in between; the states' hashes.
+void play(Player& player) {
+  for (int i = 0; i < 10; ++i) player.advance();
+  player.input(grab(player.demo().world(), 3));
+  for (int i = 0; i < 12; ++i) {
+    player.input({.kind = InputKind::Drag, .at = {3 + 0.05 * i, 1 + 0.1 * i}});
+    player.advance();
+  }
+  player.input({.kind = InputKind::Spawn, .at = {2, 5}, .spawn = SpawnKind::Hexagon, .size = 0.3});
+  for (int i = 0; i < 12; ++i) player.advance();
+  player.input({.kind = InputKind::Release});
+  player.input({.kind = InputKind::Remove, .body = player.demo().world().body_id(2)});
+  for (int i = 0; i < 6; ++i) player.advance();
+  player.input(
+      {.kind = InputKind::Methods, .methods = {"pgs", "time_stepping", "sweep_and_prune", "poisson"}});
+  for (int i = 0; i < 20; ++i) player.advance();
+}
+
+TEST(Player, EveryStateIsReachedAgainByTheBitFromEverywhere) {
+  const TemporaryFolder folder;
+  Player player(restless(folder), {}, {.spacing = 8});
+  play(player);
+  const std::uint64_t end = player.end();
+  ASSERT_EQ(end, 60u);
+  std::mt19937 random(11);
+  for (int i = 0; i < test_scale(60); ++i) {
+    const std::uint64_t target = random() % (end + 1);
+    player.seek(target);
+    ASSERT_EQ(player.step(), target);
+    ASSERT_EQ(player.end(), end);
+    ASSERT_EQ(player.divergence(), std::nullopt) << "seek " << i << " to " << target;
+    ASSERT_EQ(player.history().ledger().size(), target + 1);
+  }
+  // A state before its inputs has the recorded hash, so a fresh run with the same inputs shows the same.
+  Player again(restless(folder), {});
+  again.play_inputs(player.inputs());
+  for (std::uint64_t step = 0; step < end; ++step) {
+    ASSERT_EQ(again.hash(step), player.hash(step)) << step;
+    again.advance();
+  }
+}
+
+TEST(Player, ThousandsOfStatesStayInReachWithLittleMemory) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.write("pendulum.lua",
+                   "demo{ title = 'P', seconds = 60 }\nlocal n = 0\n"
+                   "local b = disc{ at = {1, 0}, radius = 0.2, mass = 1 }\n"
+                   "rod{ from = {0, 0}, to = b }\n"
+                   "on_step(function() n = n + 1 b:force(n % 5 * math.random(), 0) end)\n");
+  Player player(path, {}, {.spacing = 16, .memory = std::size_t{3} << 20});
+  constexpr std::uint64_t kSteps = 2200;
+  while (player.step() < kSteps) player.advance();
+  EXPECT_LE(player.keyframe_bytes(), std::size_t{3} << 20);
+  EXPECT_LT(player.keyframes(), kSteps / 16) << "some were given up";
+  EXPECT_GE(player.keyframes(), 10u);
+  std::mt19937 random(4);
+  for (int i = 0; i < 20; ++i) {
+    player.seek(random() % (kSteps + 1));
+    ASSERT_EQ(player.divergence(), std::nullopt) << player.step();
+  }
+  player.seek(0);
+  EXPECT_EQ(player.step(), 0u);
+  EXPECT_EQ(player.end(), kSteps);
+}
+
+TEST(Player, WhatAScriptPrintsIsPrintedOnce) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("p.lua", "demo{ title = 'P' }\non_step(function(t) print(t) end)");
+  int lines = 0;
+  DemoOptions options;
+  options.print = [&](std::string_view) { ++lines; };
+  Player player(path, options);
+  player.seek(20);
+  player.seek(3);
+  player.seek(10);
+  EXPECT_EQ(lines, 20);
+  player.seek(21);
+  EXPECT_EQ(lines, 21);
+}
+
+TEST(Player, AnInputInThePastForgetsTheFuture) {
+  const TemporaryFolder folder;
+  Player player(restless(folder), {}, {.spacing = 8});
+  play(player);
+  player.seek(30);
+  player.input({.kind = InputKind::Spawn, .at = {1, 3}, .spawn = SpawnKind::Box, .size = 0.2});
+  EXPECT_EQ(player.end(), 30u);
+  EXPECT_LE(player.inputs().back().step, 30u);
+  for (int i = 0; i < 10; ++i) player.advance();
+  player.seek(33);
+  player.seek(40);
+  EXPECT_EQ(player.divergence(), std::nullopt);
+}
+
+TEST(Hand, HoldsABodyUnderItsGripAndIsNotInfinitelyStrong) {
+  World world({.gravity = {0, -9.81}});
+  const BodyId box = world.create_body({.mass = 3.0});
+  world.add_shape(box, {.shape = make_box({1, 0.4})});
+  Hand hand;
+  hand.grab(world, box, {0.5, 0.2});
+  hand.move({2, 3});
+  for (int i = 0; i < 480; ++i) {
+    hand.pull(world, 1.0 / 60);
+    world.step(1.0 / 60);
+  }
+  const Vec2 grip = hand.grip(world);
+  EXPECT_NEAR(grip.x, 2, 1e-3);
+  EXPECT_NEAR(grip.y, 3, 1e-3);
+  // Its centre hangs below the grip, and it has come to rest.
+  EXPECT_NEAR(world.position(box).x, 2, 2e-3);
+  EXPECT_NEAR(length(world.velocity(box)), 0, 1e-3);
+  // Far away: the force is limited to 60 weights.
+  world.set_velocity(box, {}, 0);
+  hand.move({2, 1e6});
+  hand.pull(world, 1.0 / 60);
+  EXPECT_NEAR(length(world.bodies().force[box.index]), 60 * 3 * 10, 1e-6);
+  world.destroy(box);
+  hand.pull(world, 1.0 / 60);
+  EXPECT_FALSE(hand.holds());
+}
+
+TEST(Pick, FindsTheTopmostDynamicBodyAndSmallOnesNearby) {
+  World world;
+  const BodyId ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, {.shape = make_half_plane({0, 0}, {0, 1})});
+  const BodyId low = world.create_body({.position = {0, 1}});
+  world.add_shape(low, {.shape = make_disc(1)});
+  const BodyId high = world.create_body({.position = {0.5, 1}});
+  world.add_shape(high, {.shape = make_disc(1)});
+  const BodyId small = world.create_body({.position = {5, 1}});
+  world.add_shape(small, {.shape = make_disc(0.01)});
+  EXPECT_EQ(pick_body(world, {0.2, 1}, 0), high);
+  EXPECT_EQ(pick_body(world, {-0.9, 1}, 0), low);
+  EXPECT_FALSE(pick_body(world, {0, -1}, 0.1));
+  EXPECT_FALSE(pick_body(world, {5.05, 1}, 0));
+  EXPECT_EQ(pick_body(world, {5.05, 1}, 0.1), small);
+}
+
+Recording recording_of(const TemporaryFolder& folder) {
+  Player player(restless(folder), {.seed = 5});
+  play(player);
+  player.seek(20);
+  Recording recording = record(player);
+  EXPECT_EQ(player.step(), 20u);
+  return recording;
+}
+
+TEST(Recording, RunsAgainFromItsBytes) {
+  const TemporaryFolder folder;
+  const Recording recording = recording_of(folder);
+  EXPECT_EQ(recording.steps(), 60u);
+  const Recording loaded = load_recording(save_recording(recording));
+  EXPECT_EQ(loaded.inputs, recording.inputs);
+  EXPECT_EQ(loaded.options.seed, 5u);
+  EXPECT_EQ(loaded.script_hash, file_hash(loaded.path));
+  EXPECT_EQ(replay(loaded), std::nullopt);
+}
+
+TEST(Recording, NamesTheFirstStateBodyAndValueThatDiffer) {
+  const TemporaryFolder folder;
+  Recording recording = recording_of(folder);
+  // A last bit in the past of one body.
+  bool found = false;
+  for (std::uint64_t step = 17; step < recording.states.size() && !found; ++step) {
+    for (RecordedBody& body : recording.states[step].changed) {
+      if (body.slot != 4) continue;
+      body.values[4] = std::nextafter(body.values[4], 1e9);
+      recording.states[step].hash ^= 1;
+      const auto difference = replay(recording);
+      ASSERT_TRUE(difference);
+      EXPECT_EQ(difference->step, step);
+      EXPECT_EQ(difference->value, "velocity y");
+      EXPECT_EQ(difference->expected, body.values[4]);
+      EXPECT_NE(difference->text().find("velocity y of body 4 \"b4\" is "), std::string::npos)
+          << difference->text();
+      found = true;
+      break;
+    }
+  }
+  EXPECT_TRUE(found);
+  // Another script.
+  std::string text = kRestless;
+  text.replace(text.find("{i, 0.5}"), 8, "{i, 0.6}");
+  const std::string other = folder.write("other.lua", text);
+  const auto difference = replay(recording_of(folder), other);
+  ASSERT_TRUE(difference);
+  EXPECT_EQ(difference->step, 0u);
+  EXPECT_EQ(difference->value, "y");
+}
+
+TEST(Recording, DamagedFilesAreRefused) {
+  const TemporaryFolder folder;
+  const std::vector<std::byte> good = save_recording(recording_of(folder));
+  std::mt19937 random(9);
+  for (int trial = 0; trial < test_scale(200); ++trial) {
+    std::vector<std::byte> bytes = good;
+    if (trial % 2)
+      bytes[random() % bytes.size()] ^= static_cast<std::byte>(1 + random() % 255);
+    else
+      bytes.resize(random() % bytes.size());
+    EXPECT_THROW(load_recording(bytes), ArchiveError) << trial;
+  }
+}
+
+}  // namespace
+}  // namespace skerry::sandbox
