@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/target.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -105,6 +106,18 @@ void Target::resolve() {
   glBindTexture(GL_TEXTURE_2D, scene_texture_);
   glBindVertexArray(vertex_array_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void Target::paste(const Target& other) {
+  const int width = std::min(width_, other.width_), height = std::min(height_, other.height_);
+  glBindFramebuffer(GL_FRAMEBUFFER, final_framebuffer_);
+  glViewport(0, 0, width_, height_);
+  glDisable(GL_SCISSOR_TEST);
+  glClearColor(0, 0, 0, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, other.final_framebuffer_);
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, final_framebuffer_);
 }
 
 void Target::read(Image& image) {

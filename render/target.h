@@ -37,6 +37,10 @@ class Target {
   /// Averages the fine picture into the final one, and binds the final one. With ssaa 1 only binds.
   void resolve();
 
+  /// Copies the final picture of `other` to the upper left corner of this one's; what does not fit is left
+  /// out, what is not covered is black.
+  void paste(const Target& other);
+
   /// Copies the final picture; `image` is resized.
   void read(Image& image);
 

@@ -281,6 +281,9 @@ bool UiHost::wants_mouse() const {
 bool UiHost::wants_keys() const {
   return ImGui::GetIO().WantCaptureKeyboard;
 }
+bool UiHost::wants_text() const {
+  return ImGui::GetIO().WantTextInput;
+}
 ImFont* UiHost::regular() const {
   return state_->regular;
 }

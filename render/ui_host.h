@@ -51,6 +51,8 @@ class UiHost {
   /// ImGui wants the mouse or the keys for itself.
   [[nodiscard]] bool wants_mouse() const;
   [[nodiscard]] bool wants_keys() const;
+  /// A text field has the keyboard: letters are not hotkeys.
+  [[nodiscard]] bool wants_text() const;
 
   [[nodiscard]] ImFont* regular() const;  ///< DejaVu Sans
   [[nodiscard]] ImFont* bold() const;     ///< DejaVu Sans Bold

@@ -173,9 +173,12 @@ void WindowContext::set_title(const std::string& title) {
   glfwSetWindowTitle(state_->window, title.c_str());
 }
 
-WindowInput WindowContext::poll() {
+WindowInput WindowContext::poll(double wait) {
   State& s = *state_;
-  glfwPollEvents();
+  if (wait > 0)
+    glfwWaitEventsTimeout(wait);
+  else
+    glfwPollEvents();
   s.measure();
   WindowInput input = std::exchange(s.next, {});
   // A click that was shorter than a frame: down now, up in the next.
@@ -188,7 +191,9 @@ WindowInput WindowContext::poll() {
   int points_wide = 1, points_high = 1;
   glfwGetCursorPos(s.window, &x, &y);
   glfwGetWindowSize(s.window, &points_wide, &points_high);
-  if (glfwGetWindowAttrib(s.window, GLFW_HOVERED) || input.ui.mouse_down[0]) {
+  // A drag goes on outside of the window.
+  const bool held_down = input.ui.mouse_down[0] || input.ui.mouse_down[1] || input.ui.mouse_down[2];
+  if (glfwGetWindowAttrib(s.window, GLFW_HOVERED) || held_down) {
     input.ui.mouse_x = static_cast<float>(x * s.width / std::max(points_wide, 1));
     input.ui.mouse_y = static_cast<float>(y * s.height / std::max(points_high, 1));
   }

@@ -66,7 +66,8 @@ class WindowContext {
 
   /// Handles what the display server has sent. A press and a release between two calls are reported in two
   /// calls, because ImGui must see them in different frames.
-  WindowInput poll();
+  /// @param wait  returns when something happened, after so many seconds at the latest
+  WindowInput poll(double wait = 0);
 
   /// Shows the final picture of `target`, stretched if its size is not the window's; waits for the screen.
   void present(Target& target);

@@ -5,6 +5,8 @@ namespace skerry::sandbox {
 
 std::span<const Command> commands() {
   static constexpr Command kCommands[] = {
+      {"open", "Opens a window: play, step back, drag bodies, compare", "skerry open newtons_cradle",
+       setup_open},
       {"list", "Demos with title, lesson and parameters", "skerry list", setup_list},
       {"run", "Steps a demo without pictures and checks its numbers",
        "skerry run newtons_cradle --set lifted=2 --report out.json", setup_run},
@@ -20,6 +22,10 @@ std::span<const Command> commands() {
        "skerry solve island_W.mtx --solver body_space -o lambda.mtx", setup_solve},
       {"golden", "Compares pictures of known scenes with those that were blessed",
        "skerry golden --report golden_report", setup_golden},
+      {"record", "Keeps every state of a demo in a file", "skerry record stack -o stack.skerry",
+       setup_record},
+      {"replay", "Runs a recording again and names the first state that differs",
+       "skerry replay stack.skerry", setup_replay},
       {"doctor", "Says what of EGL, OpenGL and the encoders works here", "skerry doctor", setup_doctor},
   };
   return kCommands;

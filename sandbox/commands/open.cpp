@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <ostream>
+
+#include "sandbox/commands/commands.h"
+#include "sandbox/errors.h"
+#include "sandbox/window/actions.h"
+#include "sandbox/window/window_app.h"
+
+namespace skerry::sandbox {
+namespace {
+
+struct Options {
+  SharedOptions shared;
+  WindowOptions window;
+  std::string size = "1280x720", theme = "light";
+  bool keys = false;
+};
+
+int run(const Options& options, const Io& io) {
+  if (options.keys) {
+    io.out << keys_table();
+    return kGood;
+  }
+  WindowOptions window = options.window;
+  int used = 0;
+  const bool read = std::sscanf(options.size.c_str(), "%dx%d%n", &window.width, &window.height, &used) == 2;
+  if (!read || used != static_cast<int>(options.size.size()) || window.width < 320 || window.height < 240 ||
+      window.width > 16384 || window.height > 16384)
+    throw UsageError("--size expected WIDTHxHEIGHT from 320x240 to 16384x16384 pixels, got \"" +
+                     options.size + '"');
+  const std::optional<render::Theme> theme = render::parse_theme(options.theme);
+  if (!theme) throw UsageError("--theme expected light or dark, got \"" + options.theme + '"');
+  window.theme = *theme;
+  window.folder = options.shared.folder;
+  window.options = options.shared.checked(io);
+  if (!options.shared.demos.empty()) window.demo = options.shared.demos.front();
+  run_window(window, io);
+  return kGood;
+}
+
+}  // namespace
+
+Action setup_open(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  add_shared_options(app, options->shared, DemoCount::Any);
+  app.add_option("--size", options->size, "Size of the window in pixels")
+      ->type_name("WxH")
+      ->capture_default_str();
+  app.add_option("--theme", options->theme, "light or dark")->type_name("NAME")->capture_default_str();
+  app.add_option("--close-after", options->window.seconds, "Closes the window after so many seconds")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--screenshot", options->window.screenshot, "Writes the last frame to a PNG file")
+      ->type_name("FILE");
+  app.add_flag("--keys", options->keys, "Prints the keys of the window as a table");
+  return [options](const Io& io) { return run(*options, io); };
+}
+
+}  // namespace skerry::sandbox

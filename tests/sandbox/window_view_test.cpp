@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: MIT
+//
+// The window's frames with made-up events and no display, and once with real ones under Xvfb.
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <gtest/gtest.h>
+#include <imgui.h>
+#include <set>
+#include <sstream>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
+
+#include "render/egl_context.h"
+#include "render/image.h"
+#include "sandbox/overlays/overlay.h"
+#include "sandbox/window/actions.h"
+#include "sandbox/window/recording.h"
+#include "sandbox/window/window_view.h"
+#include "tests/sandbox/temporary.h"
+
+namespace skerry::sandbox {
+namespace {
+
+constexpr const char* kBoxes =
+    "demo{ title = 'Boxes', seconds = 2, view = { x = 0, y = 2, height = 6 } }\n"
+    "local mu = param('mu', 0.5, 0, 1)\nground{ y = 0, friction = mu }\n"
+    "box{ at = {-2, 0.5}, size = {1, 1}, name = 'left' }\nbox{ at = {2, 0.5}, size = {1, 1}, name = 'right' "
+    "}\n"
+    "at(0.5, function() note('half') end)\n";
+
+/// A window that is not there.
+class WindowViewTest : public testing::Test {
+ protected:
+  WindowViewTest() {
+    previous_ = std::filesystem::current_path();
+    path_ = folder_.write("boxes.lua", kBoxes);
+    folder_.write("other.lua",
+                  "demo{ title = 'Another one', seconds = 1 }\nground{ y = 0 }\n"
+                  "disc{ at = {0, 2}, radius = 0.5 }\n");
+    std::filesystem::current_path(folder_ / "");
+    bench_ = std::make_unique<Workbench>(find_demos(folder_ / ""), DemoOptions{});
+    view_ = std::make_unique<WindowView>(*bench_);
+    input_.seconds = 1.0 / 60;
+  }
+  ~WindowViewTest() override { std::filesystem::current_path(previous_); }
+
+  void frames(int count = 1) {
+    for (int i = 0; i < count; ++i) {
+      view_->frame(input_, 1280, 720);
+      input_.keys.clear();
+      input_.ui.text.clear();
+      input_.ui.wheel = 0;
+    }
+  }
+  void key(int code, bool shift = false) {
+    render::KeyPress press;
+    press.key = code;
+    press.shift = shift;
+    input_.keys = {press};
+    frames();
+  }
+  void mouse(Vec2 at) {
+    const render::Point px = bench_->camera.to_pixels({at.x, at.y});
+    input_.ui.mouse_x = static_cast<float>(px.x);
+    input_.ui.mouse_y = static_cast<float>(px.y);
+    frames();
+  }
+  void button(int number, bool down) {
+    input_.ui.mouse_down[number] = down;
+    frames();
+  }
+  Player& player() { return bench_->player(); }
+
+  TemporaryFolder folder_;
+  std::filesystem::path previous_;
+  std::string path_;
+  render::EglContext context_;
+  std::unique_ptr<Workbench> bench_;
+  std::unique_ptr<WindowView> view_;
+  render::WindowInput input_;
+};
+
+TEST_F(WindowViewTest, TimeIsControlledByKeys) {
+  bench_->open(path_);
+  frames(10);
+  EXPECT_EQ(player().step(), 10u);
+  key(' ');
+  const std::uint64_t here = player().step();
+  frames(5);
+  EXPECT_EQ(player().step(), here);
+  key(render::kKeyRight);
+  EXPECT_EQ(player().step(), here + 1);
+  key(render::kKeyLeft);
+  key(render::kKeyLeft);
+  EXPECT_EQ(player().step(), here - 1);
+  key(render::kKeyRight, true);
+  EXPECT_EQ(player().step(), here + 9);
+  key(render::kKeyHome);
+  EXPECT_EQ(player().step(), 0u);
+  key(render::kKeyEnd);
+  EXPECT_EQ(player().step(), player().end());
+  key(render::kKeyUp);
+  EXPECT_EQ(bench_->time().speed(), 2);
+  EXPECT_EQ(player().divergence(), std::nullopt);
+  frames(200);
+  EXPECT_TRUE(view_->idle());
+}
+
+TEST_F(WindowViewTest, ABodyIsDraggedAndTheSessionReplays) {
+  bench_->open(path_);
+  frames(2);
+  mouse({-2, 0.5});
+  button(0, true);
+  EXPECT_TRUE(player().hand().holds());
+  EXPECT_EQ(bench_->selection.body.index, 1u);
+  for (int i = 0; i < 60; ++i) mouse({-2 + i * 0.03, 0.5 + i * 0.04});
+  frames(60);
+  const World& world = player().demo().world();
+  EXPECT_NEAR(world.bodies().position[1].x, -2 + 59 * 0.03, 0.02);
+  EXPECT_NEAR(world.bodies().position[1].y, 0.5 + 59 * 0.04, 0.02);
+  button(0, false);
+  EXPECT_FALSE(player().hand().holds());
+  frames(60);
+  EXPECT_LT(world.bodies().position[1].y, 1.0) << "it fell down again";
+  key(render::kKeyF1 + 7);
+  const Recording recording = load_recording(read_bytes("boxes.skerry"));
+  EXPECT_GE(recording.inputs.size(), 50u);
+  EXPECT_EQ(replay(recording), std::nullopt);
+  // Back to before the drag, by the timeline: the box stands where it stood.
+  bench_->scrub(1);
+  EXPECT_NEAR(player().demo().world().bodies().position[1].x, -2, 1e-9);
+  EXPECT_EQ(player().divergence(), std::nullopt);
+}
+
+TEST_F(WindowViewTest, TheViewMovesAndZoomsAndComesBack) {
+  bench_->open(path_);
+  key(' ');
+  const render::Camera before = bench_->camera;
+  mouse({0, 3});
+  input_.ui.wheel = 2;
+  frames();
+  EXPECT_LT(bench_->camera.height, before.height);
+  const render::Point px{input_.ui.mouse_x, input_.ui.mouse_y};
+  EXPECT_NEAR(bench_->camera.to_world(px).x, 0, 1e-3);
+  button(0, true);
+  input_.ui.mouse_x += 100;
+  frames();
+  EXPECT_NEAR(bench_->camera.to_world({px.x + 100, px.y}).x, 0, 1e-3);
+  button(0, false);
+  key('0');
+  EXPECT_NEAR(bench_->camera.height, before.height, 1e-12);
+  EXPECT_NEAR(bench_->camera.centre.x, before.centre.x, 1e-12);
+}
+
+TEST_F(WindowViewTest, RightClicksMakeBodiesAndDeleteRemovesThem) {
+  bench_->open(path_);
+  key(' ');
+  key('2');
+  const std::size_t bodies = player().demo().world().bodies().size();
+  mouse({0, 3});
+  button(1, true);
+  button(1, false);
+  const BodyArrays& all = player().demo().world().bodies();
+  ASSERT_EQ(all.size(), bodies + 1);
+  EXPECT_NEAR(all.position[bodies].y, 3, 0.02);
+  button(0, true);
+  button(0, false);
+  EXPECT_EQ(bench_->selection.body.index, bodies);
+  key(render::kKeyDelete);
+  EXPECT_EQ(player().demo().world().bodies().alive[bodies], 0);
+}
+
+TEST_F(WindowViewTest, DemosAreFoundByTyping) {
+  frames(3);
+  EXPECT_TRUE(bench_->panels.demos);
+  input_.ui.text = "anot";
+  frames(2);
+  EXPECT_EQ(bench_->panels.search, "anot");
+  input_.ui.keys_down = {ImGuiKey_Enter};
+  key(render::kKeyEnter);
+  input_.ui.keys_down.clear();
+  frames(2);
+  EXPECT_FALSE(bench_->panels.settings) << "Enter belongs to the search";
+  ASSERT_TRUE(bench_->has_demo());
+  EXPECT_EQ(player().demo().title(), "Another one");
+  bench_->open(path_);
+  EXPECT_EQ(player().demo().title(), "Boxes");
+  key(render::kKeyTab);
+  EXPECT_TRUE(bench_->panels.demos);
+  key(render::kKeyEscape);
+  EXPECT_FALSE(bench_->panels.demos);
+}
+
+TEST_F(WindowViewTest, ASavedScriptIsLoadedAgainAndABrokenOneIsTold) {
+  bench_->open(path_);
+  frames(5);
+  std::string text = kBoxes;
+  text.replace(text.find("'Boxes'"), 7, "'Fresh'");
+  folder_.write("boxes.lua", text);
+  std::filesystem::last_write_time(path_,
+                                   std::filesystem::file_time_type::clock::now() + std::chrono::seconds(2));
+  frames(30);
+  EXPECT_EQ(player().demo().title(), "Fresh");
+  folder_.write("boxes.lua", "demo{ title = ");
+  std::filesystem::last_write_time(path_,
+                                   std::filesystem::file_time_type::clock::now() + std::chrono::seconds(4));
+  frames(30);
+  ASSERT_TRUE(bench_->message());
+  EXPECT_TRUE(bench_->message()->trouble);
+  EXPECT_NE(bench_->message()->text.find("boxes.lua:1:"), std::string::npos) << bench_->message()->text;
+  EXPECT_EQ(player().demo().title(), "Fresh") << "what ran goes on";
+}
+
+TEST_F(WindowViewTest, MethodsParametersAndGhosts) {
+  bench_->open(path_);
+  frames(5);
+  bench_->set_parameter("mu", "0.25");
+  EXPECT_EQ(player().demo().parameters().front().value, 0.25);
+  EXPECT_EQ(player().step(), 0u);
+  frames(20);
+  Methods methods = methods_of(player().demo().world());
+  methods.solver = "pgs";
+  methods.broad_phase = "sweep_and_prune";
+  bench_->set_methods(methods);
+  EXPECT_EQ(player().demo().world().config().solver, "pgs");
+  frames(20);
+  key(render::kKeyF1 + 5);
+  ASSERT_TRUE(bench_->has_ghost());
+  EXPECT_EQ(bench_->ghost().step(), player().step());
+  frames(10);
+  EXPECT_EQ(bench_->ghost().step(), player().step());
+  EXPECT_LT(bench_->ghost_distance(), 0.1);
+  bench_->scrub(3);
+  EXPECT_EQ(bench_->ghost().step(), 3u);
+  key(render::kKeyF1 + 5);
+  EXPECT_FALSE(bench_->has_ghost());
+}
+
+TEST_F(WindowViewTest, EveryKeyDoesSomethingOnceAndAppearsInTheTable) {
+  std::set<std::tuple<int, bool, bool>> seen;
+  for (const KeyAction& action : actions())
+    EXPECT_TRUE(seen.insert({action.key, action.ctrl, action.shift}).second) << action.what;
+  std::set<char> letters;
+  for (const Overlay& overlay : overlays()) {
+    if (overlay.key == 0) continue;
+    EXPECT_TRUE(letters.insert(overlay.key).second) << overlay.name;
+  }
+  bench_->open(path_);
+  key(' ');
+  for (const Overlay& overlay : overlays()) {
+    if (overlay.key == 0) continue;
+    const std::string name(overlay.name);
+    const bool before = bench_->shows(name);
+    key(std::toupper(overlay.key));
+    EXPECT_NE(bench_->shows(name), before) << name;
+    frames();
+  }
+  EXPECT_EQ(player().divergence(), std::nullopt);
+  // The README shows the same table; overlays, which have one letter each, are left to `--keys`.
+  const std::string readme = read_file(std::string(source_dir()) + "/README.md");
+  std::istringstream table(keys_table());
+  for (std::string line; std::getline(table, line);) {
+    const bool overlay = line.size() > 4 && std::isupper(line[2]) && line[3] == ' ';
+    if (overlay) continue;
+    EXPECT_NE(readme.find(line), std::string::npos) << "README.md lacks: " << line;
+  }
+}
+
+TEST_F(WindowViewTest, FilmsAndScreenshotsAreWholeFiles) {
+  bench_->open(path_);
+  frames(3);
+  key(render::kKeyF1 + 8);
+  frames(20);
+  key(render::kKeyF1 + 8);
+  frames();
+  EXPECT_GT(std::filesystem::file_size("boxes.mp4"), 1000u);
+  key(render::kKeyF1 + 11);
+  frames();
+  const render::Image image = render::read_png("boxes.png");
+  EXPECT_EQ(image.width, 1280);
+  EXPECT_EQ(image.height, 720);
+}
+
+std::string shell(const std::string& command, int& status) {
+  std::string out;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  char buffer[256];
+  while (pipe && fgets(buffer, sizeof buffer, pipe)) out += buffer;
+  status = pipe ? pclose(pipe) : -1;
+  return out;
+}
+
+/// `skerry open` in a process of its own on an X server of its own.
+class OpenCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    int channel[2];
+    ASSERT_EQ(pipe(channel), 0);
+    server_ = fork();
+    if (server_ == 0) {
+      close(channel[0]);
+      execlp("Xvfb", "Xvfb", "-displayfd", std::to_string(channel[1]).c_str(), "-screen", "0", "1280x720x24",
+             "-nolisten", "tcp", "-noreset", static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    close(channel[1]);
+    char c = 0;
+    while (read(channel[0], &c, 1) == 1 && c != '\n') display_ += c;
+    close(channel[0]);
+    ASSERT_FALSE(display_.empty()) << "Xvfb is needed (apt install xvfb)";
+  }
+  void TearDown() override {
+    for (const pid_t process : {window_, server_}) {
+      if (process <= 0) continue;
+      kill(process, SIGTERM);
+      waitpid(process, nullptr, 0);
+    }
+  }
+  void open(const std::string& demo) {
+    window_ = fork();
+    if (window_ != 0) return;
+#ifdef __SANITIZE_ADDRESS__
+    __lsan::ScopedDisabler driver_keeps_memory;
+#endif
+    setenv("DISPLAY", (":" + display_).c_str(), 1);
+    std::filesystem::current_path(folder_ / "");
+    std::ostringstream out, err;
+    const int code =
+        run_command_line({"open", demo, "--demos", demo_tree(), "--close-after", "60"}, out, err, false);
+    std::ofstream(folder_ / "errors.txt") << err.str();
+    _exit(code);
+  }
+  /// Acts as a user, until `done` holds, for at most ten seconds.
+  bool act(const std::string& events, const std::function<bool()>& done) {
+    int status = 0;
+    const std::string out = shell("DISPLAY=:" + display_ + " xdotool " + events, status);
+    EXPECT_EQ(status, 0) << events << ": " << out;
+    for (int i = 0; i < 1000; ++i) {
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+  std::string title() {
+    int status = 0;
+    return shell("DISPLAY=:" + display_ + " xdotool search --name Skerry getwindowname", status);
+  }
+
+  TemporaryFolder folder_;
+  pid_t server_ = -1, window_ = -1;
+  std::string display_;
+};
+
+TEST_F(OpenCommand, ServesAUserWithMouseAndKeys) {
+  open("newtons_cradle");
+  const auto exists = [&](const char* name) { return std::filesystem::exists(folder_ / name); };
+  const auto always = [] { return true; };
+  ASSERT_TRUE(
+      act("search --sync --name Skerry", [&] { return title().find("Skerry") != std::string::npos; }));
+  ASSERT_TRUE(act("search --name Skerry windowfocus --sync", always));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(act("key space", always));
+  EXPECT_TRUE(act("key Right Right Right", always));
+  // Take hold in the middle of the scene, move, let go.
+  EXPECT_TRUE(
+      act("mousemove 500 400 sleep 0.2 mousedown 1 sleep 0.2 mousemove 560 360 sleep 0.2 mouseup 1", always));
+  EXPECT_TRUE(act("mousemove 300 200 sleep 0.2 click 3 sleep 0.2", always));
+  EXPECT_TRUE(act("key F12", [&] { return exists("newtons_cradle.png"); }));
+  EXPECT_TRUE(act("key F8", [&] { return exists("newtons_cradle.skerry"); }));
+  const render::Image image = render::read_png(folder_ / "newtons_cradle.png");
+  EXPECT_EQ(image.width, 1280);
+  EXPECT_EQ(image.height, 720);
+  // The play button is a disc of the accent colour; paused, its triangle points right.
+  const render::Style& style = render::style(render::Theme::Light);
+  int accent = 0;
+  std::set<std::uint32_t> colors;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const render::Color color = image.at(x, y);
+      colors.insert(color.r << 16 | color.g << 8 | color.b);
+      accent += y > 665 && color == style.accent;
+    }
+  }
+  EXPECT_GT(accent, 600);
+  EXPECT_GT(colors.size(), 50u);
+  const Recording recording = load_recording(read_bytes(folder_ / "newtons_cradle.skerry"));
+  EXPECT_GE(recording.steps(), 3u);
+  EXPECT_TRUE(std::any_of(recording.inputs.begin(), recording.inputs.end(),
+                          [](const UserInput& input) { return input.kind == InputKind::Spawn; }));
+  // Search: Tab, letters, Enter.
+  EXPECT_TRUE(act("key Tab sleep 0.5 type --delay 60 seesaw", always));
+  EXPECT_TRUE(act("sleep 0.3 key Return", [&] { return title().find("Newton") == std::string::npos; }));
+  EXPECT_NE(title().find("Skerry"), std::string::npos);
+  EXPECT_TRUE(act("key ctrl+q", always));
+  int status = 0;
+  EXPECT_EQ(waitpid(window_, &status, 0), window_);
+  window_ = -1;
+  EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << read_file(folder_ / "errors.txt");
+}
+
+TEST(OpenCommandErrors, WithoutADisplayTheExitCodeIs4AndTheSentenceHelps) {
+  const char* before = std::getenv("DISPLAY");
+  const std::string kept = before ? before : "";
+  unsetenv("DISPLAY");
+  const Outcome outcome = run({"open", "stack", "--demos", demo_tree()});
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_NE(outcome.err.find("display"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("capture"), std::string::npos) << outcome.err;
+  EXPECT_EQ(run({"open", "no_such_demo", "--demos", demo_tree()}).code, 3);
+  EXPECT_EQ(run({"open", "stack", "--demos", demo_tree(), "--size", "10"}).code, 2);
+  if (before) setenv("DISPLAY", kept.c_str(), 1);
+}
+
+}  // namespace
+}  // namespace skerry::sandbox
