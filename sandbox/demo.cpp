@@ -296,9 +296,8 @@ DemoState Demo::save() const {
   DemoState state;
   std::vector<statics::Bridge> bridges;
   for (const BridgeView& view : script_->bridges) bridges.push_back(*view.bridge);
-  state.moment_ =
-      std::make_shared<const DemoMoment>(DemoMoment{script_.get(), save_snapshot(*script_->world),
-                                                    script_->host.save(), *script_, std::move(bridges)});
+  state.moment_ = std::make_shared<const DemoMoment>(DemoMoment{
+      script_.get(), save_snapshot(*script_->world), script_->host.save(), *script_, std::move(bridges)});
   return state;
 }
 
@@ -323,9 +322,10 @@ World& Demo::world_for_input() {
 
 void Demo::adopt(World world) {
   Script& script = *script_;
+  world.adopt_callbacks(*script.world);
   if (world.bodies().alive != script.world->bodies().alive)
     throw std::invalid_argument("the snapshot has other bodies than " + script.name);
-  script.world = std::move(world);
+  *script.world = std::move(world);
   script.steps = script.world->report().step;
   std::erase_if(script.checks, [&](const Check& check) { return check.at && *check.at <= script.time(); });
   script.observe();

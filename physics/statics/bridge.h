@@ -8,6 +8,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -142,10 +143,10 @@ class Bridge {
   Shape piece_shape(const BridgePiece& piece, Vec2 origin, Vec2& from, Vec2& to) const;
 
   BridgeDef def_;
-  std::vector<double> stations_;   ///< distance of the deck's nodes
-  std::vector<int> deck_members_;  ///< between them
-  std::vector<int> kept_;          ///< members of the solver's structure, by their number here
-  std::vector<int> solver_index_;  ///< and back; -1: broken or slack
+  std::vector<double> stations_;             ///< distance of the deck's nodes
+  std::vector<int> deck_members_;            ///< between them
+  std::vector<int> kept_;                    ///< members of the solver's structure, by their number here
+  std::vector<int> solver_index_;            ///< and back; -1: broken or slack
   std::shared_ptr<StructureSolver> solver_;  ///< of the members that stand; copies share it
   Load load_, solver_load_;
   Response response_;
