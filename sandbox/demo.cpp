@@ -336,7 +336,9 @@ const Material& Demo::material() const {
 }
 
 bool Demo::has_callbacks() const {
-  return !script_->step_callbacks.empty() || !script_->appointments.empty();
+  const Script& script = *script_;
+  return !script.step_callbacks.empty() || !script.appointments.empty() || !script.crossings.empty() ||
+         !script.bridges.empty();
 }
 
 std::vector<double> Demo::watch_values() {

@@ -192,6 +192,34 @@ TEST(Player, ThousandsOfStatesStayInReachWithLittleMemory) {
   EXPECT_EQ(player.end(), kSteps);
 }
 
+TEST(Player, ForceFieldsMotionsAndEventsOfAScriptAreThereAgain) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.write("fields.lua",
+                   "demo{ title = 'F', seconds = 2 }\nground{ y = 0 }\nlocal n = 0\n"
+                   "local b = disc{ at = {0, 1}, radius = 0.2, mass = 1, velocity = {2, 0} }\n"
+                   "local lift = box{ at = {3, 0.2}, size = {1, 0.2}, type = 'kinematic' }\n"
+                   "field(function(x, y, vx, vy, m, t) return -3 * x + n, 0 end)\n"
+                   "move(lift, function(t) return 3, 0.2 + 0.1 * math.sin(3 * t), 0 end)\n"
+                   "on_event(function() return b.vx end, function(t) n = n + 1 end)\n");
+  Player player(path, {}, {.spacing = 8});
+  for (int i = 0; i < 90; ++i) player.advance();
+  for (const std::uint64_t target : {20, 85, 3, 60, 41, 90, 0}) {
+    player.seek(target);
+    ASSERT_EQ(player.divergence(), std::nullopt) << target;
+  }
+}
+
+TEST(Player, TheStateOfABridgeIsThereAgain) {
+  Player player(find_demo("failing_bridge", demo_tree()).path, {}, {.spacing = 8});
+  for (int i = 0; i < 150; ++i) player.advance();
+  for (const std::uint64_t target : {12, 150, 0, 120, 77, 149}) {
+    player.seek(target);
+    ASSERT_EQ(player.step(), target);
+    ASSERT_EQ(player.divergence(), std::nullopt) << target;
+  }
+}
+
 TEST(Player, WhatAScriptPrintsIsPrintedOnce) {
   const TemporaryFolder folder;
   const std::string path = folder.write("p.lua", "demo{ title = 'P' }\non_step(function(t) print(t) end)");
