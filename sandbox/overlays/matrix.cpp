@@ -30,15 +30,19 @@ constexpr double kHeadPx = 56;  // two summary lines and column heads
 constexpr double kFootPx = 34;  // colour scale
 static_assert(kHeadPx + kLargestMapPx + kFootPx <= kMatrixPx);
 
+// At most six characters, the width of a column: -.0082, 8e-7, -1.2e3.
 std::string number(double value, int digits = 3) {
   char text[32];
   // Rounding noise of a cancelled sum is zero to people.
   const double size = std::abs(value);
-  if (size >= 1e-12 && size < 1e-3) digits = 1;
+  if (size >= 1e-12 && (size < 0.01 || size >= 1000)) digits = std::min(digits, size < 1e-3 ? 1 : 2);
   std::snprintf(text, sizeof text, "%.*g", digits, size < 1e-12 ? 0.0 : value);
   std::string result = text;
   if (result.rfind("0.", 0) == 0) result.erase(0, 1);
   if (result.rfind("-0.", 0) == 0) result.erase(1, 1);
+  for (const char* padding : {"e+0", "e-0"})
+    if (const std::size_t at = result.find(padding); at != std::string::npos)
+      result.replace(at, 3, padding[1] == '+' ? "e" : "e-");
   return result;
 }
 
