@@ -36,9 +36,11 @@ ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Mot
 }
 
 bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
-                      const Transform& pose_b, double margin, NarrowPhaseStats& stats) {
-  if (margin == contact.margin && pose_a == contact.pose_a && pose_b == contact.pose_b) return false;
-  contact.manifold = contact_manifold(contact, a, pose_a, b, pose_b, margin, &contact.cache, &stats);
+                      const Transform& pose_b, double margin, const Skips& skips, NarrowPhaseStats& stats) {
+  if (skips.manifolds && margin == contact.margin && pose_a == contact.pose_a && pose_b == contact.pose_b)
+    return false;
+  contact.manifold =
+      contact_manifold(contact, a, pose_a, b, pose_b, margin, skips.axes ? &contact.cache : nullptr, &stats);
   contact.margin = margin;
   contact.pose_a = pose_a;
   contact.pose_b = pose_b;

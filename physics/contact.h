@@ -13,6 +13,7 @@
 #include "physics/narrowphase/manifold.h"
 #include "physics/narrowphase/time_of_impact.h"
 #include "physics/shape.h"
+#include "physics/skips.h"
 
 namespace skerry {
 
@@ -65,10 +66,11 @@ Manifold contact_manifold(const Contact& contact, const Shape& a, const Transfor
 ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
                                const Motion& motion_b, double h);
 
-/// Makes the contact's manifold for these poses, unless it is that of these poses (bit by bit) already.
+/// Makes the contact's manifold for these poses, unless it is that of these poses (bit by bit) already and
+/// `skips` lets it be kept.
 /// @return false if nothing had to be done
 bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
-                      const Transform& pose_b, double margin, NarrowPhaseStats& stats);
+                      const Transform& pose_b, double margin, const Skips& skips, NarrowPhaseStats& stats);
 
 /// Carries impulses over to `contact.points` after its manifold changed: points are matched by feature.
 void match_points(Contact& contact);

@@ -58,11 +58,16 @@ inline void fields(Archive& a, SolveOptions& v) {
   auto& [tolerance, max_iterations, time_budget, trace] = v;
   a(tolerance, max_iterations, time_budget, trace);
 }
+inline void fields(Archive& a, Skips& v) {
+  auto& [manifolds, axes, factors, smooth_rows, flight] = v;
+  a(manifolds, axes, factors, smooth_rows, flight);
+}
 inline void fields(Archive& a, WorldConfig& v) {
   auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
-         touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, threads] = v;
+         touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, skips, threads] =
+      v;
   a(gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
-    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, threads);
+    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, skips, threads);
 }
 inline void fields(Archive& a, Observe& v) {
   auto& [contacts, systems, solve_traces, stage_times, paths] = v;

@@ -28,6 +28,7 @@
 #include "physics/joint.h"
 #include "physics/narrowphase/queries.h"
 #include "physics/shape.h"
+#include "physics/skips.h"
 #include "physics/step_report.h"
 
 namespace skerry {
@@ -66,6 +67,7 @@ struct WorldConfig {
   /// Islands that are at rest to the bit leave the working set until something touches, moves or loads them;
   /// no bit of the motion depends on it. Needs `reuse_resting`.
   bool sleep = true;
+  Skips skips{};    ///< other work left out
   int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
 };
 

@@ -402,9 +402,9 @@ class Step {
     const double margin = 2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
     const BodyBackup& a = s_.backup[contact.body_a];
     const BodyBackup& b = s_.backup[contact.body_b];
-    contact.manifold_reused =
-        !refresh_manifold(contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
-                          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin, count.narrow);
+    contact.manifold_reused = !refresh_manifold(
+        contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation}, s_.shapes[contact.shape_b].shape,
+        {b.position, b.rotation}, margin, s_.config.skips, count.narrow);
     count.reused += contact.manifold_reused;
     if (first) {
       contact.linked = contact.manifold.count > 0;

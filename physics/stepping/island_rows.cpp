@@ -121,7 +121,7 @@ void add_point(const WorldState& state, const AssemblyRequest& request, const Ma
   add_row(state, request.elapsed, contact.body_a, contact.body_b, row, 0,
           {RowKind::Normal, false, index, i, point.separation}, out);
   if (!request.friction) return;
-  if (contact.friction > 0) {
+  if (contact.friction > 0 || !state.config.skips.smooth_rows) {
     row.kind = RowKind::Friction;
     row.lower = -kInfinity;
     row.normal = normal;
@@ -189,9 +189,10 @@ int update_manifolds(WorldState& state, const Island& island, double elapsed, Na
   int reused = 0;
   for (const std::uint32_t index : island.contacts) {
     Contact& contact = state.contacts[index];
-    reused += !refresh_manifold(contact, state.shapes[contact.shape_a].shape,
-                                pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
-                                pose_at(state, contact.body_b, elapsed), contact.margin, stats);
+    reused +=
+        !refresh_manifold(contact, state.shapes[contact.shape_a].shape,
+                          pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
+                          pose_at(state, contact.body_b, elapsed), contact.margin, state.config.skips, stats);
   }
   return reused;
 }

@@ -144,7 +144,7 @@ class IslandStep {
       const Manifold mid =
           contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
                            state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
-                           &contact.cache, &result_.narrow);
+                           state_.config.skips.axes ? &contact.cache : nullptr, &result_.narrow);
       // Points keep their numbers; where the features changed on the way the old geometry serves.
       int found = 0;
       Manifold same = contact.manifold;
@@ -273,7 +273,8 @@ class IslandStep {
       while (let_go(assembly, solution.lambda, held))
         solution = state_.solver->solve(system, solution.lambda, options, &memory);
     }
-    if (memory != nullptr) result_.memories.push_back({key.value(), std::move(memory)});
+    if (memory != nullptr && state_.config.skips.factors)
+      result_.memories.push_back({key.value(), std::move(memory)});
     apply_impulses(system, solution.lambda, after);
     quieten(h, after);
     store_impulses(assembly, solution.lambda, h);
@@ -417,6 +418,7 @@ class IslandStep {
   }
 
   std::unique_ptr<SolverMemory> take_memory(std::uint64_t key) {
+    if (!state_.config.skips.factors) return nullptr;
     const auto own = std::find_if(result_.memories.begin(), result_.memories.end(),
                                   [key](const IslandMemory& kept) { return kept.key == key; });
     if (own != result_.memories.end()) {
@@ -563,7 +565,10 @@ void advance_island(WorldState& state, const Island& island, double from, double
 }
 
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (!island.contacts.empty() || !island.joints.empty() || has_varying_forces(state, island)) return false;
+  if (!state.config.skips.flight || !island.contacts.empty() || !island.joints.empty() ||
+      has_varying_forces(state, island)) {
+    return false;
+  }
   std::vector<PathEnd> start;
   if (state.observe.paths) start = path_ends(state, island.bodies);
   for (const std::uint32_t body : island.bodies) fly(state, body, h);

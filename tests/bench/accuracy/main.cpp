@@ -65,6 +65,7 @@ parts
   precision   problems with known answers: error against wall time
   stress      one parameter at a time to its extremes: who explodes, sinks, drifts, jitters
   scaling     time a step against the number of bodies, by stage
+  skips       what each skip of a step saves
   list        the scenes and the engines
 options
   -o DIR          folder of the tables (default accuracy-results)
@@ -128,6 +129,8 @@ int run(int count, char** arguments) {
       run_stress(options);
     } else if (part == "scaling") {
       run_scaling(options);
+    } else if (part == "skips") {
+      run_skips(options);
     } else {
       return usage("unknown part " + part);
     }

@@ -52,5 +52,6 @@ inline double median(std::vector<double> values) {
 void run_precision(const Options& options);
 void run_stress(const Options& options);
 void run_scaling(const Options& options);
+void run_skips(const Options& options);
 
 }  // namespace skerry::bench

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+//
+// Work that is left out must not show: worlds with each skip off, against the world with all of them.
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+
+struct Switch {
+  const char* name;
+  void (*off)(WorldConfig& config);
+  double tolerance;  ///< of positions after 40 steps [m]; 0: the same bits
+};
+
+void PrintTo(const Switch& s, std::ostream* out) {
+  *out << s.name;
+}
+
+const Switch kSwitches[] = {
+    {"Sleep", [](WorldConfig& c) { c.sleep = false; }, 0},
+    {"Resting", [](WorldConfig& c) { c.reuse_resting = false; }, 0},
+    {"Manifolds", [](WorldConfig& c) { c.skips.manifolds = false; }, 0},
+    {"Axes", [](WorldConfig& c) { c.skips.axes = false; }, 0},
+    {"Flight", [](WorldConfig& c) { c.skips.flight = false; }, 1e-9},
+    {"Factors", [](WorldConfig& c) { c.skips.factors = false; }, 1e-9},
+    // Rows that carry nothing make islands go to another rung; a landing found a little later is amplified.
+    {"SmoothRows", [](WorldConfig& c) { c.skips.smooth_rows = false; }, 1e-4},
+};
+
+/// Rough boxes and smooth discs that fall beside a stack.
+World make_world(const WorldConfig& config, unsigned seed, int falling) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (random() / 4294967296.0);
+  };
+  World world(config);
+  add_ground(world, rough(make_disc(1), 0.4));
+  for (int i = 0; i < 4; ++i) add(world, {0, i + 0.5}, rough(make_box({1, 1}), 0.4));
+  for (int i = 0; i < falling; ++i) {
+    const double size = uniform(0.3, 0.8);
+    const bool box = i % 2 == 0;
+    const ShapeDef shape = rough(box ? make_box({size, size}) : make_disc(size / 2), box ? 0.4 : 0);
+    add(world, {2.0 + 1.2 * i, 0.6 + uniform(0, 1)}, shape, uniform(0.5, 2), {uniform(-1, 1), 0},
+        uniform(-1, 1));
+  }
+  return world;
+}
+
+class EverySkip : public testing::TestWithParam<Switch> {};
+
+TEST_P(EverySkip, ChangesNothingWhenItIsOff) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    WorldConfig off;
+    GetParam().off(off);
+    World with = make_world({}, seed, 6), without = make_world(off, seed, 6);
+    double worst = 0;
+    for (int step = 0; step < 40; ++step) {
+      with.step(1.0 / 60);
+      without.step(1.0 / 60);
+      if (GetParam().tolerance == 0) {
+        ASSERT_EQ(with.state_hash(), without.state_hash()) << "step " << step;
+      }
+      for (std::size_t i = 0; i < with.bodies().size(); ++i)
+        worst = std::max(worst, length(with.bodies().position[i] - without.bodies().position[i]));
+    }
+    EXPECT_LE(worst, GetParam().tolerance);
+  }
+}
+
+TEST_P(EverySkip, ChangesNothingAtRest) {
+  WorldConfig off;
+  GetParam().off(off);
+  World world = make_world(off, 1, 0);
+  for (int step = 0; step < 60; ++step) world.step(1.0 / 60);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(world.position(world.body_id(1 + i)).y, i + 0.5, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Skips, EverySkip, testing::ValuesIn(kSwitches),
+                         [](const testing::TestParamInfo<Switch>& test) { return test.param.name; });
+
+TEST(Skips, AreCounted) {
+  WorldConfig awake;
+  awake.sleep = false;
+  World world = make_world(awake, 1, 0);
+  for (int step = 0; step < 5; ++step) world.step(1.0 / 60);
+  EXPECT_GT(world.report().manifolds_reused, 0);
+  WorldConfig off = awake;
+  off.skips.manifolds = false;
+  World slow = make_world(off, 1, 0);
+  for (int step = 0; step < 5; ++step) slow.step(1.0 / 60);
+  EXPECT_EQ(slow.report().manifolds_reused, 0);
+  EXPECT_EQ(slow.report().islands_at_rest, 0);
+}
+
+}  // namespace
+}  // namespace skerry
