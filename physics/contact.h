@@ -48,6 +48,7 @@ struct Contact {
   double margin = 0;             ///< largest separation that the manifold reports [m]
   Transform pose_a, pose_b;      ///< at which the manifold was made
   bool manifold_reused = false;  ///< at the beginning of this step: both bodies are where they were
+  std::uint64_t begun = 0;       ///< number of the step (from 1) in which its sums were set to zero
   SatCache cache;
   Manifold manifold;
   std::array<PointMemory, 2> points;

@@ -97,6 +97,7 @@ void Sleepers::put_to_sleep(WorldState& s, double h, std::vector<Candidate> cand
       s.bodies.asleep[body] = 1;
       s.bodies.island[body] = -1;
       s.local_index[body] = -1;
+      s.rests[body] = s.kept[body] = 0;
     }
   }
   std::erase_if(s.awake, [&](std::uint32_t body) { return s.bodies.asleep[body] != 0; });
@@ -111,6 +112,7 @@ void Sleepers::put_to_sleep(WorldState& s, double h, std::vector<Candidate> cand
     if (s.bodies.type[body] == BodyType::Dynamic) return s.bodies.asleep[body] != 0;
     return s.bodies.velocity[body] == Vec2{} && s.bodies.omega[body] == 0;
   };
+  s.table_changed = true;
   std::erase_if(s.contacts, [&](const Contact& contact) {
     const std::uint32_t a = contact.body_a;
     const std::uint32_t b = contact.body_b;
@@ -208,6 +210,7 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
     free_places_.push_back(place);
   }
   for (Contact& contact : contacts) contact.woken = true;
+  s.table_changed = true;
   merge_in(s.contacts, std::move(contacts), by_contact_key);
   merge_in(s.resting, std::move(resting), by_key<RestingIsland>);
   merge_in(s.memories, std::move(memories), by_key<IslandMemory>);

@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 5;
+constexpr std::uint32_t kSnapshotVersion = 6;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -79,6 +79,8 @@ void complete(WorldState& s) {
   s.travelled.resize(n);
   s.local_index.assign(n, -1);
   s.prescribed.resize(n);
+  s.rests.assign(n, 0);
+  for (std::uint32_t i = 0; i < n; ++i) s.kept.push_back(b.type[i] != BodyType::Dynamic);
   s.paths.resize(n);
   fill_broad_phase(s);
 }

@@ -121,10 +121,10 @@ inline void fields(Archive& a, Manifold& v) {
 inline void fields(Archive& a, Contact& v) {
   auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
          static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, hit_time,
-         margin, pose_a, pose_b, manifold_reused, cache, manifold, points, points_at_start] = v;
+         margin, pose_a, pose_b, manifold_reused, begun, cache, manifold, points, points_at_start] = v;
   a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
     static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, hit_time, margin,
-    pose_a, pose_b, manifold_reused, cache, manifold, points, points_at_start);
+    pose_a, pose_b, manifold_reused, begun, cache, manifold, points, points_at_start);
 }
 
 // --- What is kept of islands
@@ -226,14 +226,16 @@ struct WorldArchives {
 inline void fields(WorldArchives a, WorldState& v) {
   // Not archived: the broad phase and the threads, made again from the configuration and the shapes' boxes;
   // sums, which the next step takes anew; the working set, which follows from the bodies; what every step
-  // fills before it looks; the methods, looked up by name; the callbacks (prescribed, field), which only the
-  // caller has (`World::adopt_callbacks`).
+  // fills before it looks; islands and flags that a step looks for anew where it does not find them; the
+  // methods, looked up by name; the callbacks (prescribed, field), which only the caller has
+  // (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
          free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, broad_phase, pool,
-         island_builder, contacts, memories, resting, step_memory, step_paths, paths_known, sleepers, ledger,
-         awake, kinematic, touched, active, active_joints, acceleration, angular_acceleration, paths, reach,
-         travelled, local_index, backup, pairs, box_updates, shape_moved, loose_shapes, solver, impact_law,
-         stepper, report, time, steps] = v;
+         island_builder, islands, graph_known, graph_bodies, graph_joints, table_changed, joints_changed,
+         links, contacts, memories, resting, step_memory, step_paths, paths_known, sleepers, ledger, awake,
+         kinematic, touched, last_h, rests, kept, active, active_joints, acceleration, angular_acceleration,
+         paths, reach, travelled, local_index, backup, pairs, box_updates, shape_moved, loose_shapes, scratch,
+         solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
            touched, reach, drag);

@@ -20,7 +20,8 @@ struct ThreadPool::State {
   bool stop = false;
 
   std::size_t count = 0;
-  const std::function<void(std::size_t)>* item = nullptr;
+  Call call = nullptr;
+  const void* item = nullptr;
   std::atomic<std::size_t> next{0};
 
   std::exception_ptr error;
@@ -31,7 +32,7 @@ struct ThreadPool::State {
   void work() {
     for (std::size_t i = next.fetch_add(1); i < count; i = next.fetch_add(1)) {
       try {
-        (*item)(i);
+        call(item, i);
       } catch (...) {
         const std::lock_guard lock(mutex);
         if (error == nullptr || i < error_index) {
@@ -78,13 +79,15 @@ int ThreadPool::threads() const {
   return static_cast<int>(state_->workers.size()) + 1;
 }
 
-void ThreadPool::run(std::size_t count, const std::function<void(std::size_t)>& item) {
+void ThreadPool::run(std::size_t count, Call call, const void* item) {
   State& s = *state_;
-  const bool alone = s.workers.empty() || count <= 1;
+  if (count == 0) return;
+  const bool alone = s.workers.empty() || count == 1;
   {
     const std::lock_guard lock(s.mutex);
     s.count = count;
-    s.item = &item;
+    s.call = call;
+    s.item = item;
     s.next = 0;
     s.error = nullptr;
     if (!alone) {

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
+#include <type_traits>
 
 namespace skerry {
 
@@ -24,9 +24,18 @@ class ThreadPool {
   /// are done. Items must not touch each other's data; then the result does not depend on the number of
   /// threads. If items throw, the exception of the lowest i is thrown here, after all others have ended. Not
   /// to be called from within an item.
-  void run(std::size_t count, const std::function<void(std::size_t)>& item);
+  template <class Item>
+  void run(std::size_t count, Item&& item) {
+    using Plain = std::remove_reference_t<Item>;
+    // A pointer to the item and a function that calls it: nothing is allocated.
+    run(
+        count, [](const void* it, std::size_t i) { (*static_cast<const Plain*>(it))(i); }, &item);
+  }
 
  private:
+  using Call = void (*)(const void* item, std::size_t i);
+  void run(std::size_t count, Call call, const void* item);
+
   struct State;
   std::unique_ptr<State> state_;
 };

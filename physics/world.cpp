@@ -102,6 +102,8 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.reach.push_back(0);
   s.travelled.push_back(0);
   s.local_index.push_back(-1);
+  s.rests.push_back(0);
+  s.kept.push_back(0);
   s.drag.emplace_back();
   s.prescribed.emplace_back();
   s.paths.emplace_back();
@@ -112,6 +114,7 @@ std::uint32_t new_body_slot(WorldState& s) {
 /// Whatever the user changes at a body wakes its island, and those that lean on it.
 void touch(WorldState& s, std::uint32_t body) {
   s.touched.push_back(body);
+  s.rests[body] = 0;
   s.ledger.mark(body);
   if (s.sleepers.none()) return;
   s.sleepers.wake(s, {&body, 1});
@@ -188,7 +191,9 @@ void update_mass(WorldState& s, std::uint32_t body) {
 }
 
 void drop_contacts_of_shape(WorldState& s, std::uint32_t shape) {
-  std::erase_if(s.contacts, [&](const Contact& c) { return c.shape_a == shape || c.shape_b == shape; });
+  s.table_changed |= std::erase_if(s.contacts, [&](const Contact& c) {
+                       return c.shape_a == shape || c.shape_b == shape;
+                     }) > 0;
 }
 
 void remove_shape(WorldState& s, std::uint32_t i) {
@@ -253,6 +258,7 @@ void remove_joint(WorldState& s, std::uint32_t i) {
     touch(s, id.index);
     std::erase(s.joints_of[id.index], i);
   }
+  s.joints_changed = true;
   const std::uint32_t generation = s.joints[i].generation;
   s.joints[i] = JointRecord{};
   s.joints[i].generation = generation + 1;
@@ -316,6 +322,8 @@ void World::reconfigure(const WorldConfig& given) {
   s.ledger.mark_all();
   s.memories.clear();
   s.resting.clear();
+  s.graph_known = false;
+  std::fill(s.rests.begin(), s.rests.end(), 0);
   std::fill(s.step_memory.begin(), s.step_memory.end(), StepMemory{});
   s.broad_phase = std::move(broad_phase);
   fill_broad_phase(s);
@@ -358,6 +366,8 @@ BodyId World::create_body(const BodyDef& def) {
   s.centre[i] = {};
   s.radius[i] = 0;
   s.local_index[i] = -1;
+  s.rests[i] = 0;
+  s.kept[i] = def.type != BodyType::Dynamic;
   b.asleep[i] = 0;
   if (def.type == BodyType::Dynamic) s.awake.insert(std::lower_bound(s.awake.begin(), s.awake.end(), i), i);
   if (def.type == BodyType::Kinematic) {
@@ -449,6 +459,7 @@ JointId World::create_joint(const JointDef& given) {
   for (const BodyId end : {def.a, def.b}) {
     if (end) touch(s, end.index);
   }
+  s.joints_changed = true;
   if (def.a) s.joints_of[def.a.index].push_back(i);
   s.joints_of[b].push_back(i);
   return {i, joint.generation};
@@ -503,6 +514,7 @@ void World::destroy(BodyId id) {
   std::erase(s.kinematic, i);
   s.local_index[i] = -1;
   BodyArrays& b = s.bodies;
+  s.kept[i] = 1;
   b.alive[i] = 0;
   b.type[i] = BodyType::Static;
   b.velocity[i] = {};

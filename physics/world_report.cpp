@@ -48,9 +48,16 @@ ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventK
   return event;
 }
 
-void add_events(WorldState& s, const std::vector<Contact>& lost) {
+/// Both bodies are where they were, and so is everything else of the contact.
+bool is_kept(const WorldState& s, const ContactLink& link) {
+  return s.kept[link.body_a] && s.kept[link.body_b];
+}
+
+void add_events(WorldState& s) {
   std::vector<ContactEvent>& events = s.report.events;
-  for (Contact& contact : s.contacts) {
+  for (std::size_t i = 0; i < s.links.size(); ++i) {
+    if (is_kept(s, s.links[i]) && !s.observe.contacts) continue;
+    Contact& contact = s.contacts[i];
     const bool now = touches_now(s, contact);
     if (contact.hit) events.push_back(event_of(s, contact, ContactEventKind::Hit));
     if (now && !contact.touched) events.push_back(event_of(s, contact, ContactEventKind::Begin));
@@ -60,7 +67,7 @@ void add_events(WorldState& s, const std::vector<Contact>& lost) {
     }
     contact.touched = now;
   }
-  for (const Contact& contact : lost) {
+  for (const Contact& contact : s.scratch.lost) {
     if (s.shapes[contact.shape_a].alive && s.shapes[contact.shape_b].alive) {
       events.push_back(event_of(s, contact, ContactEventKind::End));
     }
@@ -90,25 +97,48 @@ ContactReport report_of(const WorldState& s, const Contact& contact) {
   return report;
 }
 
+IslandTotals totals_of(const WorldState& s, const Island& island) {
+  IslandTotals t;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = s.contacts[index];
+    for (const PointMemory& memory : contact.points) {
+      t.normal_impulse += memory.total_normal + memory.total_impact;
+      t.friction_impulse += std::abs(memory.total_friction);
+    }
+    t.points += contact.manifold.count;
+    if (contact.touched) {
+      ++t.touching;
+      t.touching_points += contact.manifold.count;
+    }
+    for (int i = 0; i < contact.manifold.count; ++i)
+      t.worst_penetration = std::max(t.worst_penetration, -contact.manifold.points[i].separation);
+  }
+  return t;
+}
+
+/// After the events, which say what touches.
 void add_contacts(WorldState& s) {
   StepReport& r = s.report;
+  std::size_t linked = 0;
+  for (SteppedIsland& island : s.islands) {
+    if (!island.kept) island.totals = totals_of(s, island.island);
+    const IslandTotals& t = island.totals;
+    linked += island.island.contacts.size();
+    r.total_normal_impulse += t.normal_impulse;
+    r.total_friction_impulse += t.friction_impulse;
+    r.contacts += t.touching;
+    r.contact_points += t.touching_points;
+    r.worst_penetration = std::max(r.worst_penetration, t.worst_penetration);
+  }
+  const auto solid =
+      std::count_if(s.links.begin(), s.links.end(), [](const ContactLink& l) { return !l.sensor; });
+  r.pairs_out_of_reach += static_cast<int>(solid) - static_cast<int>(linked);
+}
+
+void list_contacts(WorldState& s) {
   for (const Contact& contact : s.contacts) {
-    if (!contact.linked || contact.sensor) {
-      r.pairs_out_of_reach += contact.sensor ? 0 : 1;
-      continue;
-    }
-    for (const PointMemory& memory : contact.points) {
-      r.total_normal_impulse += memory.total_normal + memory.total_impact;
-      r.total_friction_impulse += std::abs(memory.total_friction);
-    }
-    if (contact.touched) {
-      ++r.contacts;
-      r.contact_points += contact.manifold.count;
-    }
-    for (int i = 0; i < contact.manifold.count; ++i) {
-      r.worst_penetration = std::max(r.worst_penetration, -contact.manifold.points[i].separation);
-    }
-    if (s.observe.contacts && contact.manifold.count > 0) r.contacts_list.push_back(report_of(s, contact));
+    if (contact.linked && !contact.sensor && contact.manifold.count > 0)
+      s.report.contacts_list.push_back(report_of(s, contact));
   }
 }
 
@@ -145,9 +175,16 @@ void list_sleepers(WorldState& s) {
   }
 }
 
+/// The joint's island is kept, and so is its reaction.
+bool is_kept(const WorldState& s, const JointRecord& joint) {
+  const std::uint32_t b = joint.def.b.index;
+  return s.kept[s.bodies.type[b] == BodyType::Dynamic ? b : joint.def.a.index] != 0;
+}
+
 void set_reactions(WorldState& s) {
   for (const std::uint32_t j : s.active_joints) {
     JointRecord& joint = s.joints[j];
+    if (is_kept(s, joint)) continue;
     joint.impulse = {};
     joint.angular_impulse = 0;
     const JointEnd b = joint_end(s, joint.def.b.index);
@@ -165,6 +202,7 @@ void set_reactions(WorldState& s) {
 void note_broken_joints(WorldState& s, double h) {
   for (const std::uint32_t i : s.active_joints) {
     const JointRecord& joint = s.joints[i];
+    if (is_kept(s, joint)) continue;
     const double force = length(joint.impulse) / h, torque = std::abs(joint.angular_impulse) / h;
     if (!(force > joint.def.break_force) && !(torque > joint.def.break_torque)) continue;
     s.report.joint_events.push_back({{i, joint.generation}, joint.def.a, joint.def.b, force, torque});
@@ -173,8 +211,7 @@ void note_broken_joints(WorldState& s, double h) {
 
 }  // namespace
 
-void write_report(WorldState& s, double h, const std::vector<const Island*>& islands,
-                  const std::vector<IslandResult*>& results, const std::vector<Contact>& lost) {
+void write_report(WorldState& s, double h) {
   StepReport& r = s.report;
   r.step = s.steps;
   r.time = s.time;
@@ -185,16 +222,16 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
   r.shapes = static_cast<int>(s.shapes.size() - s.free_shapes.size());
   r.joints = static_cast<int>(s.joints.size() - s.free_joints.size());
   r.pairs = static_cast<int>(s.contacts.size()) + asleep.pairs;
-  r.islands = static_cast<int>(islands.size()) + asleep.islands;
+  r.islands = static_cast<int>(s.islands.size()) + asleep.islands;
   add_sleepers(asleep, r);
 
-  for (std::size_t n = 0; n < results.size(); ++n) {
-    IslandResult& result = *results[n];
-    result.report.bodies = static_cast<int>(islands[n]->bodies.size());
-    result.report.contacts = 0;
-    for (const std::uint32_t index : islands[n]->contacts) {
-      if (s.contacts[index].linked) result.report.contacts += s.contacts[index].manifold.count;
-    }
+  add_events(s);
+  add_contacts(s);
+  for (std::size_t n = 0; n < s.islands.size(); ++n) {
+    SteppedIsland& island = s.islands[n];
+    IslandResult& result = island.result;
+    result.report.bodies = static_cast<int>(island.island.bodies.size());
+    result.report.contacts = island.totals.points;
     r.islands_in_flight += result.in_flight;
     r.islands_at_rest += result.at_rest;
     r.rows += result.report.rows;
@@ -229,10 +266,12 @@ void write_report(WorldState& s, double h, const std::vector<const Island*>& isl
       trace.time += s.time - h;
       r.traces.push_back(std::move(trace));
     }
+    result.traces.clear();
   }
-  add_events(s, lost);
-  add_contacts(s);
-  if (s.observe.contacts) list_sleepers(s);
+  if (s.observe.contacts) {
+    list_contacts(s);
+    list_sleepers(s);
+  }
   set_reactions(s);
   note_broken_joints(s, h);
 }

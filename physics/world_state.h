@@ -27,6 +27,55 @@ struct BodyBackup {
   double omega;
 };
 
+/// What a contact is between, in a table that is small enough to look through at every step.
+struct ContactLink {
+  std::uint32_t body_a = 0, body_b = 0;
+  bool sensor = false;
+};
+
+/// What the contacts of an island add to the report of a step.
+struct IslandTotals {
+  int points = 0;  ///< of linked contacts
+  int touching = 0, touching_points = 0;
+  double normal_impulse = 0, friction_impulse = 0;  ///< of the step, impacts included [N s]
+  double worst_penetration = 0;                     ///< [m]
+};
+
+/// An island with what its step produced; it stays from step to step while the graph of contacts and joints
+/// does.
+struct SteppedIsland {
+  Island island;
+  IslandResult result;
+  IslandTotals totals;
+  std::uint64_t rest_key = 0;  ///< of its entry in `WorldState::resting`
+  /// Nothing of it or around it changed since a step that was already known to change nothing.
+  bool kept = false;
+};
+
+/// Counters of a chunk of contacts.
+struct LinkCount {
+  NarrowPhaseStats narrow;
+  int reused = 0;
+  bool relinked = false;                 ///< a contact became linked, or ceased to be
+  std::vector<std::uint32_t> newly;      ///< bodies of contacts that became linked after the first round
+  std::vector<std::uint32_t> disturbed;  ///< bodies at rest on something that moved
+};
+
+/// What a step needs for itself; here, so that the next step finds the memory.
+struct StepScratch {
+  std::vector<std::uint8_t> dirty;        ///< by body, after the first round: its island steps again
+  std::vector<std::uint32_t> others;      ///< active bodies that are not awake ones
+  std::vector<Contact> wanted, next;      ///< contact table in the making
+  std::vector<int> segments;              ///< of a chain
+  std::vector<Contact> lost;              ///< touching contacts whose boxes parted
+  std::vector<SteppedIsland> last_round;  ///< islands of the round before
+  std::vector<std::size_t> to_step;       ///< islands of this round
+  std::vector<RestingIsland> resting;     ///< of the next step
+  std::vector<IslandMemory> memories;     ///< of the next step
+  std::vector<LinkCount> counts;          ///< by chunk of contacts
+  std::vector<IslandEdge> edges;
+};
+
 struct WorldState {
   WorldConfig config;
   Observe observe;
@@ -53,6 +102,12 @@ struct WorldState {
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ThreadPool> pool;
   IslandBuilder island_builder;
+  std::vector<SteppedIsland> islands;  ///< of the last step, if `graph_known`
+  bool graph_known = false;            ///< `islands` are those of `graph_bodies`, `graph_joints`, `contacts`
+  std::vector<std::uint32_t> graph_bodies, graph_joints;
+  bool table_changed = true;            ///< contacts came or went since `links` was made
+  bool joints_changed = true;           ///< joints came or went since the last step
+  std::vector<ContactLink> links;       ///< of `contacts`
   std::vector<Contact> contacts;        ///< sorted by key; those of sleeping islands are in `sleepers`
   std::vector<IslandMemory> memories;   ///< sorted by key
   std::vector<RestingIsland> resting;   ///< sorted by key
@@ -66,6 +121,12 @@ struct WorldState {
   std::vector<std::uint32_t> awake;      ///< dynamic bodies that do not sleep
   std::vector<std::uint32_t> kinematic;  ///< all kinematic bodies
   std::vector<std::uint32_t> touched;    ///< bodies that the user changed since the last step; in any order
+
+  double last_h = 0;                ///< length of the last step [s]
+  std::vector<std::uint8_t> rests;  ///< by body: its island's last step was known to change nothing
+  /// By body. While islands are looked for: it is where and as it was, and so are the forces on it. After
+  /// that: its island is kept. Of bodies that are not dynamic: they are where they were.
+  std::vector<std::uint8_t> kept;
 
   // Of the current step; by body, but valid for those that were active in it only, unless said.
   std::vector<std::uint32_t> active;  ///< awake, moving or touched bodies, ascending
@@ -81,6 +142,8 @@ struct WorldState {
   std::vector<BoxUpdate> box_updates;
   std::vector<std::uint8_t> shape_moved;    ///< by shape: its box is new in this round
   std::vector<std::uint32_t> loose_shapes;  ///< shapes whose box in the broad phase is missing or out of date
+
+  StepScratch scratch;
 
   // Looked up by name once, when the world is made.
   const SolverEntry* solver = nullptr;

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+//
+// The stages of a step between pairs and motion: which contacts belong to it, the islands that they make, and
+// the steps of those that have to be made.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/stepping/island_rows.h"
+#include "physics/world_step.h"
+
+namespace skerry {
+namespace {
+
+// Enough manifolds to be worth a thread's attention: about 50 us of work.
+constexpr std::size_t kContactsPerChunk = 256;
+
+/// An empty result in the memory of the old one.
+void clear(IslandResult& result) {
+  IslandResult next;
+  const auto keep = [](auto& from, auto& to) {
+    from.clear();
+    to = std::move(from);
+  };
+  keep(result.motion_events, next.motion_events);
+  keep(result.traces, next.traces);
+  keep(result.path, next.path);
+  keep(result.memories, next.memories);
+  result = std::move(next);
+}
+
+void clear(LinkCount& count) {
+  count.narrow = {};
+  count.reused = 0;
+  count.relinked = false;
+  count.newly.clear();
+  count.disturbed.clear();
+}
+
+bool is_dynamic(const WorldState& s, std::uint32_t body) {
+  return s.bodies.type[body] == BodyType::Dynamic;
+}
+
+}  // namespace
+
+/// The small table of who touches whom follows the contacts.
+void Step::refresh_links() {
+  if (!s_.table_changed) return;
+  s_.links.clear();
+  for (const Contact& contact : s_.contacts)
+    s_.links.push_back({contact.body_a, contact.body_b, contact.sensor});
+  s_.table_changed = false;
+  graph_changed_ = true;
+}
+
+/// A pair belongs to the step if its shapes can meet within it. After the first round only pairs of dirty
+/// bodies can become linked; islands that gained one are then the dirty ones.
+void Step::link_contacts() {
+  const auto start = now();
+  const bool first = rounds_++ == 0;
+  refresh_links();
+  // Chunks of neighbouring contacts: each contact is touched by one thread, counters are summed in chunk
+  // order.
+  std::vector<LinkCount>& counts = s_.scratch.counts;
+  const std::size_t chunks = (s_.links.size() + kContactsPerChunk - 1) / kContactsPerChunk;
+  if (counts.size() < std::max<std::size_t>(chunks, 1)) counts.resize(std::max<std::size_t>(chunks, 1));
+  for (LinkCount& count : counts) clear(count);
+  s_.pool->run(chunks, [&](std::size_t chunk) {
+    LinkCount& count = counts[chunk];
+    const std::size_t end = std::min((chunk + 1) * kContactsPerChunk, s_.links.size());
+    for (std::size_t i = chunk * kContactsPerChunk; i < end; ++i) {
+      const ContactLink& at = s_.links[i];
+      // Two bodies that are where they were have the manifold that they had.
+      if (first && s_.kept[at.body_a] && s_.kept[at.body_b]) {
+        count.reused += !at.sensor;
+        continue;
+      }
+      link(s_.contacts[i], first, count);
+      s_.contacts[i].woken = false;
+    }
+  });
+  while (wake_linked(first)) {
+  }
+  refresh_links();
+  if (!first) s_.scratch.dirty.assign(s_.bodies.size(), 0);
+  for (const LinkCount& count : counts) {
+    s_.report.manifolds_reused += count.reused;
+    s_.report.narrow.pairs += count.narrow.pairs;
+    s_.report.narrow.axes_tested += count.narrow.axes_tested;
+    s_.report.narrow.axes_skipped += count.narrow.axes_skipped;
+    s_.report.narrow.manifolds += count.narrow.manifolds;
+    graph_changed_ |= count.relinked;
+    for (const std::uint32_t body : count.newly) s_.scratch.dirty[body] = 1;
+    for (const std::uint32_t body : count.disturbed) s_.kept[body] = 0;
+  }
+  book(Stage::Narrow, start);
+}
+
+/// Sleeping islands that something can reach come back, as if they had been awake all the time; their own
+/// contacts may reach others. @return false if there were none
+bool Step::wake_linked(bool first) {
+  if (s_.sleepers.none()) return false;
+  refresh_links();
+  std::vector<std::uint32_t> struck;
+  for (std::size_t i = 0; i < s_.links.size(); ++i) {
+    for (const std::uint32_t body : {s_.links[i].body_a, s_.links[i].body_b}) {
+      if (s_.bodies.asleep[body] && s_.contacts[i].linked) struck.push_back(body);
+    }
+  }
+  const std::vector<std::uint32_t> woken = s_.sleepers.wake(s_, struck);
+  if (woken.empty()) return false;
+  for (const std::uint32_t body : woken) {
+    begin(body);
+    for (const std::uint32_t j : s_.joints_of[body]) begin(s_.joints[j]);
+  }
+  choose_joints();
+  const auto middle = static_cast<std::ptrdiff_t>(s_.active.size());
+  s_.active.insert(s_.active.end(), woken.begin(), woken.end());
+  std::inplace_merge(s_.active.begin(), s_.active.begin() + middle, s_.active.end());
+  LinkCount& count = s_.scratch.counts.front();
+  for (Contact& contact : s_.contacts) {
+    if (!contact.woken) continue;
+    contact.woken = false;
+    begin(contact);
+    // In later rounds they are what the first would have made of them.
+    if (first) link(contact, first, count);
+  }
+  return true;
+}
+
+void Step::link(Contact& contact, bool first, LinkCount& count) const {
+  if (first) {
+    const bool before = contact.linked;
+    begin(contact);
+    contact.linked = !contact.sensor && make_manifold(contact, count) < kInfinity;
+    count.relinked |= contact.linked != before;
+    if (!contact.linked) return;
+    // What rests on a body that moves, or was moved, has to be looked at.
+    for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+      if (is_dynamic(s_, body) && s_.kept[body]) count.disturbed.push_back(body);
+    }
+    return;
+  }
+  if (contact.sensor || contact.linked) return;
+  if (!s_.scratch.dirty[contact.body_a] && !s_.scratch.dirty[contact.body_b]) return;
+  // The paths are known now: shapes that were farther apart than both went cannot have met.
+  const double paths = s_.travelled[contact.body_a] + s_.travelled[contact.body_b];
+  if (make_manifold(contact, count) > paths + s_.config.touch_tolerance) return;
+  contact.linked = count.relinked = true;
+  count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
+}
+
+/// The manifold where the step begins. @return its smallest gap [m], infinite if the shapes are farther apart
+/// than the step can bring them
+double Step::make_manifold(Contact& contact, LinkCount& count) const {
+  const double margin = 2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
+  const BodyBackup& a = s_.backup[contact.body_a];
+  const BodyBackup& b = s_.backup[contact.body_b];
+  contact.manifold_reused = !refresh_manifold(
+      contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation}, s_.shapes[contact.shape_b].shape,
+      {b.position, b.rotation}, margin, s_.config.skips, count.narrow);
+  count.reused += contact.manifold_reused;
+  double gap = kInfinity;
+  for (int i = 0; i < contact.manifold.count; ++i) gap = std::min(gap, contact.manifold.points[i].separation);
+  return gap;
+}
+
+void Step::find_islands() {
+  std::vector<IslandEdge>& edges = s_.scratch.edges;
+  edges.clear();
+  for (std::uint32_t i = 0; i < s_.links.size(); ++i) {
+    const ContactLink& at = s_.links[i];
+    if (!s_.contacts[i].linked) continue;
+    edges.push_back({at.body_a, at.body_b, is_dynamic(s_, at.body_a), is_dynamic(s_, at.body_b), i, false});
+  }
+  for (const std::uint32_t i : s_.active_joints) {
+    const JointRecord& joint = s_.joints[i];
+    const bool ground = !joint.def.a;
+    const std::uint32_t a = ground ? joint.def.b.index : joint.def.a.index;
+    edges.push_back(
+        {a, joint.def.b.index, !ground && is_dynamic(s_, a), is_dynamic(s_, joint.def.b.index), i, true});
+  }
+  std::vector<Island> islands = s_.island_builder.build(s_.awake, edges);
+  s_.scratch.last_round.swap(s_.islands);
+  s_.islands.clear();
+  s_.islands.resize(islands.size());
+  for (std::size_t n = 0; n < islands.size(); ++n) {
+    for (std::size_t k = 0; k < islands[n].bodies.size(); ++k) {
+      s_.local_index[islands[n].bodies[k]] = static_cast<std::int32_t>(k);
+      s_.bodies.island[islands[n].bodies[k]] = static_cast<std::int32_t>(n);
+    }
+    s_.islands[n].island = std::move(islands[n]);
+  }
+  s_.graph_bodies = s_.awake;
+  s_.graph_joints = s_.active_joints;
+}
+
+void Step::step_islands() {
+  const auto start = now();
+  const bool known = rounds_ == 1 && !graph_changed_ && s_.graph_known && s_.awake == s_.graph_bodies &&
+                     s_.active_joints == s_.graph_joints;
+  if (!known) find_islands();
+  graph_changed_ = false;
+  // Until the step is through: what throws leaves islands behind that mean nothing.
+  s_.graph_known = false;
+
+  std::vector<std::size_t>& to_step = s_.scratch.to_step;
+  to_step.clear();
+  for (std::size_t n = 0; n < s_.islands.size(); ++n) {
+    SteppedIsland& island = s_.islands[n];
+    if (rounds_ == 1) {
+      island.kept = known && stays(island);
+      if (island.kept) continue;
+      prepare(island);
+      if (reuse_resting(s_, island.island, h_, island.result)) continue;
+    } else {
+      const std::vector<std::uint32_t>& bodies = island.island.bodies;
+      const auto is_dirty = [this](std::uint32_t i) { return s_.scratch.dirty[i] != 0; };
+      if (std::none_of(bodies.begin(), bodies.end(), is_dirty)) {
+        // The same bodies as before: a merger would have made them dirty.
+        std::vector<SteppedIsland>& last = s_.scratch.last_round;
+        const auto same = std::lower_bound(
+            last.begin(), last.end(), bodies.front(),
+            [](const SteppedIsland& one, std::uint32_t body) { return one.island.bodies.front() < body; });
+        Island members = std::move(island.island);
+        island = std::move(*same);
+        island.island = std::move(members);
+        same->island.bodies = {bodies.front()};
+        continue;
+      }
+      prepare_again(island);
+    }
+    to_step.push_back(n);
+  }
+  book(Stage::Islands, start);
+  // Islands share nothing that is written, so their order does not matter.
+  const auto step = [&](std::size_t k) {
+    SteppedIsland& island = s_.islands[to_step[k]];
+    s_.stepper->step(s_, island.island, h_, island.result);
+  };
+  if (s_.field) {
+    // A callback is asked in one order, by one thread.
+    for (std::size_t k = 0; k < to_step.size(); ++k) step(k);
+  } else {
+    s_.pool->run(to_step.size(), step);
+  }
+  s_.graph_known = true;
+}
+
+/// Known to change nothing, and neither its bodies nor what they lean on changed since.
+bool Step::stays(const SteppedIsland& island) const {
+  if (!may_keep_ || !island.result.at_rest) return false;
+  const std::vector<std::uint32_t>& bodies = island.island.bodies;
+  if (!std::all_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.kept[i] != 0; }))
+    return false;
+  return std::all_of(island.island.joints.begin(), island.island.joints.end(), [this](std::uint32_t i) {
+    const JointDef& def = s_.joints[i].def;
+    return (!def.a || s_.kept[def.a.index]) && s_.kept[def.b.index];
+  });
+}
+
+/// For the first try of a step.
+void Step::prepare(SteppedIsland& island) {
+  clear(island.result);
+  for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
+  for (const std::uint32_t i : island.island.contacts) {
+    Contact& contact = s_.contacts[i];
+    if (contact.begun == s_.steps + 1) continue;
+    // Its two bodies are where they were.
+    begin(contact);
+    contact.manifold_reused = true;
+  }
+  for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
+}
+
+/// A second try begins from the contacts of the beginning of the step.
+void Step::prepare_again(SteppedIsland& island) {
+  ++s_.report.island_retries;
+  restore(island.island.bodies);
+  for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
+  for (const std::uint32_t i : island.island.contacts) {
+    Contact& contact = s_.contacts[i];
+    if (contact.begun != s_.steps + 1) begin(contact);
+    contact.points = contact.points_at_start;
+    match_points(contact);
+    contact.hit = false;
+    contact.hit_speed = 0;
+  }
+  for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
+  s_.report.manifolds_reused += update_manifolds(s_, island.island, 0, s_.report.narrow);
+}
+
+/// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did
+/// meet more than was known shows in the next round. Reaches only grow and islands only merge, so this ends.
+bool Step::extend_reach() {
+  bool any = false;
+  std::vector<std::uint8_t>& dirty = s_.scratch.dirty;
+  for (const std::uint32_t i : s_.active) {
+    if (s_.kept[i] || !(s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin)) continue;
+    if (!std::isfinite(s_.travelled[i])) continue;
+    if (!any) dirty.assign(s_.bodies.size(), 0);
+    s_.reach[i] = 1.25 * s_.travelled[i];
+    dirty[i] = 1;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace skerry

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+//
+// The stage of a step that finds pairs: boxes that bound the motion -> broad phase -> contact table.
+#include <algorithm>
+
+#include "physics/narrowphase/chain.h"
+#include "physics/world_step.h"
+
+namespace skerry {
+
+void Step::find_pairs() {
+  const auto start = now();
+  s_.box_updates.clear();
+  s_.shape_moved.assign(s_.shapes.size(), 0);
+  bool moved = false;
+  const BodyArrays& b = s_.bodies;
+  for (const std::uint32_t body : s_.active) {
+    if (s_.kept[body]) continue;
+    const BodyBackup& from = s_.backup[body];
+    for (const std::uint32_t i : s_.shapes_of[body]) {
+      ShapeRecord& shape = s_.shapes[i];
+      const Aabb box = grown(bounding_box(shape.shape, {from.position, from.rotation}),
+                             s_.reach[body] + s_.config.contact_margin);
+      if (!shape.in_broad_phase) {
+        s_.broad_phase->insert(i, box,
+                               b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
+        shape.in_broad_phase = true;
+      } else if (box.lower != shape.box.lower || box.upper != shape.box.upper) {
+        s_.box_updates.push_back({i, box});
+      } else {
+        continue;
+      }
+      shape.box = box;
+      s_.shape_moved[i] = 1;
+      moved = true;
+    }
+  }
+  s_.loose_shapes.clear();
+  if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
+  s_.broad_phase->moved_pairs(s_.pairs);
+  merge_pairs(moved);
+  book(Stage::Broad, start);
+}
+
+/// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
+void Step::merge_pairs(bool moved) {
+  if (s_.pairs.empty() && !moved) return;
+  std::vector<Contact>& wanted = s_.scratch.wanted;
+  wanted.clear();
+  for (const Pair& pair : s_.pairs) {
+    if (may_touch(pair)) add_wanted(pair);
+  }
+  std::vector<Contact>& next = s_.scratch.next;
+  next.clear();
+  next.reserve(s_.contacts.size() + wanted.size());
+  bool changed = false;
+  auto old = s_.contacts.begin();
+  const auto pass = [&] {
+    if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
+      next.push_back(*old);
+    } else {
+      changed = true;
+      if (old->touched) s_.scratch.lost.push_back(*old);
+    }
+    ++old;
+  };
+  for (const Contact& contact : wanted) {
+    while (old != s_.contacts.end() && old->key() < contact.key()) pass();
+    if (old != s_.contacts.end() && old->key() == contact.key()) {
+      next.push_back(*old);
+      ++old;
+    } else {
+      next.push_back(contact);
+      changed = true;
+    }
+  }
+  while (old != s_.contacts.end()) pass();
+  s_.table_changed |= changed;
+  // The same contacts: the old table serves.
+  if (changed) s_.contacts.swap(next);
+}
+
+/// One contact, or one for each near segment of a chain.
+void Step::add_wanted(const Pair& pair) {
+  std::vector<Contact>& wanted = s_.scratch.wanted;
+  Contact contact = make_contact(pair);
+  const ShapeRecord& a = s_.shapes[pair.low];
+  const ShapeRecord& b = s_.shapes[pair.high];
+  const bool a_chain = a.shape.kind == ShapeKind::Chain;
+  const bool b_chain = b.shape.kind == ShapeKind::Chain;
+  if (a_chain == b_chain) {
+    // Terrain does not meet terrain.
+    if (!a_chain) wanted.push_back(contact);
+    return;
+  }
+  const ShapeRecord& chain = a_chain ? a : b;
+  const BodyBackup& at = s_.backup[chain.body.index];
+  const double reach = s_.reach[chain.body.index] + s_.config.contact_margin;
+  chain_segments_near(chain.shape, {at.position, at.rotation}, grown((a_chain ? b : a).box, reach),
+                      s_.scratch.segments);
+  for (const int segment : s_.scratch.segments) {
+    contact.child = segment;
+    wanted.push_back(contact);
+  }
+}
+
+bool Step::may_touch(const Pair& pair) const {
+  const ShapeRecord& a = s_.shapes[pair.low];
+  const ShapeRecord& b = s_.shapes[pair.high];
+  if (a.body == b.body || !may_collide(a.filter, b.filter)) return false;
+  const bool dynamic =
+      s_.bodies.type[a.body.index] == BodyType::Dynamic || s_.bodies.type[b.body.index] == BodyType::Dynamic;
+  if (!dynamic && !a.sensor && !b.sensor) return false;
+  for (const std::uint32_t j : s_.joints_of[b.body.index]) {
+    const JointDef& def = s_.joints[j].def;
+    if (!def.collide && (def.a == a.body || def.b == a.body)) return false;
+  }
+  return true;
+}
+
+Contact Step::make_contact(const Pair& pair) const {
+  const ShapeRecord& a = s_.shapes[pair.low];
+  const ShapeRecord& b = s_.shapes[pair.high];
+  Contact contact;
+  contact.shape_a = pair.low;
+  contact.shape_b = pair.high;
+  contact.body_a = a.body.index;
+  contact.body_b = b.body.index;
+  contact.friction =
+      mix(std::max(a.friction_rule, b.friction_rule), a.material.friction, b.material.friction);
+  contact.static_friction =
+      std::max(contact.friction, mix(std::max(a.friction_rule, b.friction_rule),
+                                     a.material.static_friction.value_or(a.material.friction),
+                                     b.material.static_friction.value_or(b.material.friction)));
+  contact.restitution =
+      mix(std::max(a.restitution_rule, b.restitution_rule), a.material.restitution, b.material.restitution);
+  contact.rolling_resistance = std::max(a.material.rolling_resistance, b.material.rolling_resistance);
+  contact.surface_velocity = a.material.surface_velocity + b.material.surface_velocity;
+  contact.sensor = a.sensor || b.sensor;
+  return contact;
+}
+
+}  // namespace skerry

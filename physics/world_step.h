@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+//
+// One step of a world as a list of stages. Pairs are sorted and islands numbered canonically, so the result
+// depends neither on the broad phase nor on the order in which islands are stepped. Where nothing changed,
+// nothing is done: bodies that are where they were keep their boxes and manifolds, an unchanged graph its
+// islands, and islands that are known to rest are kept as they are.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+#include "physics/world_state.h"
+
+namespace skerry {
+
+class Step {
+ public:
+  Step(WorldState& state, double h) : s_(state), h_(h) {}
+
+  void run();
+  /// Puts all bodies back to where the step found them.
+  void undo();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// The clock is read only for an observer: it costs as much as a body.
+  Clock::time_point now() const { return s_.observe.stage_times ? Clock::now() : Clock::time_point{}; }
+  void book(Stage stage, Clock::time_point start);
+
+  // world_step.cpp: the working set and its forces at the beginning, what is kept at the end.
+  void begin();
+  void require_masses() const;
+  void choose_active();
+  void choose_joints();
+  void begin(std::uint32_t body);
+  void begin(Contact& contact) const;
+  static void begin(JointRecord& joint);
+  void follow(std::size_t body);
+  bool is_where_it_was(std::uint32_t body) const;
+  void contain(std::size_t body);
+  void restore(const std::vector<std::uint32_t>& bodies);
+  void finish();
+  void remember();
+  bool may_sleep(const SteppedIsland& island) const;
+  void keep_motion();
+
+  // world_pairs.cpp: boxes that bound the motion within the step -> broad phase -> contact table.
+  void find_pairs();
+  void merge_pairs(bool moved);
+  void add_wanted(const Pair& pair);
+  bool may_touch(const Pair& pair) const;
+  Contact make_contact(const Pair& pair) const;
+
+  // world_islands.cpp: which contacts belong to the step, the islands that they make, and their steps.
+  void link_contacts();
+  void refresh_links();
+  bool wake_linked(bool first);
+  void link(Contact& contact, bool first, LinkCount& count) const;
+  double make_manifold(Contact& contact, LinkCount& count) const;
+  void find_islands();
+  void step_islands();
+  bool stays(const SteppedIsland& island) const;
+  void prepare(SteppedIsland& island);
+  void prepare_again(SteppedIsland& island);
+  bool extend_reach();
+
+  WorldState& s_;
+  const double h_;
+  int rounds_ = 0;
+  bool may_keep_ = false;       ///< islands that rested may rest again
+  bool graph_changed_ = false;  ///< since the last step, or the last round
+  std::size_t saved_ = 0;       ///< of the active bodies: those whose backup is that of this step
+  bool begun_ = false;          ///< all of them are
+};
+
+}  // namespace skerry
