@@ -59,7 +59,8 @@ int dispatch(const std::vector<std::string>& arguments, const Io& io) {
     CLI::App* sub = app.add_subcommand(std::string(command.name), std::string(command.summary));
     sub->footer("\nExample:\n  " + std::string(command.example));
     sub->allow_extras();
-    actions.emplace_back(sub, command.setup(*sub));
+    OptionTable table(*sub);
+    actions.emplace_back(sub, command.setup(table));
   }
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 wants the last first

@@ -11,10 +11,7 @@
 
 #include "sandbox/demo.h"
 #include "sandbox/io.h"
-
-namespace CLI {
-class App;
-}
+#include "sandbox/option_table.h"
 
 namespace skerry::sandbox {
 
@@ -32,7 +29,7 @@ struct Command {
   std::string_view summary;
   std::string_view example;
   /// Adds options to the subcommand; they live in the returned action.
-  Action (*setup)(CLI::App& app);
+  Action (*setup)(OptionTable& table);
 };
 
 std::span<const Command> commands();
@@ -51,8 +48,8 @@ enum class DemoCount { One, AtLeastOne, Any };
 
 /// Adds DEMO and the shared flags (--seed --dt --steps --seconds --stepper --accuracy --solver --broadphase
 /// --impact --set) to a command.
-void add_shared_options(CLI::App& app, SharedOptions& options, DemoCount count);
+void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount count);
 /// Only `--demos FOLDER`.
-void add_folder_option(CLI::App& app, SharedOptions& options);
+void add_folder_option(OptionTable& table, SharedOptions& options);
 
 }  // namespace skerry::sandbox

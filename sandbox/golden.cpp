@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/golden.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <sstream>
@@ -46,18 +45,16 @@ void each_line(std::istream& stream, const fs::path& file, Use&& use) {
 GoldenScene golden_scene(const std::string& name, const std::string& words) {
   GoldenScene scene;
   scene.name = name;
-  CLI::App app;
   SharedOptions shared;
-  add_shared_options(app, shared, DemoCount::One);
   scene.picture.size = kSize;
-  app.add_option("--at", scene.at)->required()->check(CLI::NonNegativeNumber);
-  add_picture_options(app, scene.picture);
+  const auto describe = [&](OptionTable& table) {
+    add_shared_options(table, shared, DemoCount::One);
+    table.add("--at", scene.at, "").required().non_negative();
+    add_picture_options(table, scene.picture);
+  };
+  bool sized = false;
   try {
-    app.parse(words);
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(name + ": " + error.what());
-  }
-  try {
+    sized = !parse_options(words, describe, {"--size"}).empty();
     scene.picture.check();
     scene.paint = scene.picture.paint();
   } catch (const UsageError& error) {
@@ -68,7 +65,7 @@ GoldenScene golden_scene(const std::string& name, const std::string& words) {
   scene.options = shared.demo;
   scene.options.seconds = scene.at;
   scene.options.steps.reset();
-  scene.words = words + (app.count("--size") ? "" : std::string(" --size ") + kSize);
+  scene.words = words + (sized ? "" : std::string(" --size ") + kSize);
   return scene;
 }
 

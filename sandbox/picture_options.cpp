@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/picture_options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 
@@ -48,26 +47,21 @@ Selection PictureOptions::selection_for(const Demo& demo) const {
   return resolve(merged(demo.picture().selection, parse_selection(select)), demo.world());
 }
 
-void add_picture_options(CLI::App& app, PictureOptions& options) {
+void add_picture_options(OptionTable& table, PictureOptions& options) {
   const std::string group = "Picture";
-  app.add_option("--size", options.size, "WIDTHxHEIGHT in pixels (default 1280x720)")
-      ->type_name("SIZE")
-      ->group(group);
-  app.add_option("--overlay", options.overlays,
-                 "Adds overlays: " + join(overlay_names()) + "; none drops the demo's own")
-      ->type_name("NAME,...")
-      ->delimiter(',')
-      ->take_all()
-      ->expected(1)
-      ->group(group);
-  app.add_flag("--matrix", options.matrix, "Same as --overlay matrix")->group(group);
-  app.add_option("--select", options.select, "Lights up row=3,col=5, body=A, body=A,other=B or island=2")
-      ->type_name("NAME=VALUE,...")
-      ->group(group);
-  app.add_option("--ssaa", options.ssaa, "Draws the scene so many times finer, 1 to 4")
-      ->check(CLI::Range(1, 4))
-      ->group(group);
-  app.add_option("--theme", options.theme, "light or dark")->type_name("THEME")->group(group);
+  table.add("--size", options.size, "WIDTHxHEIGHT in pixels (default 1280x720)").type("SIZE").group(group);
+  table
+      .add("--overlay", options.overlays,
+           "Adds overlays: " + join(overlay_names()) + "; none drops the demo's own")
+      .type("NAME,...")
+      .repeatable(',')
+      .group(group);
+  table.add_flag("--matrix", options.matrix, "Same as --overlay matrix").group(group);
+  table.add("--select", options.select, "Lights up row=3,col=5, body=A, body=A,other=B or island=2")
+      .type("NAME=VALUE,...")
+      .group(group);
+  table.add("--ssaa", options.ssaa, "Draws the scene so many times finer, 1 to 4").range(1, 4).group(group);
+  table.add("--theme", options.theme, "light or dark").type("THEME").group(group);
 }
 
 }  // namespace skerry::sandbox

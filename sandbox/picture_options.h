@@ -30,6 +30,6 @@ struct PictureOptions {
   Selection selection_for(const Demo& demo) const;
 };
 
-void add_picture_options(CLI::App& app, PictureOptions& options);
+void add_picture_options(OptionTable& table, PictureOptions& options);
 
 }  // namespace skerry::sandbox

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // The flags that `run`, `capture` and `test` have in common.
-#include <CLI/CLI.hpp>
 #include <ostream>
 
 #include "physics/broadphase/broadphase.h"
@@ -31,61 +30,57 @@ void check_name(const char* option, const std::optional<std::string>& value,
 
 }  // namespace
 
-void add_folder_option(CLI::App& app, SharedOptions& options) {
-  app.add_option("--demos", options.folder, "Folder with the demos")->type_name("FOLDER");
+void add_folder_option(OptionTable& table, SharedOptions& options) {
+  table.add("--demos", options.folder, "Folder with the demos").type("FOLDER");
 }
 
-void add_shared_options(CLI::App& app, SharedOptions& options, DemoCount count) {
-  CLI::Option* demos = app.add_option("DEMO", options.demos, "Demo by name or .lua file")->type_name("");
+void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount count) {
+  OptionRow demos = table.add("DEMO", options.demos, "Demo by name or .lua file").type("");
   if (count == DemoCount::One)
-    demos->required()->expected(1);
+    demos.required().one();
   else if (count == DemoCount::AtLeastOne)
-    demos->required()->expected(1, 1 << 20);
+    demos.required().many();
   DemoOptions& demo = options.demo;
-  add_folder_option(app, options);
+  add_folder_option(table, options);
   const std::string group = "Simulation";
-  app.add_option("--seed", demo.seed, "Seed of math.random in the script (default 1)")->group(group);
-  app.add_option("--dt", demo.dt, "Length of a step [s]")->check(CLI::PositiveNumber)->group(group);
-  CLI::Option* seconds = app.add_option("--seconds", demo.seconds, "Length of the run [s]")
-                             ->check(CLI::PositiveNumber)
-                             ->group(group);
-  app.add_option("--steps", demo.steps, "Length of the run in steps")
-      ->check(CLI::PositiveNumber)
-      ->excludes(seconds)
-      ->group(group);
+  table.add("--seed", demo.seed, "Seed of math.random in the script (default 1)").group(group);
+  table.add("--dt", demo.dt, "Length of a step [s]").positive().group(group);
+  const OptionRow seconds =
+      table.add("--seconds", demo.seconds, "Length of the run [s]").positive().group(group);
+  table.add("--steps", demo.steps, "Length of the run in steps").positive().excludes(seconds).group(group);
   // Each registry gives an option its values; with a single row there is nothing to choose.
   const auto add_choice = [&](const char* flag, std::optional<std::string>& value, const char* what,
                               const std::vector<std::string>& names) {
     if (names.size() < 2) return;
-    app.add_option(flag, value, std::string(what) + ": " + join(names))->type_name("NAME")->group(group);
+    table.add(flag, value, std::string(what) + ": " + join(names)).type("NAME").group(group);
   };
   add_choice("--solver", demo.solver, "Solver of the islands", names_of(solvers()));
   add_choice("--broadphase", demo.broad_phase, "Broad phase", names_of(broad_phases()));
   add_choice("--impact", demo.impact_law, "Impact law", names_of(impact_laws()));
   add_choice("--stepper", demo.stepper, "How time advances", names_of(steppers()));
-  app.add_option(
-         "--accuracy", demo.accuracy,
-         "Wanted error after a second of motion, 1e-14 to 1e-2: each island picks its own inner steps")
-      ->check(CLI::Range(1e-14, 1e-2))
-      ->group(group);
-  app.add_option("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
-      ->check(CLI::Range(1, 256))
-      ->group(group);
-  app.add_option_function<std::vector<std::string>>(
-         "--set",
-         [&demo](const std::vector<std::string>& words) {
-           for (const std::string& word : words) {
-             const std::size_t equals = word.find('=');
-             if (equals == std::string::npos || equals == 0)
-               throw UsageError("--set expected name=value, got \"" + word + '"');
-             demo.parameters.emplace_back(word.substr(0, equals), word.substr(equals + 1));
-           }
-         },
-         "Parameter of the demo: --set \"mass ratio=10\"")
-      ->type_name("NAME=VALUE")
-      ->take_all()
-      ->expected(1)
-      ->group(group);
+  table
+      .add("--accuracy", demo.accuracy,
+           "Wanted error after a second of motion, 1e-14 to 1e-2: each island picks its own inner steps")
+      .range(1e-14, 1e-2)
+      .group(group);
+  table.add("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
+      .range(1, 256)
+      .group(group);
+  table
+      .add(
+          "--set",
+          [&demo](const std::vector<std::string>& words) {
+            for (const std::string& word : words) {
+              const std::size_t equals = word.find('=');
+              if (equals == std::string::npos || equals == 0)
+                throw UsageError("--set expected name=value, got \"" + word + '"');
+              demo.parameters.emplace_back(word.substr(0, equals), word.substr(equals + 1));
+            }
+          },
+          "Parameter of the demo: --set \"mass ratio=10\"")
+      .type("NAME=VALUE")
+      .repeatable()
+      .group(group);
 }
 
 DemoOptions SharedOptions::checked(const Io& io) const {

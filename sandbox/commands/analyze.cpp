@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Will it stand? Forces of a moment of a demo, what begins to move, how much is missing to that, and bridges.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -269,23 +268,21 @@ int analyze(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_analyze(CLI::App& app) {
+Action setup_analyze(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  add_shared_options(app, options->shared, DemoCount::One);
+  add_shared_options(table, options->shared, DemoCount::One);
   const std::string group = "Analysis";
-  app.add_option("--at", options->at, "The moment [s] (default 0: as the script made it)")
-      ->check(CLI::NonNegativeNumber)
-      ->group(group);
-  app.add_flag("--json", options->json, "Prints everything as JSON")->group(group);
-  app.add_option("-o,--out", options->output, "Writes the force diagram, .svg or .png")
-      ->type_name("FILE")
-      ->group(group);
-  CLI::Option* influence =
-      app.add_option("--influence", options->influence_csv, "Writes a member's influence line, .csv or .svg")
-          ->type_name("FILE")
-          ->group(group);
-  app.add_option("--member", options->member, "Whose influence line, from 1")->needs(influence)->group(group);
-  add_picture_options(app, options->picture);
+  table.add("--at", options->at, "The moment [s] (default 0: as the script made it)")
+      .non_negative()
+      .group(group);
+  table.add_flag("--json", options->json, "Prints everything as JSON").group(group);
+  table.add("-o,--out", options->output, "Writes the force diagram, .svg or .png").type("FILE").group(group);
+  const OptionRow influence =
+      table.add("--influence", options->influence_csv, "Writes a member's influence line, .csv or .svg")
+          .type("FILE")
+          .group(group);
+  table.add("--member", options->member, "Whose influence line, from 1").needs(influence).group(group);
+  add_picture_options(table, options->picture);
   return [options](const Io& io) { return analyze(*options, io); };
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -197,30 +196,28 @@ int capture(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_capture(CLI::App& app) {
+Action setup_capture(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  add_shared_options(app, options->shared, DemoCount::Any);
+  add_shared_options(table, options->shared, DemoCount::Any);
   const std::string group = "Picture";
-  app.add_option("-o,--out", options->out,
-                 "File (.mp4 .mkv .webm .gif, .png for one picture, %06d.png for all) or folder/")
-      ->type_name("PATH")
-      ->group(group);
-  app.add_option("--at", options->at, "One picture of this moment [s]")
-      ->check(CLI::NonNegativeNumber)
-      ->group(group);
-  app.add_flag("--small", options->small, "One picture: 256 colours in as few bytes as possible")->group(group);
-  app.add_option("--fps", options->fps, "Frames a second (default 60)")
-      ->check(CLI::Range(1, 240))
-      ->group(group);
-  app.add_option("--speed", options->speed, "World seconds in a second of video (default 1)")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
-  app.add_flag("--sharp", options->sink.sharp, "Full colour resolution (4:4:4)")->group(group);
-  app.add_flag("--lossless", options->sink.lossless, "Every bit of the picture")->group(group);
-  app.add_option("--encoder", options->sink.encoder, "Another encoder of FFmpeg, such as libx265 or mpeg4")
-      ->type_name("NAME")
-      ->group(group);
-  add_picture_options(app, options->picture);
+  table
+      .add("-o,--out", options->out,
+           "File (.mp4 .mkv .webm .gif, .png for one picture, %06d.png for all) or folder/")
+      .type("PATH")
+      .group(group);
+  table.add("--at", options->at, "One picture of this moment [s]").non_negative().group(group);
+  table.add_flag("--small", options->small, "One picture: 256 colours in as few bytes as possible")
+      .group(group);
+  table.add("--fps", options->fps, "Frames a second (default 60)").range(1, 240).group(group);
+  table.add("--speed", options->speed, "World seconds in a second of video (default 1)")
+      .positive()
+      .group(group);
+  table.add_flag("--sharp", options->sink.sharp, "Full colour resolution (4:4:4)").group(group);
+  table.add_flag("--lossless", options->sink.lossless, "Every bit of the picture").group(group);
+  table.add("--encoder", options->sink.encoder, "Another encoder of FFmpeg, such as libx265 or mpeg4")
+      .type("NAME")
+      .group(group);
+  add_picture_options(table, options->picture);
   return [options](const Io& io) { return capture(*options, io); };
 }
 

@@ -7,17 +7,17 @@
 
 namespace skerry::sandbox {
 
-Action setup_list(CLI::App& app);
-Action setup_run(CLI::App& app);
-Action setup_capture(CLI::App& app);
-Action setup_export(CLI::App& app);
-Action setup_analyze(CLI::App& app);
-Action setup_test(CLI::App& app);
-Action setup_open(CLI::App& app);
-Action setup_record(CLI::App& app);
-Action setup_replay(CLI::App& app);
-Action setup_solve(CLI::App& app);
-Action setup_golden(CLI::App& app);
-Action setup_doctor(CLI::App& app);
+Action setup_list(OptionTable& table);
+Action setup_run(OptionTable& table);
+Action setup_capture(OptionTable& table);
+Action setup_export(OptionTable& table);
+Action setup_analyze(OptionTable& table);
+Action setup_test(OptionTable& table);
+Action setup_open(OptionTable& table);
+Action setup_record(OptionTable& table);
+Action setup_replay(OptionTable& table);
+Action setup_solve(OptionTable& table);
+Action setup_golden(OptionTable& table);
+Action setup_doctor(OptionTable& table);
 
 }  // namespace skerry::sandbox

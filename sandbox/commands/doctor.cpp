@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/doctor.h"
 
-#include <CLI/CLI.hpp>
 #include <ostream>
 
 #include "sandbox/commands/commands.h"
@@ -9,7 +8,7 @@
 
 namespace skerry::sandbox {
 
-Action setup_doctor(CLI::App&) {
+Action setup_doctor(OptionTable&) {
   return [](const Io& io) {
     bool good = true;
     for (const render::DoctorLine& line : render::examine()) {

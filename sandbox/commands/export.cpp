@@ -4,7 +4,6 @@
 // an island as MatrixMarket or JSON.
 #include "physics/export.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -116,31 +115,28 @@ int export_demo(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_export(CLI::App& app) {
+Action setup_export(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  add_shared_options(app, options->shared, DemoCount::One);
+  add_shared_options(table, options->shared, DemoCount::One);
   const std::string group = "Figure";
-  app.add_option("--at", options->at, "The moment [s] (default: the end of the demo)")
-      ->check(CLI::NonNegativeNumber)
-      ->group(group);
-  app.add_option("--svg", options->svg, "Writes the picture as SVG")->type_name("FILE")->group(group);
-  app.add_option("--png", options->png, "Writes the picture as PNG")->type_name("FILE")->group(group);
-  app.add_option("--plot", options->plot, "Writes curves up to the moment as SVG")
-      ->type_name("FILE")
-      ->group(group);
-  app.add_option("--curves", options->what, "What --plot shows: " + plot_names() + " (default energy)")
-      ->type_name("NAME")
-      ->group(group);
+  table.add("--at", options->at, "The moment [s] (default: the end of the demo)").non_negative().group(group);
+  table.add("--svg", options->svg, "Writes the picture as SVG").type("FILE").group(group);
+  table.add("--png", options->png, "Writes the picture as PNG").type("FILE").group(group);
+  table.add("--plot", options->plot, "Writes curves up to the moment as SVG").type("FILE").group(group);
+  table.add("--curves", options->what, "What --plot shows: " + plot_names() + " (default energy)")
+      .type("NAME")
+      .group(group);
   const std::string problem = "Contact problem";
-  app.add_option("--island", options->island, "Number of the island (default: the largest)")
-      ->check(CLI::NonNegativeNumber)
-      ->group(problem);
-  app.add_option("--matrix-market", options->matrix_market,
-                 "Writes DEMO_W, _J, _M, _b, _rows and _lambda.mtx for `skerry solve`")
-      ->type_name("FOLDER")
-      ->group(problem);
-  app.add_option("--json", options->json, "Writes the island as JSON")->type_name("FILE")->group(problem);
-  add_picture_options(app, options->picture);
+  table.add("--island", options->island, "Number of the island (default: the largest)")
+      .non_negative()
+      .group(problem);
+  table
+      .add("--matrix-market", options->matrix_market,
+           "Writes DEMO_W, _J, _M, _b, _rows and _lambda.mtx for `skerry solve`")
+      .type("FOLDER")
+      .group(problem);
+  table.add("--json", options->json, "Writes the island as JSON").type("FILE").group(problem);
+  add_picture_options(table, options->picture);
   return [options](const Io& io) { return export_demo(*options, io); };
 }
 

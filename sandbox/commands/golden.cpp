@@ -3,7 +3,6 @@
 // skerry golden: pictures of known scenes against those that people looked at and blessed.
 #include "sandbox/golden.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <ostream>
@@ -209,19 +208,19 @@ int golden(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_golden(CLI::App& app) {
+Action setup_golden(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  app.add_option("SCENE", options->scenes, "Scenes by name; NAME* for all that begin so (default: all)")
-      ->type_name("");
-  app.add_option("--report", options->report,
-                 "Writes DIR/index.html: what was expected, what came, the difference")
-      ->type_name("DIR");
-  app.add_flag("--bless", options->bless, "What is drawn now is what is expected from now on");
-  app.add_flag("--list", options->list, "Names the scenes and draws nothing");
-  app.add_option("--folder", options->folder,
-                 "Folder with scenes.txt, accepted.txt and the pictures (tests/golden)")
-      ->type_name("FOLDER");
-  app.add_option("--demos", options->demos, "Folder with the demos")->type_name("FOLDER");
+  table.add("SCENE", options->scenes, "Scenes by name; NAME* for all that begin so (default: all)").type("");
+  table
+      .add("--report", options->report, "Writes DIR/index.html: what was expected, what came, the difference")
+      .type("DIR");
+  table.add_flag("--bless", options->bless, "What is drawn now is what is expected from now on");
+  table.add_flag("--list", options->list, "Names the scenes and draws nothing");
+  table
+      .add("--folder", options->folder,
+           "Folder with scenes.txt, accepted.txt and the pictures (tests/golden)")
+      .type("FOLDER");
+  table.add("--demos", options->demos, "Folder with the demos").type("FOLDER");
   return [options](const Io& io) { return golden(*options, io); };
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -77,14 +76,14 @@ int list(const SharedOptions& shared, bool json, const Io& io) {
 
 }  // namespace
 
-Action setup_list(CLI::App& app) {
+Action setup_list(OptionTable& table) {
   struct Options {
     SharedOptions shared;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
-  add_folder_option(app, options->shared);
-  app.add_flag("--json", options->json, "Machine-readable");
+  add_folder_option(table, options->shared);
+  table.add_flag("--json", options->json, "Machine-readable");
   return [options](const Io& io) { return list(options->shared, options->json, io); };
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <ostream>
@@ -43,18 +42,14 @@ int run(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_open(CLI::App& app) {
+Action setup_open(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  add_shared_options(app, options->shared, DemoCount::Any);
-  app.add_option("--size", options->size, "Size of the window in pixels")
-      ->type_name("WxH")
-      ->capture_default_str();
-  app.add_option("--theme", options->theme, "light or dark")->type_name("NAME")->capture_default_str();
-  app.add_option("--close-after", options->window.seconds, "Closes the window after so many seconds")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--screenshot", options->window.screenshot, "Writes the last frame to a PNG file")
-      ->type_name("FILE");
-  app.add_flag("--keys", options->keys, "Prints the keys of the window as a table");
+  add_shared_options(table, options->shared, DemoCount::Any);
+  table.add("--size", options->size, "Size of the window in pixels").type("WxH").shows_default();
+  table.add("--theme", options->theme, "light or dark").type("NAME").shows_default();
+  table.add("--close-after", options->window.seconds, "Closes the window after so many seconds").positive();
+  table.add("--screenshot", options->window.screenshot, "Writes the last frame to a PNG file").type("FILE");
+  table.add_flag("--keys", options->keys, "Prints the keys of the window as a table");
   return [options](const Io& io) { return run(*options, io); };
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <ostream>
 
@@ -30,10 +29,10 @@ int run(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_record(CLI::App& app) {
+Action setup_record(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  add_shared_options(app, options->shared, DemoCount::One);
-  app.add_option("-o,--out", options->out, "File to write (default: DEMO.skerry)")->type_name("FILE");
+  add_shared_options(table, options->shared, DemoCount::One);
+  table.add("-o,--out", options->out, "File to write (default: DEMO.skerry)").type("FILE");
   return [options](const Io& io) { return run(*options, io); };
 }
 

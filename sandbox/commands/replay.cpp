@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -46,12 +45,10 @@ int run(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_replay(CLI::App& app) {
+Action setup_replay(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  app.add_option("FILE", options->file, "Recording of the window or of `skerry record`")
-      ->required()
-      ->type_name("");
-  app.add_option("--demos", options->folder, "Folder with the demos")->type_name("FOLDER");
+  table.add("FILE", options->file, "Recording of the window or of `skerry record`").required().type("");
+  table.add("--demos", options->folder, "Folder with the demos").type("FOLDER");
   return [options](const Io& io) { return run(*options, io); };
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <ostream>
 
@@ -79,16 +78,14 @@ int run(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_run(CLI::App& app) {
+Action setup_run(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  add_shared_options(app, options->shared, DemoCount::One);
-  app.add_option("--report", options->report, "Writes the results as JSON (- for standard output)")
-      ->type_name("FILE");
-  app.add_option("--csv", options->csv, "Writes a row a step: energy, momentum, residual, watches")
-      ->type_name("FILE");
-  app.add_option("--save", options->save, "Writes the state of the world to a file")->type_name("FILE");
-  app.add_option("--at", options->at, "Time of --save [s] (default: the end)")->check(CLI::NonNegativeNumber);
-  app.add_option("--load", options->load, "Goes on from a state that --save wrote")->type_name("FILE");
+  add_shared_options(table, options->shared, DemoCount::One);
+  table.add("--report", options->report, "Writes the results as JSON (- for standard output)").type("FILE");
+  table.add("--csv", options->csv, "Writes a row a step: energy, momentum, residual, watches").type("FILE");
+  table.add("--save", options->save, "Writes the state of the world to a file").type("FILE");
+  table.add("--at", options->at, "Time of --save [s] (default: the end)").non_negative();
+  table.add("--load", options->load, "Goes on from a state that --save wrote").type("FILE");
   return [options](const Io& io) { return run(*options, io); };
 }
 

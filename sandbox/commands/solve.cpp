@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // `skerry solve`: any contact problem from a file, by any solver.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -158,26 +157,27 @@ int solve_file(const Options& options, const Io& io) {
 
 }  // namespace
 
-Action setup_solve(CLI::App& app) {
+Action setup_solve(OptionTable& table) {
   auto options = std::make_shared<Options>();
-  app.add_option(
-         "FILE", options->file,
-         "Island as JSON, any file of a MatrixMarket set (x_W.mtx), or a Siconos friction problem or LCP")
-      ->required()
-      ->type_name("");
+  table
+      .add("FILE", options->file,
+           "Island as JSON, any file of a MatrixMarket set (x_W.mtx), or a Siconos friction problem or LCP")
+      .required()
+      .type("");
   std::vector<std::string> names;
   for (const SolverEntry& entry : solvers()) names.emplace_back(entry.name);
-  app.add_option("--solver", options->solver, "One of: " + join(names))->type_name("NAME");
-  app.add_option("-o,--out", options->out, "Writes lambda in MatrixMarket form (- for standard output)")
-      ->type_name("FILE");
-  app.add_option("--tolerance", options->solve.tolerance, "Relative residual to reach (default 1e-10)")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--iterations", options->solve.max_iterations,
-                 "Bound on sweeps, pivots or factorisations (default: the solver's own)")
-      ->check(CLI::PositiveNumber);
-  app.add_flag("--warm", options->warm, "Starts from the impulses that the file holds");
-  app.add_flag("--trace", options->solve.trace, "Prints residual and states by iteration");
-  app.add_flag("--json", options->json, "Machine-readable, with lambda");
+  table.add("--solver", options->solver, "One of: " + join(names)).type("NAME");
+  table.add("-o,--out", options->out, "Writes lambda in MatrixMarket form (- for standard output)")
+      .type("FILE");
+  table.add("--tolerance", options->solve.tolerance, "Relative residual to reach (default 1e-10)")
+      .non_negative();
+  table
+      .add("--iterations", options->solve.max_iterations,
+           "Bound on sweeps, pivots or factorisations (default: the solver's own)")
+      .positive();
+  table.add_flag("--warm", options->warm, "Starts from the impulses that the file holds");
+  table.add_flag("--trace", options->solve.trace, "Prints residual and states by iteration");
+  table.add_flag("--json", options->json, "Machine-readable, with lambda");
   return [options](const Io& io) { return solve_file(*options, io); };
 }
 

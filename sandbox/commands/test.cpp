@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <ostream>
 
@@ -71,9 +70,9 @@ int test(const SharedOptions& shared, const Io& io) {
 
 }  // namespace
 
-Action setup_test(CLI::App& app) {
+Action setup_test(OptionTable& table) {
   auto shared = std::make_shared<SharedOptions>();
-  add_shared_options(app, *shared, DemoCount::Any);
+  add_shared_options(table, *shared, DemoCount::Any);
   return [shared](const Io& io) { return test(*shared, io); };
 }
 
