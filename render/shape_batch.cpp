@@ -53,6 +53,20 @@ void cut(std::vector<Point>& corners, Point normal, double offset) {
 
 }  // namespace
 
+/// Whether a square around the shape is cheaper than two triangles. Points whose centre is outside of the
+/// picture are not drawn at all.
+bool ShapeBatches::is_point(Program program, const ShapeInstance& shape) const {
+  if (program == Program::Arrow) return false;
+  const double x = shape.centre[0], y = shape.centre[1], margin = margin_px(program) + shape.radius;
+  if (x < 0 || x > width_ || y < 0 || y > height_) return false;
+  if (program == Program::Spoke) return 2 * margin + 1 <= largest_point;
+  const double hx = shape.half[0] + margin, hy = shape.half[1] + margin;
+  const double ax = std::abs(shape.axis[0]), ay = std::abs(shape.axis[1]);
+  const double side = 2 * std::max(hx * ax + hy * ay, hx * ay + hy * ax) + 1;
+  // Two triangles shade the blocks along their common edge twice: a fifth of a large square.
+  return side <= largest_point && side * side <= 1.2 * 4 * hx * hy + 100;
+}
+
 void ShapeBatches::push(Program program, const ShapeInstance& shape) {
   const auto index = static_cast<std::uint32_t>(shapes.size());
   shapes.push_back(shape);
@@ -68,7 +82,33 @@ void ShapeBatches::push(Program program, const ShapeInstance& shape) {
       return;
     }
   }
-  batches.push_back({program, index, 1});
+  batches.push_back({program, index, 1, false});
+}
+
+/// Cuts out runs of points that are long enough to pay for a call of the driver.
+void ShapeBatches::split_points() {
+  constexpr std::uint32_t kRun = 48;
+  std::vector<Batch> split;
+  for (const Batch& batch : batches) {
+    if (batch.program == Program::Text || batch.count < kRun) {
+      split.push_back(batch);
+      continue;
+    }
+    const std::uint32_t end = batch.first + batch.count;
+    std::uint32_t quads = batch.first;  // not yet in a batch
+    for (std::uint32_t i = batch.first; i < end;) {
+      std::uint32_t run = i;
+      while (run < end && is_point(batch.program, shapes[run])) ++run;
+      if (run - i >= kRun) {
+        if (i > quads) split.push_back({batch.program, quads, i - quads, false});
+        split.push_back({batch.program, i, run - i, true});
+        quads = run;
+      }
+      i = run + 1;
+    }
+    if (end > quads) split.push_back({batch.program, quads, end - quads, false});
+  }
+  batches = std::move(split);
 }
 
 void ShapeBatches::add_box(Point centre, Point axis, double hx, double hy, double radius, double outline,
@@ -451,11 +491,12 @@ void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, G
       const auto first = static_cast<std::uint32_t>(glyphs.size());
       fits = add_labels(layer.labels, atlas) && fits;
       const auto count = static_cast<std::uint32_t>(glyphs.size()) - first;
-      if (count > 0) batches.push_back({Program::Text, first, count});
+      if (count > 0) batches.push_back({Program::Text, first, count, false});
     }
-    if (fits) return;
-    atlas.clear();
+    if (fits) break;
+    if (attempt < 2) atlas.clear();
   }
+  split_points();
 }
 
 }  // namespace skerry::render

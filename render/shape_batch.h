@@ -40,10 +40,18 @@ inline constexpr int kProgramCount = 7;
 /// Distance of the lines of a label [em].
 inline constexpr double kLineSpacing = 1.3;
 
+/// How far from its box a shape is drawn [px]. Round rims are shaded half a pixel outside, here with room for
+/// the rounding of corners; sharp corners of polygons reach farther.
+constexpr double margin_px(Program program) {
+  const bool sharp = program == Program::Convex4 || program == Program::Convex8;
+  return sharp ? 1 : 0.5625;
+}
+
 /// Instances first..first+count of one program, in drawing order.
 struct Batch {
   Program program;
   std::uint32_t first, count;
+  bool points = false;  ///< each is one square; never for arrows and text
 };
 
 /// A frame's instances, in order. Reused from frame to frame.
@@ -55,6 +63,8 @@ struct ShapeBatches {
   std::vector<GlyphInstance> glyphs;
   std::vector<Batch> batches;
   int culled = 0;
+  /// Side of the largest square that the driver draws as a point [px].
+  double largest_point = 1;
 
   /// Fills all of the above.
   /// @param ssaa  pixels of the fine picture per pixel of the camera
@@ -70,6 +80,8 @@ struct ShapeBatches {
   void add_box(Point centre, Point axis, double hx, double hy, double radius, double outline, Color fill,
                Color line);
   void push(Program program, const ShapeInstance& shape);
+  bool is_point(Program program, const ShapeInstance& shape) const;
+  void split_points();
 
   Camera camera_;
   double scale_ = 1;                           // fine pixels per metre

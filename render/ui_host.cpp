@@ -39,6 +39,29 @@ void main() {
   color = vec4(both.rgb * both.a, both.a);
 })";
 
+// The same where the texel is white: sampling is most of the cost on llvmpipe.
+constexpr const char* kSolidFragment = R"(
+in vec4 ink;
+out vec4 color;
+void main() { color = vec4(ink.rgb * ink.a, ink.a); }
+)";
+
+// Solid triangles of at least so many pixels get a call of their own: the backgrounds of panels.
+constexpr float kLargeSolid = 4096;
+
+// Whether the triangle at `index` is large and has the same white texel at all corners.
+bool is_large_solid(const ImDrawList& list, const ImDrawCmd& command, unsigned index, ImVec2 white) {
+  ImVec2 p[3];
+  for (unsigned k = 0; k < 3; ++k) {
+    const auto corner = list.IdxBuffer[static_cast<int>(command.IdxOffset + index + k)];
+    const ImDrawVert& vertex = list.VtxBuffer[static_cast<int>(command.VtxOffset + corner)];
+    if (vertex.uv.x != white.x || vertex.uv.y != white.y) return false;
+    p[k] = vertex.pos;
+  }
+  const float area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
+  return std::abs(area) > kLargeSolid;
+}
+
 ImVec4 to_imgui(Color color) {
   return {static_cast<float>(color.r) / 255, static_cast<float>(color.g) / 255,
           static_cast<float>(color.b) / 255, static_cast<float>(color.a) / 255};
@@ -113,7 +136,7 @@ struct UiHost::State {
   ImGuiContext* context = nullptr;
   const Style* style = nullptr;
   double scale = 0;
-  GLuint program = 0, vertex_array = 0, font_texture = 0;
+  GLuint program = 0, solid_program = 0, vertex_array = 0, font_texture = 0;
   StreamBuffer vertices{GL_ARRAY_BUFFER}, indices{GL_ELEMENT_ARRAY_BUFFER};
   ImFont* regular = nullptr;
   ImFont* bold = nullptr;
@@ -127,6 +150,7 @@ struct UiHost::State {
 UiHost::UiHost(const Style& style) : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.program = make_program("panels", kVertex, kFragment);
+  s.solid_program = make_program("panels, solid", kVertex, kSolidFragment);
   s.style = &style;
   s.context = ImGui::CreateContext();
   ImGui::SetCurrentContext(s.context);
@@ -145,6 +169,7 @@ UiHost::~UiHost() {
   State& s = *state_;
   ImGui::DestroyContext(s.context);
   glDeleteProgram(s.program);
+  glDeleteProgram(s.solid_program);
   glDeleteVertexArrays(1, &s.vertex_array);
   glDeleteTextures(1, &s.font_texture);
 }
@@ -233,9 +258,12 @@ void UiHost::State::draw(const ImDrawData& data, Target& target) {
   glDisable(GL_CULL_FACE);
   glDisable(GL_DEPTH_TEST);
   glEnable(GL_SCISSOR_TEST);
-  glUseProgram(program);
-  glUniform2f(glGetUniformLocation(program, "to_clip"), 2 / data.DisplaySize.x, 2 / data.DisplaySize.y);
+  for (const GLuint which : {solid_program, program}) {
+    glUseProgram(which);
+    glUniform2f(glGetUniformLocation(which, "to_clip"), 2 / data.DisplaySize.x, 2 / data.DisplaySize.y);
+  }
   glUniform1i(glGetUniformLocation(program, "image"), 0);
+  const ImVec2 white = ImGui::GetIO().Fonts->TexUvWhitePixel;
   glActiveTexture(GL_TEXTURE0);
   glBindVertexArray(vertex_array);
   for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
@@ -259,10 +287,19 @@ void UiHost::State::draw(const ImDrawData& data, Target& target) {
       if (right <= left || bottom <= top) continue;
       glScissor(left, top, right - left, bottom - top);
       glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(reinterpret_cast<std::uintptr_t>(command.GetTexID())));
-      glDrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(command.ElemCount),
-                               sizeof(ImDrawIdx) == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT,
-                               offset(command.IdxOffset * sizeof(ImDrawIdx)),
-                               static_cast<GLint>(command.VtxOffset));
+      const bool fonts = command.GetTexID() == to_id(font_texture);
+      for (unsigned first = 0; first < command.ElemCount;) {
+        const bool solid = fonts && is_large_solid(list, command, first, white);
+        unsigned last = first + 3;
+        while (last < command.ElemCount && solid == (fonts && is_large_solid(list, command, last, white)))
+          last += 3;
+        glUseProgram(solid ? solid_program : program);
+        glDrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(last - first),
+                                 sizeof(ImDrawIdx) == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT,
+                                 offset((command.IdxOffset + first) * sizeof(ImDrawIdx)),
+                                 static_cast<GLint>(command.VtxOffset));
+        first = last;
+      }
     }
   }
   glDisable(GL_SCISSOR_TEST);

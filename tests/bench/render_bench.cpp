@@ -18,8 +18,8 @@ namespace {
 
 constexpr int kWidth = 1280, kHeight = 720;
 
-/// A heap of `bodies` boxes, discs, polygons and capsules with a contact normal for every second one.
-void fill(DrawList& list, int bodies, double phase) {
+/// A heap of `bodies` boxes, discs and polygons, with a contact normal for every second one if `normals`.
+void fill(DrawList& list, int bodies, double phase, bool normals = true) {
   const Style& s = style(Theme::Light);
   list.clear();
   list.background = s.background;
@@ -44,7 +44,7 @@ void fill(DrawList& list, int bodies, double phase) {
       const Point points[] = {corner(0.6), corner(2.54), corner(3.74), corner(5.68)};
       layer.polygon(points, 4, p.fill, p.outline, 0, s.outline_px);
     }
-    if (i % 2 == 0) {
+    if (normals && i % 2 == 0) {
       list[Layer::Contacts].arrows.push_back(
           {{x, y}, {x + r * std::cos(2 * a), y + r * std::sin(2 * a)}, s.normal, s.normal_px, 8});
     }
@@ -65,7 +65,7 @@ struct Scene {
 /// The CPU column counts all threads: llvmpipe draws in its own.
 void Draw(benchmark::State& state) {
   Scene scene;
-  fill(scene.list, static_cast<int>(state.range(0)), 0);
+  fill(scene.list, static_cast<int>(state.range(0)), 0, state.range(1) != 0);
   for (auto _ : state) {
     scene.draw();
     scene.context.finish();
@@ -73,12 +73,53 @@ void Draw(benchmark::State& state) {
   state.SetLabel(scene.context.renderer());
 }
 BENCHMARK(Draw)
-    ->Arg(0)
-    ->Arg(1000)
-    ->Arg(10000)
+    ->ArgNames({"bodies", "normals"})
+    ->Args({0, 0})
+    ->Args({1000, 0})
+    ->Args({1000, 1})
+    ->Args({10000, 0})
+    ->Args({10000, 1})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();
+
+/// 10 000 shapes of one kind, on a grid: what each costs.
+void DrawKind(benchmark::State& state) {
+  Scene scene;
+  const Style& s = style(Theme::Light);
+  DrawLayer& layer = scene.list[Layer::Bodies];
+  constexpr double kPitch = 12.6 / 134, kRadius = 0.47 * kPitch;
+  const char* const kinds[] = {"discs",         "boxes",         "hexagons",
+                               "arrows, 26 px", "arrows, 80 px", "contact points"};
+  const auto kind = static_cast<std::size_t>(state.range(0));
+  for (int i = 0; i < 10000; ++i) {
+    const Point c{-6.3 + kPitch * (i % 134 + 0.5), -3.5 + kPitch * (i / 134 + 0.5)};
+    const double a = 0.7 * i;
+    const Paint& p = body_paint(s, i);
+    const auto at = [&](double radius, double angle) {
+      return Point{c.x + radius * std::cos(a + angle), c.y + radius * std::sin(a + angle)};
+    };
+    if (kind == 0) layer.discs.push_back({c, kRadius, p.fill, p.outline, s.outline_px, a, true});
+    if (kind == 1) {
+      const Point corners[] = {at(kRadius, 0.6), at(kRadius, 2.54), at(kRadius, 3.74), at(kRadius, 5.68)};
+      layer.polygon(corners, 4, p.fill, p.outline, 0, s.outline_px);
+    }
+    if (kind == 2) {
+      Point corners[6];
+      for (int k = 0; k < 6; ++k) corners[k] = at(kRadius, 6.283185307 * k / 6);
+      layer.polygon(corners, 6, p.fill, p.outline, 0, s.outline_px);
+    }
+    if (kind == 3) layer.arrows.push_back({c, at(0.26, 0), s.normal, s.normal_px, 0.6f * s.arrow_head_px});
+    if (kind == 4) layer.arrows.push_back({c, at(0.8, 0), s.force, s.arrow_px, s.arrow_head_px});
+    if (kind == 5) layer.markers.push_back({c, s.contact, s.contact, s.contact_px});
+  }
+  for (auto _ : state) {
+    scene.draw();
+    scene.context.finish();
+  }
+  state.SetLabel(kinds[kind]);
+}
+BENCHMARK(DrawKind)->DenseRange(0, 5)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
 
 void DrawFine(benchmark::State& state) {
   Scene scene;
