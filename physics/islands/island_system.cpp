@@ -6,11 +6,32 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/spare.h"
+
 namespace skerry {
 namespace {
 
 double compliance_of(const IslandSystem& system, std::size_t i) {
   return system.compliance.empty() ? 0 : system.compliance[i];
+}
+
+using Velocities = std::vector<std::array<double, 3>>;
+
+/// w = (W lambda - b) of one row, from the velocities that all impulses give.
+double row_velocity(const IslandSystem& system, std::size_t i, double lambda, const Velocities& change) {
+  const Row& row = system.rows[i];
+  double u = compliance_of(system, i) * lambda;
+  if (row.a >= 0) u += along(row.Ja, change[static_cast<std::size_t>(row.a)]);
+  if (row.b >= 0) u += along(row.Jb, change[static_cast<std::size_t>(row.b)]);
+  return u - system.b[i];
+}
+
+double inverse_effective_mass(const IslandSystem& system, std::size_t i) {
+  const Row& row = system.rows[i];
+  double sum = compliance_of(system, i);
+  if (row.a >= 0) sum += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.a)], row.Ja);
+  if (row.b >= 0) sum += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.b)], row.Jb);
+  return sum;
 }
 
 [[noreturn]] void reject(std::size_t row, const char* what, double value) {
@@ -84,26 +105,18 @@ void apply_impulses(const IslandSystem& system, const std::vector<double>& lambd
 }
 
 std::vector<double> row_velocities(const IslandSystem& system, const std::vector<double>& lambda) {
-  std::vector<std::array<double, 3>> change(system.bodies.size(), {0, 0, 0});
-  apply_impulses(system, lambda, change);
+  Spare<Velocities> change;
+  change->assign(system.bodies.size(), {0, 0, 0});
+  apply_impulses(system, lambda, *change);
   std::vector<double> w(system.rows.size());
-  for (std::size_t i = 0; i < w.size(); ++i) {
-    const Row& row = system.rows[i];
-    double u = compliance_of(system, i) * lambda[i];
-    if (row.a >= 0) u += along(row.Ja, change[static_cast<std::size_t>(row.a)]);
-    if (row.b >= 0) u += along(row.Jb, change[static_cast<std::size_t>(row.b)]);
-    w[i] = u - system.b[i];
-  }
+  for (std::size_t i = 0; i < w.size(); ++i) w[i] = row_velocity(system, i, lambda[i], *change);
   return w;
 }
 
 std::vector<double> inverse_effective_masses(const IslandSystem& system) {
   std::vector<double> diagonal(system.rows.size());
   for (std::size_t i = 0; i < diagonal.size(); ++i) {
-    const Row& row = system.rows[i];
-    diagonal[i] = compliance_of(system, i);
-    if (row.a >= 0) diagonal[i] += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.a)], row.Ja);
-    if (row.b >= 0) diagonal[i] += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.b)], row.Jb);
+    diagonal[i] = inverse_effective_mass(system, i);
   }
   return diagonal;
 }
@@ -115,14 +128,16 @@ double largest_magnitude(const std::vector<double>& values) {
 }
 
 double natural_map_residual(const IslandSystem& system, const std::vector<double>& lambda) {
-  const std::vector<double> w = row_velocities(system, lambda);
-  const std::vector<double> diagonal = inverse_effective_masses(system);
+  Spare<Velocities> change;
+  change->assign(system.bodies.size(), {0, 0, 0});
+  apply_impulses(system, lambda, *change);
   double worst = 0;
-  for (std::size_t i = 0; i < w.size(); ++i) {
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
     const Row& row = system.rows[i];
     const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
     const double violation =
-        natural_map_violation(impulse_bounds(row, normal_impulse), diagonal[i], lambda[i], w[i]);
+        natural_map_violation(impulse_bounds(row, normal_impulse), inverse_effective_mass(system, i),
+                              lambda[i], row_velocity(system, i, lambda[i], *change));
     // A comparison that NaN fails must not hide it.
     if (!(violation <= worst)) worst = violation;
     if (std::isnan(worst)) return worst;
@@ -133,7 +148,9 @@ double natural_map_residual(const IslandSystem& system, const std::vector<double
 
 double residual_floor(const IslandSystem& system, const std::vector<double>& lambda) {
   // The same sums as in row_velocities with every term positive: what rounding is relative to.
-  std::vector<std::array<double, 3>> size(system.bodies.size(), {0, 0, 0});
+  Spare<Velocities> sizes;
+  Velocities& size = *sizes;
+  size.assign(system.bodies.size(), {0, 0, 0});
   const auto magnitude = [](const std::array<double, 3>& J) {
     return std::array<double, 3>{std::abs(J[0]), std::abs(J[1]), std::abs(J[2])};
   };

@@ -51,8 +51,8 @@ bool is_chain(const IslandSystem& system) {
   return true;
 }
 
-void note(Solution& solution, std::string text) {
-  if (solution.trace) solution.trace->notes.push_back(std::move(text));
+void note(Solution& solution, const char* text) {
+  if (solution.trace) solution.trace->notes.emplace_back(text);
 }
 
 // Keeps the better answer; notes and work of both are kept.

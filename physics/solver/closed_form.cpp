@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "physics/solver/contact_states.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -144,6 +145,7 @@ Solution solve_closed_form(const IslandSystem& system, std::span<const double>, 
                            std::unique_ptr<SolverMemory>*) {
   Solution solution;
   solution.method = "closed_form";
+  solution.lambda = take_spare<std::vector<double>>();
   solution.lambda.assign(system.rows.size(), 0.0);
   solution.iterations = 1;
   if (system.rows.size() == 1) {

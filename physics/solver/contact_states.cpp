@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/spare.h"
+
 namespace skerry {
 namespace {
 
@@ -41,7 +43,8 @@ void clamp_to_bounds(const std::vector<Row>& rows, std::vector<double>& lambda) 
 }
 
 std::vector<double> starting_impulses(const std::vector<Row>& rows, std::span<const double> warm_start) {
-  std::vector<double> lambda(rows.size(), 0.0);
+  std::vector<double> lambda = take_spare<std::vector<double>>();
+  lambda.assign(rows.size(), 0.0);
   if (warm_start.size() == rows.size()) std::copy(warm_start.begin(), warm_start.end(), lambda.begin());
   clamp_to_bounds(rows, lambda);
   return lambda;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/solver/impact_law.h"
+#include "physics/spare.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
@@ -14,7 +15,9 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
                            const ImpactOptions& options, IslandResult& result) {
   ImpactOutcome outcome;
   StageTimer timer(state, result, Stage::Impact);
-  std::vector<std::uint8_t> touching(island.contacts.size(), 0);
+  Spare<std::vector<std::uint8_t>> spare;
+  std::vector<std::uint8_t>& touching = *spare;
+  touching.assign(island.contacts.size(), 0);
   bool approaching = !island.joints.empty();  // a rope may have become taut
   for (std::size_t k = 0; k < touching.size(); ++k) {
     const Contact& contact = state.contacts[island.contacts[k]];

@@ -2,6 +2,7 @@
 #include "physics/stepping/island_rows.h"
 
 #include "physics/joint_rows.h"
+#include "physics/spare.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -146,7 +147,7 @@ void add_point(const WorldState& state, const AssemblyRequest& request, const Ma
 }  // namespace
 
 void assemble(const WorldState& state, const Island& island, const AssemblyRequest& request, Assembly& out) {
-  out = {};
+  out.clear();
   for (const std::uint32_t body : island.bodies) {
     out.system.bodies.push_back({state.bodies.inverse_mass[body], state.bodies.inverse_inertia[body]});
     out.system.positions.push_back(pose_of(state, request, body).p);
@@ -164,7 +165,7 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
 }
 
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island) {
-  std::vector<Velocity> v;
+  std::vector<Velocity> v = take_spare<std::vector<Velocity>>();
   v.reserve(island.bodies.size());
   for (const std::uint32_t body : island.bodies) v.push_back(body_velocity(state, body));
   return v;

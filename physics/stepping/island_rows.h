@@ -35,6 +35,14 @@ struct Assembly {
   std::vector<RowOrigin> origin;
   std::vector<double>
       drive;  ///< per row: velocity that comes from kinematic bodies, conveyor surfaces and motors [m/s]
+
+  void clear() {
+    for (auto* numbers : {&system.b, &system.compliance, &drive}) numbers->clear();
+    system.bodies.clear();
+    system.positions.clear();
+    system.rows.clear();
+    origin.clear();
+  }
 };
 
 /// What `assemble` is to take.

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "physics/hash.h"
+#include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
@@ -37,9 +38,18 @@ class IslandStep {
       : state_(state),
         island_(island),
         result_(result),
-        resting_(island.contacts.size()),
+        resting_(take_spare<std::vector<std::uint8_t>>()),
         varying_(has_varying_forces(state, island)),
-        told_(meets_prescribed_motion(state, island)) {}
+        told_(meets_prescribed_motion(state, island)),
+        modes_(take_spare<std::vector<std::uint8_t>>()) {
+    resting_.resize(island.contacts.size());
+  }
+  ~IslandStep() {
+    give_spare(std::move(resting_));
+    give_spare(std::move(modes_));
+  }
+  IslandStep(const IslandStep&) = delete;
+  IslandStep& operator=(const IslandStep&) = delete;
 
   /// Brings the island from one time of the step to another [s].
   void run(double from, double to) {
@@ -60,11 +70,12 @@ class IslandStep {
       const bool whole = to - elapsed_ <= stable;
       const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       choose_resting(last);
-      const std::vector<Velocity> before = island_velocities(state_, island_);
+      std::vector<Velocity> before = island_velocities(state_, island_);
       std::vector<Velocity> after = solve_forces(length, before, last);
       double hit = last ? length : next_hit(length, before, after);
       // Points that would go down from where they are join the solve; each round adds at least one.
       while (sinking_) {
+        give_spare(std::move(after));
         after = solve_forces(length, before, last);
         hit = next_hit(length, before, after);
       }
@@ -86,6 +97,8 @@ class IslandStep {
       }
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;
+      give_spare(std::move(before));
+      give_spare(std::move(after));
     }
   }
 
@@ -200,7 +213,8 @@ class IslandStep {
   }
 
   std::vector<Velocity> solve_once(double h, const std::vector<Velocity>& before, bool plastic) {
-    std::vector<Velocity> after = before;
+    std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
+    after = before;
     for (std::size_t k = 0; k < after.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
       after[k][0] += h * state_.acceleration[body].x;
@@ -208,7 +222,8 @@ class IslandStep {
       after[k][2] += h * state_.angular_acceleration[body];
     }
 
-    Assembly start, mid;
+    Spare<Assembly> spare_start, spare_mid;
+    Assembly &start = *spare_start, &mid = *spare_mid;
     {
       StageTimer timer(state_, result_, Stage::Assemble);
       AssemblyRequest request;
@@ -218,14 +233,14 @@ class IslandStep {
       request.rope_slack = kInfinity;
       request.actuators = AssemblyRequest::Actuators::All;
       assemble(state_, island_, request, start);
-      std::vector<Transform> poses;
-      std::vector<double> angles;
-      std::vector<Manifold> manifolds;
-      if (!plastic && midpoint(h, before, poses, angles, manifolds)) {
-        request.poses = &poses;
-        request.angles = &angles;
+      Spare<std::vector<Transform>> poses;
+      Spare<std::vector<double>> angles;
+      Spare<std::vector<Manifold>> manifolds;
+      if (!plastic && midpoint(h, before, *poses, *angles, *manifolds)) {
+        request.poses = &*poses;
+        request.angles = &*angles;
         request.elapsed = elapsed_ + 0.5 * h;
-        request.manifolds = &manifolds;
+        request.manifolds = &*manifolds;
         assemble(state_, island_, request, mid);
       }
     }
@@ -257,7 +272,7 @@ class IslandStep {
       system.b[i] = target - row_velocity(assembly, i, after);
     }
 
-    const std::vector<double> warm = warm_start(assembly, h);
+    const Spare<std::vector<double>> warm(warm_start(assembly, h));
     Fnv1a key;
     for (const Row& row : system.rows) key.add(row.source);
     std::unique_ptr<SolverMemory> memory = take_memory(key.value());
@@ -267,7 +282,7 @@ class IslandStep {
     {
       StageTimer timer(state_, result_, Stage::Solve);
       std::vector<int> held = held_rows(start, assembly, before);
-      solution = state_.solver->solve(system, warm, options, &memory);
+      solution = state_.solver->solve(system, *warm, options, &memory);
       // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
       // round at least one fewer is held.
       while (let_go(assembly, solution.lambda, held))
@@ -283,6 +298,7 @@ class IslandStep {
       keep_trace(state_, island_, elapsed_, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);
     }
+    give_spare(std::move(solution.lambda));
     return after;
   }
 
@@ -363,7 +379,8 @@ class IslandStep {
   }
 
   std::vector<double> warm_start(const Assembly& assembly, double h) const {
-    std::vector<double> warm(assembly.origin.size(), 0);
+    std::vector<double> warm = take_spare<std::vector<double>>();
+    warm.assign(assembly.origin.size(), 0);
     for (std::size_t i = 0; i < warm.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) {

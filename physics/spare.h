@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// Memory that is used again: what a step needs for a moment comes from a stack of spare vectors of its thread
+// and goes back there, so that a steady step allocates nothing and large islands touch warm pages.
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace skerry {
+
+namespace spare {
+
+// More than any step has in hand at a time; what is given beyond is freed.
+inline constexpr std::size_t kMost = 16;
+
+template <class T>
+std::vector<T>& stack() {
+  thread_local std::vector<T> all;
+  return all;
+}
+
+}  // namespace spare
+
+/// An empty T (a vector, or a struct of vectors whose user empties it) in the memory of an earlier one.
+template <class T>
+T take_spare() {
+  std::vector<T>& all = spare::stack<T>();
+  if (all.empty()) return T{};
+  T one = std::move(all.back());
+  all.pop_back();
+  return one;
+}
+
+/// Gives memory back to this thread. What is in `used` does not matter.
+template <class T>
+void give_spare(T&& used) {
+  using Plain = std::remove_cvref_t<T>;
+  std::vector<Plain>& all = spare::stack<Plain>();
+  if (all.capacity() == 0) all.reserve(spare::kMost);
+  if constexpr (requires { used.clear(); }) used.clear();
+  if (all.size() < spare::kMost) all.push_back(std::move(used));
+}
+
+/// A spare T for the length of a scope.
+template <class T>
+class Spare {
+ public:
+  Spare() : one_(take_spare<T>()) {}
+  explicit Spare(T&& made) : one_(std::move(made)) {}
+  ~Spare() { give_spare(std::move(one_)); }
+  Spare(const Spare&) = delete;
+  Spare& operator=(const Spare&) = delete;
+
+  T& operator*() { return one_; }
+  const T& operator*() const { return one_; }
+  T* operator->() { return &one_; }
+  const T* operator->() const { return &one_; }
+
+ private:
+  T one_;
+};
+
+}  // namespace skerry
