@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/stepping/applied_forces.h"
+#include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 
@@ -64,58 +64,6 @@ double position_error(const WorldState& state, const Assembly& assembly) {
   return worst;
 }
 
-/// True if no contact or joint of the island is with something that does not react.
-bool is_free(const WorldState& state, const Island& island) {
-  const auto reacts = [&](std::uint32_t body) {
-    return body != BodyId::kNone && state.local_index[body] >= 0;
-  };
-  return std::all_of(island.contacts.begin(), island.contacts.end(),
-                     [&](std::uint32_t i) {
-                       return reacts(state.contacts[i].body_a) && reacts(state.contacts[i].body_b);
-                     }) &&
-         std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
-           return reacts(state.joints[i].def.a.index) && reacts(state.joints[i].def.b.index);
-         });
-}
-
-/// True if a kinematic body or a conveyor may bring energy.
-bool ground_moves(const WorldState& state, const Island& island) {
-  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-    const Contact& contact = state.contacts[i];
-    return contact.surface_velocity != 0 || state.bodies.type[contact.body_a] == BodyType::Kinematic ||
-           state.bodies.type[contact.body_b] == BodyType::Kinematic;
-  });
-}
-
-/// Motion of an island as if it were one body.
-struct RigidMotion {
-  Vec2 centre, v;
-  double omega = 0;
-  double inertia = 0;   ///< about the centre [kg m^2]
-  double momentum = 0;  ///< angular, about the centre [kg m^2/s]
-  Vec2 at(Vec2 p) const { return v + omega * perp(p - centre); }
-};
-
-RigidMotion rigid_motion(const WorldState& state, const Island& island) {
-  const BodyArrays& all = state.bodies;
-  RigidMotion r;
-  double mass = 0;
-  for (const std::uint32_t i : island.bodies) {
-    mass += all.mass[i];
-    r.centre += all.mass[i] * all.position[i];
-    r.v += all.mass[i] * all.velocity[i];
-  }
-  r.centre = r.centre / mass;
-  r.v = r.v / mass;
-  for (const std::uint32_t i : island.bodies) {
-    const Vec2 arm = all.position[i] - r.centre;
-    r.inertia += all.inertia[i] + all.mass[i] * length_squared(arm);
-    r.momentum += all.inertia[i] * all.omega[i] + all.mass[i] * cross(arm, all.velocity[i] - r.v);
-  }
-  r.omega = r.inertia > 0 ? r.momentum / r.inertia : 0;
-  return r;
-}
-
 void solve_rows(const WorldState& state, const IslandSystem& system, IslandResult& result,
                 std::vector<double>& lambda) {
   SolveOptions options;
@@ -149,6 +97,41 @@ bool velocities_hold(const WorldState& state, const Island& island, double elaps
     }
   }
   return true;
+}
+
+/// Contacts that the corrections would pull by more than their load pushed are open. @return whether there
+/// were
+bool let_open(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda) {
+  bool any = false;
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const RowOrigin& origin = bilateral.origin[i];
+    if (origin.joint || origin.kind != RowKind::Normal) continue;
+    PointMemory& memory = state.contacts[origin.index].points[origin.point];
+    if (!(memory.normal_impulse + lambda[i] < 0)) continue;
+    memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+    memory.sticking = false;
+    any = true;
+  }
+  return any;
+}
+
+/// What a projection corrects belongs to the load of the piece: only with it is the load of second order.
+void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda) {
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const RowOrigin& origin = bilateral.origin[i];
+    if (origin.joint) continue;
+    PointMemory& memory = state.contacts[origin.index].points[origin.point];
+    if (origin.kind == RowKind::Normal) {
+      // Friction at its bound stays there.
+      const double load = std::max(memory.normal_impulse + lambda[i], 1e-300);
+      if (!memory.sticking) memory.friction_impulse *= load / memory.normal_impulse;
+      memory.rolling_impulse *= load / memory.normal_impulse;
+      memory.normal_impulse = load;
+      memory.total_normal += lambda[i];
+    } else {
+      memory.friction_impulse += lambda[i];
+    }
+  }
 }
 
 /// Newton's iteration of `project_positions`.
@@ -223,8 +206,9 @@ void give_spin(WorldState& state, const Island& island, double momentum) {
   }
 }
 
-void project_velocities(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
-  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return;
+double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
+                          IslandResult& result) {
+  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return 0;
   std::vector<std::uint8_t> points(island.contacts.size(), 0);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Contact& contact = state.contacts[island.contacts[k]];
@@ -300,7 +284,7 @@ void project_velocities(WorldState& state, const Island& island, double elapsed,
       worst = std::max(worst, std::abs(row_velocity(bilateral, i, v)));
     return worst;
   };
-  double error = violation(before);
+  double error = violation(before), work = 0;
   std::vector<Velocity> v = before;
   std::vector<double> lambda;
   bilateral.system.b.resize(bilateral.system.rows.size());
@@ -308,6 +292,8 @@ void project_velocities(WorldState& state, const Island& island, double elapsed,
   for (int round = 0; round < 4 && error > kVelocityFloor * std::max(fastest, 1e-3); ++round) {
     for (int i = 0; i < bilateral.system.size(); ++i) bilateral.system.b[i] = -row_velocity(bilateral, i, v);
     solve_rows(state, bilateral.system, result, lambda);
+    if (may_open && round == 0 && let_open(state, bilateral, lambda))
+      return project_velocities(state, island, elapsed, may_open, result);
     std::vector<Velocity> next = v;
     apply_impulses(bilateral.system, lambda, next);
     for (const Companion& companion : companions) {
@@ -318,51 +304,19 @@ void project_velocities(WorldState& state, const Island& island, double elapsed,
     }
     const double left = violation(next);
     if (!(left < error)) break;
+    for (const Companion& companion : companions) {
+      const Row& row = system.rows[companion.row];
+      const double impulse = companion.share * lambda[companion.normal];
+      // Each impulse works against the mean of the velocities before and after it.
+      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, v[row.a]) + along(row.Ja, next[row.a]));
+      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, v[row.b]) + along(row.Jb, next[row.b]));
+    }
     error = left;
     v = std::move(next);
+    if (may_open) add_to_loads(state, bilateral, lambda);
   }
   store_velocities(state, island, v);
-}
-
-IslandEnergy::IslandEnergy(const WorldState& state, const Island& island) {
-  const BodyArrays& all = state.bodies;
-  for (const std::uint32_t i : island.bodies) {
-    start_.push_back({all.position[i], all.angle[i]});
-    kinetic_ += 0.5 * all.mass[i] * length_squared(all.velocity[i]) +
-                0.5 * all.inertia[i] * all.omega[i] * all.omega[i];
-  }
-}
-
-void IslandEnergy::take_gain(WorldState& state, const Island& island) const {
-  if (!island.joints.empty() || ground_moves(state, island) || has_varying_forces(state, island)) return;
-  BodyArrays& all = state.bodies;
-  // Kinetic energy now, and the work of the external forces on the way.
-  double gain = -kinetic_, kinetic = 0;
-  for (std::size_t k = 0; k < start_.size(); ++k) {
-    const std::uint32_t i = island.bodies[k];
-    const double m = all.mass[i], inertia = all.inertia[i];
-    kinetic += 0.5 * m * length_squared(all.velocity[i]) + 0.5 * inertia * all.omega[i] * all.omega[i];
-    gain -= m * dot(state.acceleration[i], all.position[i] - start_[k].position) +
-            inertia * state.angular_acceleration[i] * (all.angle[i] - start_[k].angle);
-  }
-  gain += kinetic;
-  if (!(gain > 1e-15 * kinetic)) return;
-  // Only motion within the island gives: all contacts keep their velocity zero or opening, and a free island
-  // its momentum.
-  const RigidMotion rigid = is_free(state, island) ? rigid_motion(state, island) : RigidMotion{};
-  double inner = 0;
-  for (const std::uint32_t i : island.bodies) {
-    const Vec2 v = all.velocity[i] - rigid.at(all.position[i]);
-    const double w = all.omega[i] - rigid.omega;
-    inner += 0.5 * all.mass[i] * length_squared(v) + 0.5 * all.inertia[i] * w * w;
-  }
-  if (!(inner > 0)) return;
-  const double s = std::sqrt(std::max(0.0, 1 - gain / inner));
-  for (const std::uint32_t i : island.bodies) {
-    const Vec2 carried = rigid.at(all.position[i]);
-    all.velocity[i] = carried + s * (all.velocity[i] - carried);
-    all.omega[i] = rigid.omega + s * (all.omega[i] - rigid.omega);
-  }
+  return work;
 }
 
 }  // namespace skerry

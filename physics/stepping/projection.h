@@ -24,24 +24,9 @@ void give_spin(WorldState& state, const Island& island, double momentum);
 /// Removes the velocity that violates joints, loaded contacts and sticking contacts at the present geometry,
 /// by the least-energy change and the friction that belongs to it; kept only where it makes the violation
 /// smaller.
-void project_velocities(WorldState& state, const Island& island, double elapsed, IslandResult& result);
-
-/// The energy of an island at the beginning of a piece of a step, kept to see whether the piece creates any.
-class IslandEnergy {
- public:
-  IslandEnergy(const WorldState& state, const Island& island);
-  /// Takes what was gained beyond the work of the external forces out of the motion of the bodies against
-  /// each other (against the ground, if they touch it), by one factor for all of them. Does nothing where
-  /// moving ground may have brought energy.
-  void take_gain(WorldState& state, const Island& island) const;
-
- private:
-  struct Place {
-    Vec2 position;
-    double angle;
-  };
-  std::vector<Place> start_;
-  double kinetic_ = 0;
-};
+/// @param may_open  contacts that it would pull by more than they were pushed in the piece open instead
+/// @return work of that friction [J]
+double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
+                          IslandResult& result);
 
 }  // namespace skerry

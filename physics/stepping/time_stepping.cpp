@@ -8,6 +8,8 @@
 #include "physics/hash.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/flight_queue.h"
+#include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -60,7 +62,17 @@ class IslandStep {
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
     // The manifolds of the beginning are those by which the island was found.
     int piece = 1;
+    int flights = 0;
     while (elapsed_ < to) {
+      // A gas goes from impact to impact, and no impact costs a piece.
+      if (flights < kMostFlights) {
+        const double there = fly_by_queue(state_, island_, elapsed_, to, false, result_);
+        if (there > elapsed_) {
+          ++flights;
+          elapsed_ = there;
+          continue;
+        }
+      }
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last =
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
@@ -90,8 +102,11 @@ class IslandStep {
       refresh_manifolds();
       {
         StageTimer timer(state_, result_, Stage::Apply);
+        const std::optional<IslandEnergy> carried =
+            moving_ ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
         project_positions(state_, island_, elapsed_, result_);
-        if (moving_) project_velocities(state_, island_, elapsed_, result_);
+        const double work = moving_ ? project_velocities(state_, island_, elapsed_, true, result_) : 0;
+        if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
         if (energy) energy->take_gain(state_, island_);
       }
@@ -248,7 +263,11 @@ class IslandStep {
     Assembly& assembly = moving_ ? mid : start;
     IslandSystem& system = assembly.system;
     solved_ = !system.rows.empty();
-    if (!solved_) return after;
+    if (!solved_) {
+      // What flies carries no load any more: the projection must not pull it back.
+      store_impulses(assembly, {}, h);
+      return after;
+    }
 
     for (int i = 0; i < system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];

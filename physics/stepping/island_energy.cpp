@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/island_energy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/stepping/applied_forces.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+
+bool is_free(const WorldState& state, const Island& island) {
+  const auto reacts = [&](std::uint32_t body) {
+    return body != BodyId::kNone && state.local_index[body] >= 0;
+  };
+  return std::all_of(island.contacts.begin(), island.contacts.end(),
+                     [&](std::uint32_t i) {
+                       return reacts(state.contacts[i].body_a) && reacts(state.contacts[i].body_b);
+                     }) &&
+         std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
+           return reacts(state.joints[i].def.a.index) && reacts(state.joints[i].def.b.index);
+         });
+}
+
+RigidMotion rigid_motion(const WorldState& state, const Island& island) {
+  const BodyArrays& all = state.bodies;
+  RigidMotion r;
+  double mass = 0;
+  for (const std::uint32_t i : island.bodies) {
+    mass += all.mass[i];
+    r.centre += all.mass[i] * all.position[i];
+    r.v += all.mass[i] * all.velocity[i];
+  }
+  r.centre = r.centre / mass;
+  r.v = r.v / mass;
+  for (const std::uint32_t i : island.bodies) {
+    const Vec2 arm = all.position[i] - r.centre;
+    r.inertia += all.inertia[i] + all.mass[i] * length_squared(arm);
+    r.momentum += all.inertia[i] * all.omega[i] + all.mass[i] * cross(arm, all.velocity[i] - r.v);
+  }
+  r.omega = r.inertia > 0 ? r.momentum / r.inertia : 0;
+  return r;
+}
+
+namespace {
+
+// Projections that change more than this share of the energy are no corrections of a smooth motion: contacts
+// come and go, joints stay.
+constexpr double kSmallCorrection = 1e-3;
+constexpr double kSmallForJoints = 0.25;
+
+/// True if a kinematic body or a conveyor may bring energy.
+bool ground_moves(const WorldState& state, const Island& island) {
+  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
+    const Contact& contact = state.contacts[i];
+    return contact.surface_velocity != 0 || state.bodies.type[contact.body_a] == BodyType::Kinematic ||
+           state.bodies.type[contact.body_b] == BodyType::Kinematic;
+  });
+}
+
+/// True if joints may bring energy, or keep it.
+bool is_driven(const WorldState& state, const Island& island) {
+  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
+    const JointDef& def = state.joints[i].def;
+    const auto told = [&](BodyId body) {
+      return body && state.bodies.type[body.index] == BodyType::Kinematic;
+    };
+    return def.motor_speed || def.stiffness > 0 || def.damping > 0 || told(def.a) || told(def.b);
+  });
+}
+
+/// The motion of bodies against each other; against the ground, if they touch it. When it is scaled all
+/// contacts keep their velocity zero or opening, joints hold, and a free island keeps its momenta.
+struct InnerMotion {
+  InnerMotion(const WorldState& state, const Island& island)
+      : rigid(is_free(state, island) ? rigid_motion(state, island) : RigidMotion{}) {
+    const BodyArrays& all = state.bodies;
+    for (const std::uint32_t i : island.bodies) {
+      const Vec2 v = all.velocity[i] - rigid.at(all.position[i]);
+      const double w = all.omega[i] - rigid.omega;
+      energy += 0.5 * all.mass[i] * length_squared(v) + 0.5 * all.inertia[i] * w * w;
+    }
+  }
+
+  void scale(WorldState& state, const Island& island, double s) const {
+    BodyArrays& all = state.bodies;
+    for (const std::uint32_t i : island.bodies) {
+      const Vec2 carried = rigid.at(all.position[i]);
+      all.velocity[i] = carried + s * (all.velocity[i] - carried);
+      all.omega[i] = rigid.omega + s * (all.omega[i] - rigid.omega);
+    }
+  }
+
+  RigidMotion rigid;
+  double energy = 0;  ///< [J]
+};
+
+}  // namespace
+
+IslandEnergy::IslandEnergy(const WorldState& state, const Island& island) {
+  const BodyArrays& all = state.bodies;
+  for (const std::uint32_t i : island.bodies) {
+    start_.push_back({all.position[i], all.angle[i]});
+    kinetic_ += 0.5 * all.mass[i] * length_squared(all.velocity[i]) +
+                0.5 * all.inertia[i] * all.omega[i] * all.omega[i];
+  }
+}
+
+double IslandEnergy::gain(const WorldState& state, const Island& island) const {
+  const BodyArrays& all = state.bodies;
+  double gain = -kinetic_, kinetic = 0;
+  for (std::size_t k = 0; k < start_.size(); ++k) {
+    const std::uint32_t i = island.bodies[k];
+    const double m = all.mass[i], inertia = all.inertia[i];
+    kinetic += 0.5 * m * length_squared(all.velocity[i]) + 0.5 * inertia * all.omega[i] * all.omega[i];
+    gain -= m * dot(state.acceleration[i], all.position[i] - start_[k].position) +
+            inertia * state.angular_acceleration[i] * (all.angle[i] - start_[k].angle);
+  }
+  gain += kinetic;
+  return std::abs(gain) > 1e-15 * kinetic ? gain : 0;
+}
+
+void IslandEnergy::take_gain(WorldState& state, const Island& island) const {
+  if (!island.joints.empty() || ground_moves(state, island) || has_varying_forces(state, island)) return;
+  const double gained = gain(state, island);
+  if (!(gained > 0)) return;
+  const InnerMotion inner(state, island);
+  if (inner.energy > 0) inner.scale(state, island, std::sqrt(std::max(0.0, 1 - gained / inner.energy)));
+}
+
+void IslandEnergy::keep(WorldState& state, const Island& island, double work) const {
+  if (ground_moves(state, island) || is_driven(state, island)) return;
+  const double gained = gain(state, island) - work;
+  if (gained == 0) return;
+  const InnerMotion inner(state, island);
+  const double small = island.contacts.empty() ? kSmallForJoints : kSmallCorrection;
+  if (std::abs(gained) <= small * inner.energy)
+    inner.scale(state, island, std::sqrt(1 - gained / inner.energy));
+}
+
+}  // namespace skerry

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+//
+// Energy and momentum of one island, for what must not change them.
+#pragma once
+
+#include <vector>
+
+#include "physics/islands/island_builder.h"
+#include "physics/math.h"
+
+namespace skerry {
+
+struct WorldState;
+
+/// True if no contact or joint of the island is with something that does not react.
+bool is_free(const WorldState& state, const Island& island);
+
+/// Motion of an island as if it were one body.
+struct RigidMotion {
+  Vec2 centre, v;
+  double omega = 0;
+  double inertia = 0;   ///< about the centre [kg m^2]
+  double momentum = 0;  ///< angular, about the centre [kg m^2/s]
+  Vec2 at(Vec2 p) const { return v + omega * perp(p - centre); }
+};
+
+RigidMotion rigid_motion(const WorldState& state, const Island& island);
+
+/// The energy of an island at one moment, kept to see whether what follows creates any.
+class IslandEnergy {
+ public:
+  IslandEnergy(const WorldState& state, const Island& island);
+  /// Takes what was gained beyond the work of the external forces out of the motion of the bodies against
+  /// each other (against the ground, if they touch it), by one factor for all of them. Does nothing where
+  /// moving ground may have brought energy.
+  void take_gain(WorldState& state, const Island& island) const;
+  /// Gives a projection that was small against the motion the energy from before it and the `work` of its
+  /// friction [J], in the same way but in both directions: the midpoint rule keeps the energy of what does
+  /// not rub, and so does the whole piece then. Does nothing where moving ground, motors or springs may have
+  /// brought energy.
+  void keep(WorldState& state, const Island& island, double work) const;
+
+ private:
+  /// What was gained beyond the work of the external forces [J].
+  double gain(const WorldState& state, const Island& island) const;
+
+  struct Place {
+    Vec2 position;
+    double angle;
+  };
+  std::vector<Place> start_;
+  double kinetic_ = 0;
+};
+
+}  // namespace skerry
