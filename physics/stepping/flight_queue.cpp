@@ -212,9 +212,10 @@ class FlightQueue {
       for (std::size_t i = first_[members_[next]]; i < first_[members_[next] + 1]; ++i) {
         const std::uint32_t index = island_.contacts[contacts_of_[i]];
         Contact& contact = state_.contacts[index];
-        result_.manifolds_reused += !refresh_manifold(
-            contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a, now),
-            state_.shapes[contact.shape_b].shape, pose(contact.body_b, now), contact.margin, result_.narrow);
+        result_.manifolds_reused +=
+            !refresh_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a, now),
+                              state_.shapes[contact.shape_b].shape, pose(contact.body_b, now), contact.margin,
+                              state_.config.skips, result_.narrow);
         if (!touches(contact)) continue;
         cluster_.contacts.push_back(index);
         join(contact.body_a);
