@@ -100,7 +100,7 @@ struct InnerMotion {
 IslandEnergy::IslandEnergy(const WorldState& state, const Island& island) {
   const BodyArrays& all = state.bodies;
   for (const std::uint32_t i : island.bodies) {
-    start_.push_back({all.position[i], all.angle[i]});
+    start_->push_back({all.position[i], all.angle[i]});
     kinetic_ += 0.5 * all.mass[i] * length_squared(all.velocity[i]) +
                 0.5 * all.inertia[i] * all.omega[i] * all.omega[i];
   }
@@ -109,12 +109,12 @@ IslandEnergy::IslandEnergy(const WorldState& state, const Island& island) {
 double IslandEnergy::gain(const WorldState& state, const Island& island) const {
   const BodyArrays& all = state.bodies;
   double gain = -kinetic_, kinetic = 0;
-  for (std::size_t k = 0; k < start_.size(); ++k) {
+  for (std::size_t k = 0; k < start_->size(); ++k) {
     const std::uint32_t i = island.bodies[k];
     const double m = all.mass[i], inertia = all.inertia[i];
     kinetic += 0.5 * m * length_squared(all.velocity[i]) + 0.5 * inertia * all.omega[i] * all.omega[i];
-    gain -= m * dot(state.acceleration[i], all.position[i] - start_[k].position) +
-            inertia * state.angular_acceleration[i] * (all.angle[i] - start_[k].angle);
+    gain -= m * dot(state.acceleration[i], all.position[i] - (*start_)[k].position) +
+            inertia * state.angular_acceleration[i] * (all.angle[i] - (*start_)[k].angle);
   }
   gain += kinetic;
   return std::abs(gain) > 1e-15 * kinetic ? gain : 0;

@@ -7,6 +7,7 @@
 
 #include "physics/islands/island_builder.h"
 #include "physics/math.h"
+#include "physics/spare.h"
 
 namespace skerry {
 
@@ -48,7 +49,7 @@ class IslandEnergy {
     Vec2 position;
     double angle;
   };
-  std::vector<Place> start_;
+  Spare<std::vector<Place>> start_;
   double kinetic_ = 0;
 };
 
