@@ -15,6 +15,15 @@ std::size_t at(int i) {
 // A factor made with slightly different Jacobians still contracts the refinement; beyond this it is not
 // tried.
 constexpr double kStaleLimit = 1e-6;
+// Smallest proximal weight: below it redundant rows lose too many digits.
+constexpr double kLeastEta = 1e-9;
+// Reduction of the error in a step above which it does not fall at all.
+constexpr double kContradiction = 1 - 1e-6;
+// Relative error below which slow convergence is a matter of rounding.
+constexpr double kWorthAFactor = 1e-8;
+// Rounding floors of the model that `conclude` accepts; searching on for less than that has no end where
+// masses differ by 1e9.
+constexpr double kAcceptedFloors = 2;
 
 }  // namespace
 
@@ -30,6 +39,7 @@ void ActiveSet::reset(double change) {
   k_.resize(n);
   d_lambda_.resize(n);
   best_residual_ = kInfinity;
+  if (change > kStaleLimit) eta_ = 0;
 }
 
 void ActiveSet::set_impulses(const double* lambda) {
@@ -100,6 +110,12 @@ double ActiveSet::offer(const double* lambda) {
     best_.swap(scratch_);
   }
   return residual;
+}
+
+bool ActiveSet::is_answer(double tolerance) {
+  if (best_residual_ <= tolerance) return true;
+  if (!std::isfinite(best_residual_)) return false;
+  return best_residual_ <= kAcceptedFloors * model_.rounding_floor(best_.data());
 }
 
 bool ActiveSet::step(double eta, SolveWork& work) {
@@ -207,9 +223,10 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
   // Below this the steps are long: so nearly redundant are the rows that the leap only finds where they end.
   constexpr double kLongestLeap = 1e12;
   const double enough = 0.1 * options.target * model_.scale();
+  if (eta_ == 0) eta_ = options.eta;
   double last = kInfinity;
   for (int k = 0; k < steps; ++k) {
-    if (!step(options.eta, work)) return false;
+    if (!step(eta_, work)) return false;
     const double error = linear_error();
     if (!(error < 1e100 * model_.scale())) return false;
     if (error <= enough) break;
@@ -220,10 +237,17 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
         last = kInfinity;
         continue;
       }
+      if (error <= 0.25 * model_.rounding_floor(lambda_.data()) * model_.scale()) break;
+      // Slow where eigenvalues of W are below eta, as under a heavy body: a smaller one is worth its factor.
+      // An error that stays as it is belongs to rows that contradict each other: no eta helps.
+      const double ratio = error / last;
+      if (eta_ > kLeastEta && ratio < kContradiction && error > kWorthAFactor * model_.scale()) {
+        eta_ = std::max(kLeastEta, 1e-2 * eta_);
+        last = kInfinity;
+        continue;
+      }
       // What converges slowly, does so along one direction: go to the limit of the geometric series at once,
       // or to where the first row meets its bound.
-      const double ratio = error / last;
-      if (error <= 0.25 * model_.rounding_floor(lambda_.data()) * model_.scale()) break;
       if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap)) break;
       last = kInfinity;
       continue;
@@ -337,7 +361,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
   bool fine = false;
   double floor = 0;
   // Whatever ends the run, an iterate that is good enough ends the search.
-  const auto accepted = [&] { return best_residual_ <= options.tolerance; };
+  const auto accepted = [&] { return is_answer(options.tolerance); };
   for (int it = 0; it < options.max_iterations; ++it) {
     if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return accepted();
     if (!refine(options, fine ? 6 : 1, work)) return accepted();

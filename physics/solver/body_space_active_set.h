@@ -35,8 +35,8 @@ struct SolveBudget {
 class ActiveSet {
  public:
   struct Options {
-    double eta = 1e-7;      ///< proximal weight relative to D; below 1e-9 redundant rows lose too many digits
-    double target = 1e-12;  ///< relative residual to stop at
+    double eta = 1e-7;         ///< proximal weight relative to D to begin with
+    double target = 1e-12;     ///< relative residual to stop at
     double tolerance = 1e-10;  ///< relative residual that will do where the target is out of reach
     int max_iterations = 12;   ///< changes of states
     int patience = 1;          ///< iterations without fewer changes that are put up with
@@ -79,6 +79,8 @@ class ActiveSet {
   /// The best iterate so far within the bounds, and its residual.
   const std::vector<double>& best() const { return best_; }
   double best_residual() const { return best_residual_; }
+  /// Whether the best iterate is within the tolerance, or as near to zero as rounding lets one come.
+  bool is_answer(double tolerance);
   /// Forgets the best iterate.
   void clear_best() { best_residual_ = kInfinity; }
   /// Offers an iterate; it is clamped to the bounds and kept if it is better. Returns its residual.
@@ -89,10 +91,10 @@ class ActiveSet {
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, centre, best_residual, factored_eta, factored, stale] = *this;
+                            d_lambda, centre, best_residual, factored_eta, eta, factored, stale] = *this;
     // `centre` is null between solves.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
-      factored_eta, factored, stale);
+      factored_eta, eta, factored, stale);
   }
 
  private:
@@ -110,6 +112,7 @@ class ActiveSet {
   const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;
   double factored_eta_ = 0;
+  double eta_ = 0;  // of the refinement; falls where that converges slowly; 0: not chosen yet
   bool factored_ = false;
   bool stale_ = false;
 };

@@ -102,6 +102,18 @@ TEST(BodySpace, LargeMassRatiosAtRestAreSolvedToTheFloor) {
       }
 }
 
+TEST(BodySpace, VeryHeavyBoxOnLightOnesNeedsNoSearch) {
+  for (const double ratio : {1e7, 1e8, 1e9, 1e10}) {
+    SCOPED_TRACE("ratio " + std::to_string(ratio));
+    const Scene scene = scenes::stack(3, {.mass_ratio = ratio, .pattern = MassPattern::HeavyOnTop});
+    const Solution solution = solve(scene.system);
+    EXPECT_EQ(solution.status, SolveStatus::Solved);
+    // Rounding of a load of `ratio` leaves a residual of some 1e-16 of it.
+    EXPECT_LE(solution.residual, 1e-14 * ratio);
+    EXPECT_LE(solution.work.factorisations, 8);
+  }
+}
+
 TEST(BodySpace, ContactsANanometreApartAreSolvedToTheFloor) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
