@@ -2,21 +2,23 @@
 //
 // Whole steps of large scenes, ours and Box2D 2.4's, made from one description.
 //
-//   scale_bench [--steps N] [--threads N] [--solver NAME] [--awake] [SCENE...]
+//   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--stepper NAME] [--awake] [SCENE...]
 //
-// Prints a Markdown row for each scene and engine: bodies, mean, median and slowest step [ms], penetration
-// [m], residual of the contact problem (ours), bodies asleep at the end.
+// A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
+// step [ms], of the mean pairs and narrow phase [ms], penetration [m], residual of the contact problem in the
+// last step, bodies asleep at the end. Then the ratios, losing ones first; the means are those over the steps
+// that all made. With one thread times are processor times, but pairs and narrow phase are by the clock.
+// Box2D runs with its defaults and without its continuous collision; the ratio is that to the faster of both.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <functional>
+#include <ctime>
 #include <string>
 #include <vector>
 
-#include "physics/world.h"
+#include "tests/bench/scale_scenes.h"
 
 #ifdef SKERRY_WITH_BOX2D
 #include <box2d/box2d.h>
@@ -25,165 +27,79 @@
 namespace {
 
 using namespace skerry;
-
-/// A box, or a disc where `half.y` is zero.
-struct Part {
-  Vec2 half;
-  Vec2 at{};
-  double angle = 0;
-};
-struct Item {
-  BodyType type = BodyType::Dynamic;
-  Vec2 at{};
-  double angle = 0;
-  Vec2 velocity{};
-  double omega = 0;
-  std::vector<Part> parts;
-};
-struct Hinge {
-  int a, b;
-  Vec2 at;
-};
-struct Scene {
-  Vec2 gravity{0, -10};
-  double friction = 0.6;
-  std::vector<Item> items;
-  std::vector<Hinge> hinges;
-};
-
-void add_box(Scene& s, Vec2 at, Vec2 half, BodyType type = BodyType::Dynamic) {
-  s.items.push_back({type, at, 0, {}, 0, {{half, {}, 0}}});
-}
-
-/// 5050 boxes, 14 950 contact points.
-Scene large_pyramid() {
-  Scene s;
-  add_box(s, {0, -1}, {100, 1}, BodyType::Static);
-  for (int row = 0; row < 100; ++row) {
-    for (int i = 0; i < 100 - row; ++i) add_box(s, {i + 0.5 * row - 50, row + 0.5}, {0.5, 0.5});
-  }
-  return s;
-}
-
-/// 20 shelves with 20 pyramids of base 10 each: 22 000 boxes.
-Scene many_pyramids() {
-  Scene s;
-  for (int shelf = 0; shelf < 20; ++shelf) {
-    const double y = 13.0 * shelf;
-    add_box(s, {120, y - 0.5}, {125, 0.5}, BodyType::Static);
-    for (int p = 0; p < 20; ++p) {
-      for (int row = 0; row < 10; ++row) {
-        for (int i = 0; i < 10 - row; ++i) add_box(s, {12.0 * p + i + 0.5 * row, y + row + 0.5}, {0.5, 0.5});
-      }
-    }
-  }
-  return s;
-}
-
-/// 100 x 100 discs, hinged to their neighbours, hung up along the top.
-Scene joint_grid() {
-  Scene s;
-  constexpr int n = 100;
-  for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < n; ++k) {
-      const bool fixed = i == 0 && k % 10 == 0;
-      s.items.push_back(
-          {fixed ? BodyType::Static : BodyType::Dynamic, {1.0 * k, -1.0 * i}, 0, {}, 0, {{{0.4, 0}}}});
-      if (k > 0) s.hinges.push_back({n * i + k - 1, n * i + k, {k - 0.5, -1.0 * i}});
-      if (i > 0) s.hinges.push_back({n * (i - 1) + k, n * i + k, {1.0 * k, 0.5 - i}});
-    }
-  }
-  return s;
-}
-
-/// A drum that turns with 2025 small boxes in it.
-Scene tumbler() {
-  Scene s;
-  Item drum{BodyType::Kinematic, {0, 10}, 0, {}, 25 * std::acos(-1.0) / 180, {}};
-  drum.parts = {{{0.5, 10}, {10, 0}}, {{0.5, 10}, {-10, 0}}, {{10, 0.5}, {0, 10}}, {{10, 0.5}, {0, -10}}};
-  s.items.push_back(drum);
-  for (int i = 0; i < 45; ++i) {
-    for (int k = 0; k < 45; ++k) add_box(s, {0.2 * (i - 22) * 2, 10 + 0.2 * (k - 22) * 2}, {0.125, 0.125});
-  }
-  return s;
-}
-
-/// A heavy box flies into 9600 small ones, without gravity.
-Scene smash() {
-  Scene s;
-  s.gravity = {};
-  s.items.push_back({BodyType::Dynamic, {-20, 0}, 0, {40, 0}, 0, {{{4, 4}}}});
-  for (int i = 0; i < 120; ++i) {
-    for (int k = 0; k < 80; ++k) add_box(s, {0.4 * i + 4, 0.4 * (k - 40)}, {0.2, 0.2});
-  }
-  return s;
-}
-
-/// Bodies of two crossed planks each, dropped on a floor.
-Scene compounds() {
-  Scene s;
-  add_box(s, {0, -1}, {100, 1}, BodyType::Static);
-  for (int i = 0; i < 50; ++i) {
-    for (int k = 0; k < 20; ++k) {
-      s.items.push_back({BodyType::Dynamic,
-                         {2.2 * (i - 25) + 0.03 * k, 1.5 + 2.2 * k},
-                         0.1 * (i % 7),
-                         {},
-                         0,
-                         {{{1, 0.15}}, {{0.15, 1}}}});
-    }
-  }
-  return s;
-}
-
-struct Named {
-  const char* name;
-  std::function<Scene()> make;
-};
-const std::vector<Named> kScenes{{"large_pyramid", large_pyramid},
-                                 {"many_pyramids", many_pyramids},
-                                 {"joint_grid", joint_grid},
-                                 {"tumbler", tumbler},
-                                 {"smash", smash},
-                                 {"compounds", compounds}};
+using namespace skerry::scale;
 
 struct Options {
   int steps = 120;
+  double budget = 20;  ///< of one engine in one scene [s]
   int threads = 1;
   std::string solver = "auto";
+  std::string stepper = "time_stepping";
   bool awake = false;
 };
 
-struct Timing {
+/// What a run of one engine gave.
+struct Run {
+  std::string scene, engine;
+  std::size_t bodies = 0;
   std::vector<double> ms;
-  template <class Step>
-  void measure(Step&& step) {
-    const auto start = std::chrono::steady_clock::now();
-    step();
-    ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  double collision = 0;    ///< pairs and narrow phase, mean [ms]
+  double penetration = 0;  ///< largest [m]
+  double residual = -1;    ///< of the last step; < 0: unknown
+  int asleep = 0;
+
+  double mean(std::size_t steps) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < steps; ++i) sum += ms[i];
+    return sum / static_cast<double>(steps);
+  }
+  double median() const {
+    std::vector<double> sorted = ms;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[sorted.size() / 2];
   }
 };
 
-void print(const char* scene, const std::string& engine, std::size_t bodies, Timing t, double penetration,
-           double residual, int asleep) {
-  double sum = 0;
-  for (const double ms : t.ms) sum += ms;
-  std::sort(t.ms.begin(), t.ms.end());
-  std::printf("| %s | %s | %zu | %.3f | %.3f | %.3f | %.1e | ", scene, engine.c_str(), bodies,
-              sum / static_cast<double>(t.ms.size()), t.ms[t.ms.size() / 2], t.ms.back(), penetration);
-  if (residual >= 0)
-    std::printf("%.1e", residual);
+/// Processor time of this thread where it does all the work, which neighbours on the machine do not change;
+/// else the time of the clock [s].
+double now(const Options& options) {
+  timespec t{};
+  clock_gettime(options.threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Calls `step` until the steps or the budget are spent, and `after` untimed.
+template <class Step, class After>
+void measure(const Options& options, Run& row, Step&& step, After&& after) {
+  double seconds = 0;
+  for (int i = 0; i < options.steps && seconds < options.budget; ++i) {
+    const double start = now(options);
+    step();
+    const double spent = now(options) - start;
+    row.ms.push_back(1e3 * spent);
+    seconds += spent;
+    after();
+  }
+}
+
+void print(const Run& row) {
+  std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.1e | ", row.scene.c_str(),
+              row.engine.c_str(), row.bodies, row.ms.size(), row.mean(row.ms.size()), row.median(),
+              *std::max_element(row.ms.begin(), row.ms.end()), row.collision, row.penetration);
+  if (row.residual >= 0)
+    std::printf("%.1e", row.residual);
   else
     std::printf("-");
-  std::printf(" | %d |\n", asleep);
+  std::printf(" | %d |\n", row.asleep);
   std::fflush(stdout);
 }
 
-void run_ours(const char* name, const Scene& scene, const Options& options) {
+Run run_ours(const char* name, const Scene& scene, const Options& options) {
   WorldConfig config;
   config.gravity = scene.gravity;
   config.threads = options.threads;
   config.solver = options.solver;
+  config.stepper = options.stepper;
   config.sleep = !options.awake;
   World world(config);
   std::vector<BodyId> bodies;
@@ -204,24 +120,75 @@ void run_ours(const char* name, const Scene& scene, const Options& options) {
     bodies.push_back(body);
   }
   for (const Hinge& hinge : scene.hinges) {
-    world.create_joint({.a = bodies[hinge.a], .b = bodies[hinge.b], .anchor_a = hinge.at});
+    world.create_joint({.a = bodies[static_cast<std::size_t>(hinge.a)],
+                        .b = bodies[static_cast<std::size_t>(hinge.b)],
+                        .anchor_a = hinge.at});
   }
-  Timing timing;
-  double penetration = 0, residual = 0;
-  for (int i = 0; i < options.steps; ++i) {
-    timing.measure([&] { world.step(1.0 / 60); });
-    penetration = std::max(penetration, world.report().worst_penetration);
-    residual = std::max(residual, world.report().worst_residual);
-  }
-  print(name, "Skerry " + options.solver, scene.items.size(), timing, penetration, residual,
-        world.report().bodies_asleep);
+  world.observe({.stage_times = true});
+  Run row{name, "Skerry " + options.solver, scene.items.size(), {}};
+  double collision = 0;
+  measure(
+      options, row, [&] { world.step(1.0 / 60); },
+      [&] {
+        const StepReport& report = world.report();
+        collision += report.stage_seconds[static_cast<int>(Stage::Broad)] +
+                     report.stage_seconds[static_cast<int>(Stage::Narrow)];
+        row.penetration = std::max(row.penetration, report.worst_penetration);
+      });
+  row.collision = 1e3 * collision / static_cast<double>(row.ms.size());
+  row.residual = world.report().worst_residual;
+  row.asleep = world.report().bodies_asleep;
+  return row;
 }
 
 #ifdef SKERRY_WITH_BOX2D
-void run_box2d(const char* name, const Scene& scene, const Options& options) {
+/// The natural map of our own solvers at Box2D's impulses: with D the inverse effective mass of a row, u its
+/// relative velocity after the step and lambda its impulse, the largest D |lambda - clamp(lambda - u / D)|
+/// over the normal and friction rows of all contacts, relative to the largest relative velocity that the row
+/// would have without impulses. Contacts of sleepers are left out.
+double natural_map_of(b2World& world, const std::vector<b2Vec2>& free_velocity,
+                      const std::vector<float>& free_omega) {
+  double worst = 0, scale = 0;
+  for (b2Contact* c = world.GetContactList(); c != nullptr; c = c->GetNext()) {
+    b2Body* bodies[2] = {c->GetFixtureA()->GetBody(), c->GetFixtureB()->GetBody()};
+    if (!c->IsTouching() || (!bodies[0]->IsAwake() && !bodies[1]->IsAwake())) continue;
+    b2WorldManifold at;
+    c->GetWorldManifold(&at);
+    const b2Manifold* manifold = c->GetManifold();
+    for (int k = 0; k < manifold->pointCount; ++k) {
+      const double pressed = manifold->points[k].normalImpulse;
+      const b2Vec2 axes[2] = {at.normal, b2Cross(at.normal, 1.0f)};
+      const double impulses[2] = {pressed, manifold->points[k].tangentImpulse};
+      const double lower[2] = {0, -c->GetFriction() * pressed};
+      const double upper[2] = {1e300, c->GetFriction() * pressed};
+      for (int row = 0; row < 2; ++row) {
+        double u = 0, u_free = 0, D = 0;
+        for (int side = 0; side < 2; ++side) {
+          b2Body* body = bodies[side];
+          const double sign = side == 0 ? -1 : 1;
+          const b2Vec2 r = at.points[k] - body->GetWorldCenter();
+          u += sign * b2Dot(axes[row], body->GetLinearVelocity() + b2Cross(body->GetAngularVelocity(), r));
+          const std::size_t i = body->GetUserData().pointer;
+          u_free += sign * b2Dot(axes[row], free_velocity[i] + b2Cross(free_omega[i], r));
+          const double arm = b2Cross(r, axes[row]);
+          if (body->GetType() != b2_dynamicBody) continue;
+          const double centre = b2Dot(body->GetLocalCenter(), body->GetLocalCenter());
+          D += 1 / body->GetMass() + arm * arm / (body->GetInertia() - body->GetMass() * centre);
+        }
+        const double wanted = std::clamp(impulses[row] - u / D, lower[row], upper[row]);
+        worst = std::max(worst, D * std::abs(impulses[row] - wanted));
+        scale = std::max(scale, std::abs(u_free));
+      }
+    }
+  }
+  return scale > 0 ? worst / scale : worst;
+}
+
+Run run_box2d(const char* name, const Scene& scene, const Options& options, bool continuous) {
   const auto vec = [](Vec2 v) { return b2Vec2(static_cast<float>(v.x), static_cast<float>(v.y)); };
   b2World world(vec(scene.gravity));
   world.SetAllowSleeping(!options.awake);
+  world.SetContinuousPhysics(continuous);
   std::vector<b2Body*> bodies;
   for (const Item& item : scene.items) {
     b2BodyDef def;
@@ -232,6 +199,7 @@ void run_box2d(const char* name, const Scene& scene, const Options& options) {
     def.angle = static_cast<float>(item.angle);
     def.linearVelocity = vec(item.velocity);
     def.angularVelocity = static_cast<float>(item.omega);
+    def.userData.pointer = bodies.size();
     b2Body* body = world.CreateBody(&def);
     for (const Part& part : item.parts) {
       b2PolygonShape box;
@@ -250,27 +218,66 @@ void run_box2d(const char* name, const Scene& scene, const Options& options) {
   }
   for (const Hinge& hinge : scene.hinges) {
     b2RevoluteJointDef def;
-    def.Initialize(bodies[hinge.a], bodies[hinge.b], vec(hinge.at));
+    def.Initialize(bodies[static_cast<std::size_t>(hinge.a)], bodies[static_cast<std::size_t>(hinge.b)],
+                   vec(hinge.at));
     world.CreateJoint(&def);
   }
-  Timing timing;
-  double penetration = 0;
-  for (int i = 0; i < options.steps; ++i) {
-    timing.measure([&] { world.Step(1.0f / 60, 8, 3); });
-    for (const b2Contact* c = world.GetContactList(); c != nullptr; c = c->GetNext()) {
-      b2WorldManifold manifold;
-      c->GetWorldManifold(&manifold);
-      // The shapes carry a skin of b2_polygonRadius, so touching is a separation of zero between the skins.
-      for (int k = 0; k < c->GetManifold()->pointCount; ++k)
-        penetration = std::max(penetration, -static_cast<double>(manifold.separations[k]));
+  Run row{name, continuous ? "Box2D 2.4" : "Box2D 2.4, not continuous", scene.items.size(), {}};
+  double collision = 0;
+  std::vector<b2Vec2> velocity(bodies.size());
+  std::vector<float> omega(bodies.size());
+  const float h = 1.0f / 60;
+  const auto note_free_velocities = [&] {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const bool falls = bodies[i]->GetType() == b2_dynamicBody;
+      velocity[i] = bodies[i]->GetLinearVelocity() + (falls ? h : 0) * world.GetGravity();
+      omega[i] = bodies[i]->GetAngularVelocity();
     }
-  }
-  int asleep = 0;
+  };
+  note_free_velocities();
+  measure(
+      options, row, [&] { world.Step(h, 8, 3); },
+      [&] {
+        collision += world.GetProfile().collide + world.GetProfile().broadphase;
+        for (const b2Contact* c = world.GetContactList(); c != nullptr; c = c->GetNext()) {
+          b2WorldManifold manifold;
+          c->GetWorldManifold(&manifold);
+          // The shapes carry a skin of b2_polygonRadius, so touching is a separation of zero between the
+          // skins.
+          for (int k = 0; k < c->GetManifold()->pointCount; ++k)
+            row.penetration = std::max(row.penetration, -static_cast<double>(manifold.separations[k]));
+        }
+        row.residual = natural_map_of(world, velocity, omega);
+        note_free_velocities();
+      });
+  row.collision = collision / static_cast<double>(row.ms.size());
   for (const b2Body* b = world.GetBodyList(); b != nullptr; b = b->GetNext())
-    asleep += b->GetType() == b2_dynamicBody && !b->IsAwake();
-  print(name, "Box2D 2.4", scene.items.size(), timing, penetration, -1, asleep);
+    row.asleep += b->GetType() == b2_dynamicBody && !b->IsAwake();
+  return row;
 }
 #endif
+
+struct Ratio {
+  std::string scene;
+  double mean, median, collision;  ///< ours over the peer's
+};
+
+void print(std::vector<Ratio> ratios) {
+  std::sort(ratios.begin(), ratios.end(), [](const Ratio& x, const Ratio& y) { return x.mean > y.mean; });
+  std::printf(
+      "\nOurs / Box2D's, the losing ones first:\n\n| scene | mean step | median step | pairs + narrow phase "
+      "|\n"
+      "| --- | --- | --- | --- |\n");
+  for (const Ratio& r : ratios)
+    std::printf("| %s | %.3g | %.3g | %.3g |\n", r.scene.c_str(), r.mean, r.median, r.collision);
+}
+
+int usage(const std::string& what) {
+  std::fprintf(stderr, "scale_bench: %s; scenes:", what.c_str());
+  for (const Named& n : kScenes) std::fprintf(stderr, " %s", n.name);
+  std::fprintf(stderr, "\n");
+  return 2;
+}
 
 }  // namespace
 
@@ -282,33 +289,47 @@ int main(int argc, char** argv) {
     const char* next = i + 1 < argc ? argv[i + 1] : "";
     if (word == "--steps")
       options.steps = std::max(1, std::atoi(next)), ++i;
+    else if (word == "--budget")
+      options.budget = std::atof(next), ++i;
     else if (word == "--threads")
       options.threads = std::max(1, std::atoi(next)), ++i;
     else if (word == "--solver")
       options.solver = next, ++i;
+    else if (word == "--stepper")
+      options.stepper = next, ++i;
     else if (word == "--awake")
       options.awake = true;
+    else if (word[0] == '-')
+      return usage("no option " + word);
     else
       wanted.push_back(word);
   }
   for (const std::string& name : wanted) {
-    if (std::none_of(kScenes.begin(), kScenes.end(), [&](const Named& n) { return n.name == name; })) {
-      std::fprintf(stderr, "scale_bench: no scene '%s'; there are", name.c_str());
-      for (const Named& n : kScenes) std::fprintf(stderr, " %s", n.name);
-      std::fprintf(stderr, "\n");
-      return 2;
-    }
+    if (std::none_of(kScenes.begin(), kScenes.end(), [&](const Named& n) { return n.name == name; }))
+      return usage("no scene '" + name + "'");
   }
   std::printf(
-      "| scene | engine | bodies | mean ms | median ms | slowest ms | penetration m | residual | asleep |\n");
-  std::printf("| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "| scene | engine | bodies | steps | mean ms | median ms | slowest ms | pairs + narrow ms | "
+      "penetration m | "
+      "residual | asleep |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  std::vector<Ratio> ratios;
   for (const Named& named : kScenes) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end()) continue;
     const Scene scene = named.make();
-    run_ours(named.name, scene, options);
+    const Run ours = run_ours(named.name, scene, options);
+    print(ours);
 #ifdef SKERRY_WITH_BOX2D
-    run_box2d(named.name, scene, options);
+    const Run peer = run_box2d(named.name, scene, options, true);
+    print(peer);
+    const Run discrete = run_box2d(named.name, scene, options, false);
+    print(discrete);
+    // The beginning that all of them made.
+    const std::size_t steps = std::min({ours.ms.size(), peer.ms.size(), discrete.ms.size()});
+    const Run& best = discrete.mean(steps) < peer.mean(steps) ? discrete : peer;
+    ratios.push_back({named.name, ours.mean(steps) / best.mean(steps), ours.median() / best.median(),
+                      ours.collision / best.collision});
 #endif
   }
+  if (!ratios.empty()) print(std::move(ratios));
   return 0;
 }

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "physics/world_access.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "physics/text.h"
+
+namespace skerry {
+
+void require(bool condition, const std::string& message) {
+  if (!condition) throw std::invalid_argument(message);
+}
+
+void require_finite(double value, const char* what) {
+  require(std::isfinite(value), std::string(what) + " must be finite, got " + to_text(value));
+}
+
+void require_finite(Vec2 value, const char* what) {
+  require(is_finite(value), std::string(what) + " must be finite, got " + to_text(value));
+}
+
+void require_at_least_zero(double value, const char* what) {
+  require(value >= 0 && std::isfinite(value),
+          std::string(what) + " must be finite and >= 0, got " + to_text(value));
+}
+
+namespace {
+
+template <class Tag, class Slots>
+std::uint32_t checked(Handle<Tag> id, const Slots& generation_of, std::size_t count, const char* what) {
+  require(id.index < count && generation_of(id.index) == id.generation,
+          std::string(what) + " " + (id ? std::to_string(id.index) : "none") + " does not exist (any more)");
+  return id.index;
+}
+
+}  // namespace
+
+std::uint32_t slot(const WorldState& s, BodyId id) {
+  return checked(
+      id, [&](std::uint32_t i) { return s.bodies.alive[i] ? s.bodies.generation[i] : ~0u; }, s.bodies.size(),
+      "body");
+}
+
+std::uint32_t slot(const WorldState& s, ShapeId id) {
+  return checked(
+      id, [&](std::uint32_t i) { return s.shapes[i].alive ? s.shapes[i].generation : ~0u; }, s.shapes.size(),
+      "shape");
+}
+
+std::uint32_t slot(const WorldState& s, JointId id) {
+  return checked(
+      id, [&](std::uint32_t i) { return s.joints[i].alive ? s.joints[i].generation : ~0u; }, s.joints.size(),
+      "joint");
+}
+
+void touch(WorldState& s, std::uint32_t body) {
+  s.touched.push_back(body);
+  s.rests[body] = 0;
+  s.ledger.mark(body);
+  if (s.sleepers.none()) return;
+  s.sleepers.wake(s, {&body, 1});
+  s.sleepers.wake_at(s, body);
+}
+
+void make_loose(WorldState& s, std::uint32_t body) {
+  touch(s, body);
+  s.loose_shapes.insert(s.loose_shapes.end(), s.shapes_of[body].begin(), s.shapes_of[body].end());
+}
+
+}  // namespace skerry

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+//
+// State of the bodies of a world, and what the user does to it: poses, velocities, forces, prescribed motion.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/text.h"
+#include "physics/world_access.h"
+
+namespace skerry {
+
+Vec2 World::position(BodyId id) const {
+  return state_->bodies.position[slot(*state_, id)];
+}
+double World::angle(BodyId id) const {
+  return state_->bodies.angle[slot(*state_, id)];
+}
+Vec2 World::velocity(BodyId id) const {
+  return state_->bodies.velocity[slot(*state_, id)];
+}
+double World::omega(BodyId id) const {
+  return state_->bodies.omega[slot(*state_, id)];
+}
+double World::mass(BodyId id) const {
+  return state_->bodies.mass[slot(*state_, id)];
+}
+double World::inertia(BodyId id) const {
+  return state_->bodies.inertia[slot(*state_, id)];
+}
+Transform World::pose(BodyId id) const {
+  return state_->bodies.pose(slot(*state_, id));
+}
+std::string_view World::name(BodyId id) const {
+  return state_->names[slot(*state_, id)];
+}
+
+Vec2 World::velocity_at(BodyId id, Vec2 point_world) const {
+  const std::uint32_t i = slot(*state_, id);
+  const BodyArrays& b = state_->bodies;
+  return b.velocity[i] + b.omega[i] * perp(point_world - b.position[i]);
+}
+
+void World::set_pose(BodyId id, Vec2 position, double angle) {
+  const std::uint32_t i = slot(*state_, id);
+  require_finite(position, "position");
+  require_finite(angle, "angle");
+  state_->bodies.position[i] = position;
+  state_->bodies.angle[i] = angle;
+  state_->bodies.rotation[i] = Rot::from_angle(angle);
+  make_loose(*state_, i);
+}
+
+void World::set_velocity(BodyId id, Vec2 velocity, double omega) {
+  const std::uint32_t i = slot(*state_, id);
+  require_finite(velocity, "velocity");
+  require_finite(omega, "omega");
+  require(state_->bodies.type[i] != BodyType::Static, "a static body cannot have a velocity");
+  if (state_->bodies.velocity[i] == velocity && state_->bodies.omega[i] == omega) return;
+  touch(*state_, i);
+  state_->bodies.velocity[i] = velocity;
+  state_->bodies.omega[i] = omega;
+}
+
+void World::apply_force(BodyId id, Vec2 force, Vec2 point_world) {
+  const std::uint32_t i = slot(*state_, id);
+  require_finite(force, "force");
+  require_finite(point_world, "point");
+  touch(*state_, i);
+  state_->bodies.force[i] += force;
+  state_->bodies.torque[i] += cross(point_world - state_->bodies.position[i], force);
+}
+
+void World::apply_torque(BodyId id, double torque) {
+  const std::uint32_t i = slot(*state_, id);
+  require_finite(torque, "torque");
+  touch(*state_, i);
+  state_->bodies.torque[i] += torque;
+}
+
+void World::apply_impulse(BodyId id, Vec2 impulse, Vec2 point_world) {
+  const std::uint32_t i = slot(*state_, id);
+  require_finite(impulse, "impulse");
+  require_finite(point_world, "point");
+  touch(*state_, i);
+  BodyArrays& b = state_->bodies;
+  b.velocity[i] += b.inverse_mass[i] * impulse;
+  b.omega[i] += b.inverse_inertia[i] * cross(point_world - b.position[i], impulse);
+}
+
+void World::set_force_field(ForceField field) {
+  state_->field = std::move(field);
+  state_->sleepers.wake_all(*state_);
+}
+
+void World::set_drag(BodyId id, const Drag& drag) {
+  const std::uint32_t i = slot(*state_, id);
+  require_at_least_zero(drag.linear, "linear drag");
+  require_at_least_zero(drag.quadratic, "quadratic drag");
+  require_at_least_zero(drag.angular, "angular drag");
+  require_at_least_zero(drag.angular_quadratic, "angular_quadratic drag");
+  require(state_->bodies.type[i] == BodyType::Dynamic, "drag: only dynamic bodies feel it");
+  state_->drag[i] = drag;
+}
+
+void World::set_motion(BodyId id, PrescribedMotion motion) {
+  const std::uint32_t i = slot(*state_, id);
+  require(state_->bodies.type[i] == BodyType::Kinematic, "set_motion: the body must be kinematic");
+  if (motion) {
+    const Placement now = motion(state_->time);
+    require_finite(now.position, "prescribed position");
+    require_finite(now.angle, "prescribed angle");
+    set_pose(id, now.position, now.angle);
+  }
+  state_->prescribed[i] = std::move(motion);
+  state_->sleepers.wake_at(*state_, i);
+}
+
+void World::adopt_callbacks(const World& other) {
+  WorldState& s = *state_;
+  const WorldState& from = *other.state_;
+  s.field = from.field;
+  s.sleepers.wake_all(s);
+  for (std::size_t i = 0; i < std::min(s.bodies.size(), from.bodies.size()); ++i) {
+    const bool same = s.bodies.alive[i] && from.bodies.alive[i] &&
+                      s.bodies.generation[i] == from.bodies.generation[i] &&
+                      s.bodies.type[i] == BodyType::Kinematic;
+    s.prescribed[i] = same ? from.prescribed[i] : PrescribedMotion{};
+  }
+}
+
+bool World::asleep(BodyId id) const {
+  return state_->bodies.asleep[slot(*state_, id)] != 0;
+}
+
+void World::wake(BodyId id) {
+  touch(*state_, slot(*state_, id));
+}
+
+BodyId World::body_id(std::size_t i) const {
+  require(i < state_->bodies.size() && state_->bodies.alive[i], "no body in slot " + std::to_string(i));
+  return {static_cast<std::uint32_t>(i), state_->bodies.generation[i]};
+}
+
+}  // namespace skerry

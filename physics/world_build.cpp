@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+//
+// Bodies and shapes of a world: making them, removing them, and the masses that follow.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/text.h"
+#include "physics/world_access.h"
+
+namespace skerry {
+namespace {
+
+/// Grows every per-body array by one default slot.
+std::uint32_t new_body_slot(WorldState& s) {
+  if (!s.free_bodies.empty()) {
+    // The lowest free slot, so that slots do not depend on the order of removals.
+    const auto lowest = std::min_element(s.free_bodies.begin(), s.free_bodies.end());
+    const std::uint32_t i = *lowest;
+    s.free_bodies.erase(lowest);
+    return i;
+  }
+  BodyArrays& b = s.bodies;
+  b.position.emplace_back();
+  b.angle.push_back(0);
+  b.rotation.emplace_back();
+  b.velocity.emplace_back();
+  b.omega.push_back(0);
+  b.force.emplace_back();
+  b.torque.push_back(0);
+  b.mass.push_back(0);
+  b.inertia.push_back(0);
+  b.inverse_mass.push_back(0);
+  b.inverse_inertia.push_back(0);
+  b.gravity_scale.push_back(1);
+  b.type.push_back(BodyType::Static);
+  b.alive.push_back(0);
+  b.asleep.push_back(0);
+  b.island.push_back(-1);
+  b.generation.push_back(0);
+  s.names.emplace_back();
+  s.given_mass.emplace_back();
+  s.given_inertia.emplace_back();
+  s.shapes_of.emplace_back();
+  s.joints_of.emplace_back();
+  s.centre.emplace_back();
+  s.radius.push_back(0);
+  s.acceleration.emplace_back();
+  s.angular_acceleration.push_back(0);
+  s.reach.push_back(0);
+  s.travelled.push_back(0);
+  s.local_index.push_back(-1);
+  s.rests.push_back(0);
+  s.kept.push_back(0);
+  s.drag.emplace_back();
+  s.prescribed.emplace_back();
+  s.paths.emplace_back();
+  s.step_memory.emplace_back();
+  return static_cast<std::uint32_t>(b.position.size() - 1);
+}
+
+/// Mass, centre and inertia of a body from its shapes, and the shapes moved so that the centre of mass is the
+/// origin.
+void update_mass(WorldState& s, std::uint32_t body) {
+  double mass = 0;
+  Vec2 moment;
+  double second = 0;  // polar, about the present origin
+  double area = 0;
+  Vec2 area_moment;
+  for (const std::uint32_t i : s.shapes_of[body]) {
+    const AreaProperties p = area_properties(s.shapes[i].shape);
+    const double m = s.shapes[i].density * p.area;
+    mass += m;
+    moment += m * p.centroid;
+    second += s.shapes[i].density * (p.second_moment + p.area * length_squared(p.centroid));
+    area += p.area;
+    area_moment += p.area * p.centroid;
+  }
+  // With all densities zero the centre is that of the area; a body with a given mass spreads it evenly then.
+  const bool weightless = !(mass > 0);
+  if (weightless && area > 0) {
+    mass = area;
+    moment = area_moment;
+    second = 0;
+    for (const std::uint32_t i : s.shapes_of[body]) {
+      const AreaProperties p = area_properties(s.shapes[i].shape);
+      second += p.second_moment + p.area * length_squared(p.centroid);
+    }
+  }
+  const Vec2 centre = mass > 0 ? moment / mass : Vec2{};
+  double inertia = mass > 0 ? std::max(0.0, second - mass * length_squared(centre)) : 0;
+  if (weightless && !s.given_mass[body]) mass = inertia = 0;
+
+  make_loose(s, body);
+  if (centre != Vec2{}) {
+    for (const std::uint32_t i : s.shapes_of[body])
+      s.shapes[i].shape = translated(s.shapes[i].shape, -centre);
+    for (const std::uint32_t i : s.joints_of[body]) {
+      JointRecord& joint = s.joints[i];
+      if (joint.def.a.index == body) joint.local_a -= centre;
+      if (joint.def.b.index == body) joint.local_b -= centre;
+    }
+    s.centre[body] += centre;
+    const Vec2 shift = rotate(s.bodies.rotation[body], centre);
+    s.bodies.position[body] += shift;
+    s.bodies.velocity[body] += s.bodies.omega[body] * perp(shift);
+  }
+  s.radius[body] = 0;
+  for (const std::uint32_t i : s.shapes_of[body]) {
+    s.radius[body] = std::max(s.radius[body], bounding_radius(s.shapes[i].shape));
+  }
+
+  if (s.bodies.type[body] != BodyType::Dynamic) return;
+  if (s.given_mass[body]) {
+    inertia = mass > 0 ? inertia * (*s.given_mass[body] / mass) : 0;
+    mass = *s.given_mass[body];
+  }
+  if (s.given_inertia[body]) inertia = *s.given_inertia[body];
+  s.bodies.mass[body] = mass;
+  s.bodies.inertia[body] = inertia;
+  s.bodies.inverse_mass[body] = mass > 0 ? 1 / mass : 0;
+  s.bodies.inverse_inertia[body] = inertia > 0 ? 1 / inertia : 0;
+}
+
+void drop_contacts_of_shape(WorldState& s, std::uint32_t shape) {
+  s.table_changed |= std::erase_if(s.contacts, [&](const Contact& c) {
+                       return c.shape_a == shape || c.shape_b == shape;
+                     }) > 0;
+}
+
+void remove_shape(WorldState& s, std::uint32_t i) {
+  drop_contacts_of_shape(s, i);
+  if (s.shapes[i].in_broad_phase) s.broad_phase->remove(i);
+  const std::uint32_t generation = s.shapes[i].generation;
+  s.shapes[i] = ShapeRecord{};
+  s.shapes[i].generation = generation + 1;
+  s.free_shapes.push_back(i);
+}
+
+}  // namespace
+
+BodyId World::create_body(const BodyDef& def) {
+  require_finite(def.position, "position");
+  require_finite(def.angle, "angle");
+  require_finite(def.velocity, "velocity");
+  require_finite(def.omega, "omega");
+  require_finite(def.gravity_scale, "gravity_scale");
+  if (def.mass)
+    require(*def.mass > 0 && std::isfinite(*def.mass), "mass must be positive, got " + to_text(*def.mass));
+  if (def.inertia) require_at_least_zero(*def.inertia, "inertia");
+
+  WorldState& s = *state_;
+  const std::uint32_t i = new_body_slot(s);
+  s.step_memory[i] = {};
+  BodyArrays& b = s.bodies;
+  b.position[i] = def.position;
+  b.angle[i] = def.angle;
+  b.rotation[i] = Rot::from_angle(def.angle);
+  const bool moves = def.type != BodyType::Static;
+  b.velocity[i] = moves ? def.velocity : Vec2{};
+  b.omega[i] = moves ? def.omega : 0;
+  b.force[i] = {};
+  b.torque[i] = 0;
+  b.gravity_scale[i] = def.gravity_scale;
+  b.type[i] = def.type;
+  b.alive[i] = 1;
+  b.island[i] = -1;
+  b.mass[i] = b.inertia[i] = b.inverse_mass[i] = b.inverse_inertia[i] = 0;
+  s.names[i] = def.name;
+  s.given_mass[i] = def.mass;
+  s.given_inertia[i] = def.inertia;
+  s.centre[i] = {};
+  s.radius[i] = 0;
+  s.local_index[i] = -1;
+  s.rests[i] = 0;
+  s.kept[i] = def.type != BodyType::Dynamic;
+  b.asleep[i] = 0;
+  if (def.type == BodyType::Dynamic) s.awake.insert(std::lower_bound(s.awake.begin(), s.awake.end(), i), i);
+  if (def.type == BodyType::Kinematic) {
+    s.kinematic.insert(std::lower_bound(s.kinematic.begin(), s.kinematic.end(), i), i);
+  }
+  update_mass(s, i);
+  return {i, b.generation[i]};
+}
+
+ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
+  WorldState& s = *state_;
+  const std::uint32_t body = slot(s, id);
+  require_at_least_zero(def.density, "density");
+  require_at_least_zero(def.material.friction, "friction");
+  const double held = def.material.static_friction.value_or(def.material.friction);
+  require(held >= def.material.friction && std::isfinite(held),
+          "static_friction must be finite and at least friction, got " + to_text(held) + " and " +
+              to_text(def.material.friction));
+  require_at_least_zero(def.material.rolling_resistance, "rolling_resistance");
+  require_finite(def.material.surface_velocity, "surface_velocity");
+  require(def.material.restitution >= 0 && def.material.restitution <= 1,
+          "restitution must be between 0 and 1, got " + to_text(def.material.restitution));
+  require(!def.shape.vertices.empty(), "shape is empty; use make_disc, make_polygon, ...");
+  const bool endless = def.shape.kind == ShapeKind::HalfPlane || def.shape.kind == ShapeKind::Chain;
+  require(!endless || s.bodies.type[body] != BodyType::Dynamic,
+          "a half-plane or chain has no mass and cannot belong to a dynamic body");
+
+  std::uint32_t i;
+  if (s.free_shapes.empty()) {
+    i = static_cast<std::uint32_t>(s.shapes.size());
+    s.shapes.emplace_back();
+  } else {
+    const auto lowest = std::min_element(s.free_shapes.begin(), s.free_shapes.end());
+    i = *lowest;
+    s.free_shapes.erase(lowest);
+  }
+  ShapeRecord& record = s.shapes[i];
+  // Shapes are given in the frame of the definition, whose origin the centre of mass may have left by now.
+  const Vec2 centre = s.centre[body];
+  record.shape = centre == Vec2{} ? def.shape : translated(def.shape, -centre);
+  record.density = s.bodies.type[body] == BodyType::Dynamic ? def.density : 0;
+  record.material = def.material;
+  record.friction_rule = def.friction_rule;
+  record.restitution_rule = def.restitution_rule;
+  record.filter = def.filter;
+  record.sensor = def.sensor;
+  record.alive = true;
+  record.body = id;
+  record.in_broad_phase = false;
+  auto& list = s.shapes_of[body];
+  list.insert(std::lower_bound(list.begin(), list.end(), i), i);
+  update_mass(s, body);
+  return {i, record.generation};
+}
+
+void World::destroy(BodyId id) {
+  WorldState& s = *state_;
+  const std::uint32_t i = slot(s, id);
+  touch(s, i);
+  for (const std::uint32_t shape : s.shapes_of[i]) remove_shape(s, shape);
+  s.shapes_of[i].clear();
+  const std::vector<std::uint32_t> joints = s.joints_of[i];
+  for (const std::uint32_t joint : joints) remove_joint(s, joint);
+  s.joints_of[i].clear();
+  std::erase(s.awake, i);
+  std::erase(s.kinematic, i);
+  s.local_index[i] = -1;
+  BodyArrays& b = s.bodies;
+  s.kept[i] = 1;
+  b.alive[i] = 0;
+  b.type[i] = BodyType::Static;
+  b.velocity[i] = {};
+  b.omega[i] = 0;
+  b.mass[i] = b.inertia[i] = b.inverse_mass[i] = b.inverse_inertia[i] = 0;
+  ++b.generation[i];
+  s.names[i].clear();
+  s.drag[i] = {};
+  s.prescribed[i] = nullptr;
+  s.free_bodies.push_back(i);
+}
+
+void World::destroy(ShapeId id) {
+  WorldState& s = *state_;
+  const std::uint32_t i = slot(s, id);
+  const std::uint32_t body = s.shapes[i].body.index;
+  touch(s, body);
+  remove_shape(s, i);
+  std::erase(s.shapes_of[body], i);
+  update_mass(s, body);
+}
+
+bool World::alive(BodyId id) const {
+  const BodyArrays& b = state_->bodies;
+  return id.index < b.size() && b.alive[id.index] && b.generation[id.index] == id.generation;
+}
+
+bool World::alive(ShapeId id) const {
+  const auto& all = state_->shapes;
+  return id.index < all.size() && all[id.index].alive && all[id.index].generation == id.generation;
+}
+
+}  // namespace skerry

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+//
+// Joints of a world: making and removing them, their reactions, motors and springs.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/joint_rows.h"
+#include "physics/stepping/touching.h"
+#include "physics/text.h"
+#include "physics/world_access.h"
+
+namespace skerry {
+namespace {
+
+/// Refuses definitions that mean nothing, and makes the anchors one where the joint has only one.
+void check_joint(JointDef& def) {
+  const auto is = [&def](std::initializer_list<JointKind> kinds) {
+    return std::find(kinds.begin(), kinds.end(), def.kind) != kinds.end();
+  };
+  require_finite(def.anchor_a, "joint: anchor_a");
+  require_finite(def.anchor_b, "joint: anchor_b");
+  if (is({JointKind::Revolute, JointKind::Weld, JointKind::Prismatic, JointKind::Wheel}))
+    def.anchor_b = def.anchor_a;
+  if (def.length) require_at_least_zero(*def.length, "joint: length");
+  require(def.kind != JointKind::Distance || def.length.value_or(length(def.anchor_b - def.anchor_a)) > 0,
+          "distance joint: length must be positive, got 0; use a revolute joint, or a spring");
+  require_finite(def.axis, "joint: axis");
+  require(def.axis != Vec2{}, "joint: axis must not be zero");
+  require(std::isfinite(def.ratio) && def.ratio != 0,
+          "joint: ratio must not be 0, got " + to_text(def.ratio));
+  require(def.kind != JointKind::Pulley || def.ratio > 0,
+          "pulley: ratio must be positive, got " + to_text(def.ratio));
+  require_finite(def.pulley_a, "joint: pulley_a");
+  require_finite(def.pulley_b, "joint: pulley_b");
+  require_at_least_zero(def.stiffness, "joint: stiffness");
+  require_at_least_zero(def.damping, "joint: damping");
+  if (def.lower) require_finite(*def.lower, "joint: lower limit");
+  if (def.upper) require_finite(*def.upper, "joint: upper limit");
+  require(!def.lower || !def.upper || *def.lower <= *def.upper,
+          "joint: lower limit must not exceed the upper one, got " + to_text(def.lower.value_or(0)) +
+              " and " + to_text(def.upper.value_or(0)));
+  if (def.motor_speed) require_finite(*def.motor_speed, "joint: motor_speed");
+  require(def.kind != JointKind::Motor || def.motor_speed, "motor joint: motor_speed must be given");
+  require(def.kind != JointKind::Spring || def.stiffness > 0 || def.damping > 0,
+          "spring: stiffness or damping must be positive, got 0 and 0");
+  for (const double most : {def.motor_limit, def.break_force, def.break_torque})
+    require(most >= 0, "joint: the largest force must be >= 0, got " + to_text(most));
+  // What a kind does not have is refused rather than ignored.
+  const bool limits = def.lower || def.upper;
+  const bool spring = def.stiffness > 0 || def.damping > 0;
+  require(!limits || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
+                         JointKind::Spring}),
+          "joint: this kind has no limits");
+  require(!spring || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
+                         JointKind::Spring}),
+          "joint: this kind has no spring");
+  require(!def.motor_speed || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic,
+                                  JointKind::Wheel, JointKind::Motor}),
+          "joint: this kind has no motor");
+}
+
+}  // namespace
+
+void remove_joint(WorldState& s, std::uint32_t i) {
+  for (const BodyId id : {s.joints[i].def.a, s.joints[i].def.b}) {
+    if (!id) continue;
+    touch(s, id.index);
+    std::erase(s.joints_of[id.index], i);
+  }
+  s.joints_changed = true;
+  const std::uint32_t generation = s.joints[i].generation;
+  s.joints[i] = JointRecord{};
+  s.joints[i].generation = generation + 1;
+  s.free_joints.push_back(i);
+}
+
+JointId World::create_joint(const JointDef& given) {
+  WorldState& s = *state_;
+  JointDef def = given;
+  require(static_cast<bool>(def.b), "joint: body b must be given; body a may be none for the ground");
+  const std::uint32_t b = slot(s, def.b);
+  if (def.a) slot(s, def.a);
+  require(def.a != def.b, "joint: both ends are body " + std::to_string(def.b.index));
+  check_joint(def);
+
+  std::uint32_t i;
+  if (s.free_joints.empty()) {
+    i = static_cast<std::uint32_t>(s.joints.size());
+    s.joints.emplace_back();
+  } else {
+    const auto lowest = std::min_element(s.free_joints.begin(), s.free_joints.end());
+    i = *lowest;
+    s.free_joints.erase(lowest);
+  }
+  JointRecord& joint = s.joints[i];
+  joint.def = def;
+  joint.local_a = def.a ? to_local(s.bodies.pose(def.a.index), def.anchor_a) : def.anchor_a;
+  joint.local_b = to_local(s.bodies.pose(b), def.anchor_b);
+  const double angle_a = def.a ? s.bodies.angle[def.a.index] : 0;
+  joint.reference_angle = s.bodies.angle[b] - angle_a;
+  joint.local_axis = def.axis / length(def.axis);
+  if (def.a && def.kind != JointKind::Rack)
+    joint.local_axis = inverse_rotate(s.bodies.rotation[def.a.index], joint.local_axis);
+  joint.alive = true;
+  // What pulleys, gears and racks keep is the value of now.
+  const bool keeps =
+      def.kind == JointKind::Pulley || def.kind == JointKind::Gear || def.kind == JointKind::Rack;
+  joint.length = keeps ? joint_coordinate(joint, joint_end(s, def.a.index), joint_end(s, b)).value
+                       : def.length.value_or(length(def.anchor_b - def.anchor_a));
+  for (const BodyId end : {def.a, def.b}) {
+    if (end) touch(s, end.index);
+  }
+  s.joints_changed = true;
+  if (def.a) s.joints_of[def.a.index].push_back(i);
+  s.joints_of[b].push_back(i);
+  return {i, joint.generation};
+}
+
+void World::destroy(JointId id) {
+  remove_joint(*state_, slot(*state_, id));
+}
+
+bool World::alive(JointId id) const {
+  const auto& all = state_->joints;
+  return id.index < all.size() && all[id.index].alive && all[id.index].generation == id.generation;
+}
+
+Vec2 World::joint_force(JointId id) const {
+  const JointRecord& joint = state_->joints[slot(*state_, id)];
+  return state_->report.h > 0 ? joint.impulse / state_->report.h : Vec2{};
+}
+
+double World::joint_torque(JointId id) const {
+  const JointRecord& joint = state_->joints[slot(*state_, id)];
+  return state_->report.h > 0 ? joint.angular_impulse / state_->report.h : 0;
+}
+
+double World::joint_position(JointId id) const {
+  const JointRecord& joint = state_->joints[slot(*state_, id)];
+  return joint_coordinate(joint, joint_end(*state_, joint.def.a.index), joint_end(*state_, joint.def.b.index))
+      .value;
+}
+
+double World::joint_speed(JointId id) const {
+  const JointRecord& joint = state_->joints[slot(*state_, id)];
+  return joint_coordinate(joint, joint_end(*state_, joint.def.a.index), joint_end(*state_, joint.def.b.index))
+      .rate;
+}
+
+void World::set_motor(JointId id, double speed, std::optional<double> limit) {
+  JointRecord& joint = state_->joints[slot(*state_, id)];
+  JointDef def = joint.def;
+  def.motor_speed = speed;
+  if (limit) def.motor_limit = *limit;
+  check_joint(def);
+  // Rows are counted by what the joint has; a new one renumbers those behind it.
+  if (!joint.def.motor_speed) std::fill(std::begin(joint.row_force), std::end(joint.row_force), 0);
+  for (const BodyId end : {def.a, def.b}) {
+    if (end) touch(*state_, end.index);
+  }
+  joint.def = def;
+}
+
+double World::spring_energy() const {
+  double sum = 0;
+  for (const JointRecord& joint : state_->joints) {
+    if (!joint.alive || !(joint.def.stiffness > 0)) continue;
+    JointRows rows;
+    const int count =
+        joint_rows(joint, joint_end(*state_, joint.def.a.index), joint_end(*state_, joint.def.b.index), rows);
+    for (int k = 0; k < count; ++k) {
+      const JointRow& row = rows[static_cast<std::size_t>(k)];
+      if (row.kind == JointRowKind::Spring) sum += 0.5 * row.stiffness * row.error * row.error;
+    }
+  }
+  return sum;
+}
+
+}  // namespace skerry
