@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "physics/islands/island_system.h"
+#include "physics/statics/body_loads.h"
 
 namespace skerry::statics {
 
@@ -36,9 +37,6 @@ enum class LimitStatus : std::uint8_t {
   Failed,       ///< the LP solver gave up
 };
 const char* to_string(LimitStatus status);
-
-/// Force and torque on each body [N, N, N m].
-using BodyLoads = std::vector<std::array<double, 3>>;
 
 struct LimitLoad {
   LimitStatus status = LimitStatus::Failed;

@@ -9,12 +9,22 @@
 //
 // lambda are forces [N], w and a accelerations; the world stands if a = 0, that is J' lambda + f = 0.
 // Velocities are taken for zero. It is solved by the same solvers as the step (physics/solver).
+//
+// Where the rows that carry are dependent (a box on two rough corners, a wall of bricks), equilibrium leaves
+// a choice. What does not depend on it is marked `unique`: by row, by joint, and for the resultant of each
+// pair of shapes. The member of the solutions that is returned is, in this order:
+//   1. the forces of the world's last step, if they are in equilibrium here (the world must observe
+//   contacts);
+//   2. else what the solver finds from nothing: nearly the least sum of W_ii lambda_i^2;
+//   3. for new loads (`RestSolver::solve`): the forces of the first load plus nearly the least change.
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "physics/statics/body_loads.h"
 #include "physics/world.h"
 
 namespace skerry::statics {
@@ -32,8 +42,9 @@ struct RestContact {
   int row = 0;                ///< its normal row in the system; the friction row, if mu > 0, follows
   double opening = 0;         ///< acceleration of the gap [m/s^2]
   double sliding = 0;         ///< and along perp(normal)
-  bool normal_unique = true;  ///< no other forces would do
-  int pair = 0;               ///< points of one pair of shapes have the same number
+  bool normal_unique = true;  ///< no other force would do
+  bool friction_unique = true;
+  int pair = 0;  ///< points of one pair of shapes have the same number
 };
 
 struct RestJoint {
@@ -46,26 +57,54 @@ struct RestAnalysis {
   std::vector<BodyId> bodies;                       ///< dynamic ones
   IslandSystem system;                              ///< with accelerations as b
   std::vector<double> lambda;                       ///< forces of its rows [N]
-  std::vector<std::array<double, 3>> load;          ///< external force and torque on each body [N, N, N m]
+  BodyLoads load;                                   ///< external, on each of them
   std::vector<std::array<double, 3>> acceleration;  ///< of each body [m/s^2, m/s^2, rad/s^2]
   std::vector<RestContact> contacts;
   std::vector<RestJoint> joints;
-  std::vector<std::uint8_t> unique;  ///< by row: no other forces would do
-  int indeterminacy = 0;             ///< independent self-stress states of the rows that carry
-  double residual = 0;               ///< natural map, relative to the largest |b|
-  double largest_acceleration = 0;   ///< of any point of a body [m/s^2]
-  bool stands = false;               ///< nothing begins to move
+  std::vector<std::uint8_t> unique;       ///< by row: no other forces would do
+  std::vector<std::uint8_t> pair_unique;  ///< by `RestContact::pair`: no other resultant would do
+  int indeterminacy = 0;                  ///< independent self-stress states of the rows that carry
+  bool from_last_step = false;            ///< lambda began as the forces of the world's last step
+  double residual = 0;                    ///< natural map, relative to the largest |b|
+  double largest_acceleration = 0;        ///< of any point of a body [m/s^2]
+  bool stands = false;                    ///< nothing begins to move
 };
 
 struct RestOptions {
   double touch = 1e-6;  ///< gaps up to this count as touching [m]
   std::string solver = "auto";
+  bool last_step = true;   ///< begin with the forces of the world's last step where they are in equilibrium
+  bool uniqueness = true;  ///< find which forces are the only possible ones: a rank-revealing factorisation
 };
 
 /// Finds the touching points of all dynamic bodies at their present poses and solves for their forces. Loads
 /// are gravity and the forces that wait for the next step.
 /// @throws std::invalid_argument for an unknown solver, or a dynamic body without mass
 RestAnalysis analyse_rest(const World& world, const RestOptions& options = {});
+
+/// A world at rest under many loads: contacts, joints, order and factor are found once and kept. While the
+/// same contacts carry, and the same slide, a new load costs solves with the kept factor, O(its nonzeros).
+class RestSolver {
+ public:
+  /// Analyses the world under its own loads. @throws std::invalid_argument as `analyse_rest`
+  explicit RestSolver(const World& world, const RestOptions& options = {});
+  ~RestSolver();
+  RestSolver(RestSolver&&) noexcept;
+  RestSolver& operator=(RestSolver&&) noexcept;
+
+  /// The answer to the last load.
+  const RestAnalysis& analysis() const;
+  /// Replaces all loads, weights included: one entry for each of `analysis().bodies`. Springs are among them.
+  /// The answer depends on `load` and the first answer alone, not on loads in between.
+  /// @throws std::invalid_argument for another number of bodies, or a load that is not finite
+  const RestAnalysis& solve(const BodyLoads& load);
+  /// Work of all solves so far.
+  const SolveWork& work() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// What a world does from rest.
 enum class Fate : std::uint8_t { Stands, Slides, Tips, Falls, Collapses };
@@ -84,6 +123,7 @@ struct PairForce {
   double grip = 0;  ///< |friction| over mu times normal: 1 at the onset of sliding
   /// How far the centre of pressure is from the middle of the joint, over half its length: 1 at the edge.
   double eccentricity = 0;
+  bool unique = true;  ///< force and centre of pressure are the only possible ones
 };
 std::vector<PairForce> pair_forces(const RestAnalysis& rest);
 

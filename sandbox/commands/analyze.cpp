@@ -84,16 +84,13 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
   for (const PairForce& pair : pairs) {
     const RestContact& first = rest.contacts[static_cast<std::size_t>(pair.first)];
     const std::string name = contact_label(world, first);
-    bool unique = true;
-    for (int k = 0; k < pair.count; ++k)
-      unique = unique && rest.contacts[static_cast<std::size_t>(pair.first + k)].normal_unique;
     list.push_back({{"contact", name},
                     {"normal_force", pair.normal},
                     {"friction_force", pair.friction},
                     {"at", pair_json(pair.at)},
                     {"share_of_friction_limit", pair.grip},
                     {"eccentricity", pair.eccentricity},
-                    {"unique", unique}});
+                    {"unique", pair.unique}});
     if (pair.normal > 0 && pair.grip > grip) {
       grip = pair.grip;
       grip_at = name;
