@@ -9,21 +9,34 @@
 namespace skerry::statics {
 
 bool SparseLu::factor(int n, const std::vector<Entry>& entries, double smallest_pivot) {
+  return eliminate(n, n, entries, smallest_pivot, nullptr);
+}
+
+bool SparseLu::factor(int n, int columns, const std::vector<Entry>& entries, double smallest_pivot,
+                      std::vector<int>& left_out) {
+  left_out.clear();
+  return eliminate(n, columns, entries, smallest_pivot, &left_out);
+}
+
+bool SparseLu::eliminate(int n, int columns, const std::vector<Entry>& entries, double smallest_pivot,
+                         std::vector<int>* left_out) {
   n_ = n;
+  columns_ = columns;
   const auto size = static_cast<std::size_t>(n);
   std::vector<Eigen::Triplet<double, int>> triplets;
   triplets.reserve(entries.size());
   for (const Entry& entry : entries) triplets.emplace_back(entry.row, entry.column, entry.value);
-  Eigen::SparseMatrix<double, Eigen::ColMajor, int> matrix(n, n);
+  Eigen::SparseMatrix<double, Eigen::ColMajor, int> matrix(n, columns);
   matrix.setFromTriplets(triplets.begin(), triplets.end());
   matrix.makeCompressed();
 
-  column_order_.resize(size);
-  if (n > 0) {
+  std::vector<int> candidates(static_cast<std::size_t>(columns));
+  if (n > 0 && columns > 0) {
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
     Eigen::COLAMDOrdering<int>()(matrix, order);
-    for (int i = 0; i < n; ++i) column_order_[static_cast<std::size_t>(order.indices()[i])] = i;
+    for (int i = 0; i < columns; ++i) candidates[static_cast<std::size_t>(order.indices()[i])] = i;
   }
+  column_order_.clear();
 
   row_position_.assign(size, -1);
   lower_ = {};
@@ -36,8 +49,8 @@ bool SparseLu::factor(int n, const std::vector<Entry>& entries, double smallest_
   std::vector<double> x(size, 0);
   std::vector<char> marked(size, 0);
   std::vector<int> reach, stack, cursor(size, 0);
-  for (int k = 0; k < n; ++k) {
-    const int column = column_order_[static_cast<std::size_t>(k)];
+  for (const int column : candidates) {
+    const auto k = column_order_.size();
 
     // Which rows the column fills: depth first through the columns of L, in reverse topological order.
     reach.clear();
@@ -96,6 +109,14 @@ bool SparseLu::factor(int n, const std::vector<Entry>& entries, double smallest_
       }
     }
     const bool usable = pivot >= 0 && std::isfinite(largest);
+    if (!usable && left_out) {
+      for (const int row : reach) {
+        x[static_cast<std::size_t>(row)] = 0;
+        marked[static_cast<std::size_t>(row)] = 0;
+      }
+      left_out->push_back(column);
+      continue;
+    }
     const double inverse = usable ? 1 / x[static_cast<std::size_t>(pivot)] : 0;
     for (const int row : reach) {
       const auto i = static_cast<std::size_t>(row);
@@ -112,11 +133,13 @@ bool SparseLu::factor(int n, const std::vector<Entry>& entries, double smallest_
       }
     }
     if (!usable) return false;
-    row_position_[static_cast<std::size_t>(pivot)] = k;
-    inverse_pivot_[static_cast<std::size_t>(k)] = inverse;
+    column_order_.push_back(column);
+    row_position_[static_cast<std::size_t>(pivot)] = static_cast<int>(k);
+    inverse_pivot_[k] = inverse;
     lower_.begin.push_back(static_cast<int>(lower_.row.size()));
     upper_.begin.push_back(static_cast<int>(upper_.row.size()));
   }
+  if (column_order_.size() != size) return false;
   for (int& row : lower_.row) row = row_position_[static_cast<std::size_t>(row)];
   return true;
 }
@@ -125,6 +148,7 @@ void SparseLu::solve(std::vector<double>& x, std::vector<double>& work) const {
   const auto n = static_cast<std::size_t>(n_);
   work.resize(n);
   for (std::size_t i = 0; i < n; ++i) work[static_cast<std::size_t>(row_position_[i])] = x[i];
+  if (columns_ > n_) x.assign(static_cast<std::size_t>(columns_), 0);
   for (std::size_t k = 0; k < n; ++k) {
     const double value = work[k];
     if (value == 0) continue;  // loads touch few nodes

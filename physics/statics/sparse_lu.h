@@ -24,6 +24,12 @@ class SparseLu {
   /// @return false if there is such a column, or a number that is not finite; the factor is unusable then
   [[nodiscard]] bool factor(int n, const std::vector<Entry>& entries, double smallest_pivot);
 
+  /// The same for n rows and more columns: a column that depends on those before it (in the order of
+  /// elimination) is left out, and `left_out` gets its number. `solve` then answers with one number a column,
+  /// zero for those left out.
+  [[nodiscard]] bool factor(int n, int columns, const std::vector<Entry>& entries, double smallest_pivot,
+                            std::vector<int>& left_out);
+
   /// Solves A x = x in place. `work` is resized as needed; passing the same one saves allocations.
   void solve(std::vector<double>& x, std::vector<double>& work) const;
   /// Solves A^T x = x in place.
@@ -38,7 +44,10 @@ class SparseLu {
     std::vector<int> begin, row;
     std::vector<double> value;
   };
-  int n_ = 0;
+  bool eliminate(int n, int columns, const std::vector<Entry>& entries, double smallest_pivot,
+                 std::vector<int>* left_out);
+
+  int n_ = 0, columns_ = 0;
   std::vector<int> column_order_;  ///< Q: which column of A is eliminated at each position
   std::vector<int> row_position_;  ///< P: position of each row of A
   Columns lower_, upper_;          ///< by positions; without the unit diagonal, without the pivots
