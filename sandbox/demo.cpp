@@ -32,6 +32,7 @@ int add_functions(lua_State* state) {
   add_sensor_functions(state);
   add_force_functions(state);
   add_statics_functions(state);
+  add_truss_function(state);
   return 0;
 }
 

@@ -289,7 +289,7 @@ int bridge_reaction(lua_State* L) {
   const int node = node_number(L, 2, "reaction", structure);
   for (std::size_t i = 0; i < structure.supports.size(); ++i) {
     if (structure.supports[i].node != node) continue;
-    const Reaction reaction = bridge.moving() ? Reaction{} : bridge.response().reactions[i];
+    const Reaction& reaction = bridge.response().reactions[i];
     lua_pushnumber(L, reaction.force.x);
     lua_pushnumber(L, reaction.force.y);
     lua_pushnumber(L, reaction.moment);

@@ -92,5 +92,6 @@ void add_joint_functions(lua_State* state);   ///< rod, rope, spring, hinge, sli
 void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
 void add_force_functions(lua_State* state);   ///< field, drag, move, on_event
 void add_statics_functions(lua_State* state);  ///< bridge
+void add_truss_function(lua_State* state);     ///< truss
 
 }  // namespace skerry::sandbox

@@ -5,29 +5,15 @@ demo{
   seconds = 7,
   view = { x = 16, y = -0.4, height = 17, width = 40 },
 }
-local panels, side, high = 8, 4, 4
-local nodes, members, deck = {}, {}, {}
-for i = 0, panels do nodes[#nodes + 1] = { side * i, 0 }; deck[#deck + 1] = #nodes end
-for i = 1, panels - 1 do nodes[#nodes + 1] = { side * i, high } end
-local function top(i) return panels + 1 + i end
-local function add(a, b) members[#members + 1] = { a, b }; return #members end
-for i = 1, panels do add(i, i + 1) end
-for i = 1, panels - 2 do add(top(i), top(i + 1)) end
-add(1, top(1)); add(top(panels - 1), panels + 1)
-local posts, diagonals = {}, {}
-for i = 1, panels - 1 do posts[i] = add(i + 1, top(i)) end
-for i = 1, panels - 2 do
-  diagonals[i] = 2 * i < panels and add(top(i), i + 2) or add(i + 1, top(i + 1))
-end
-local thin = diagonals[2]
-members[thin].area = param("area of the thin one", 0.0011, 0.0005, 0.01, "m^2")
-members[thin].second_moment = 0
+local form = truss{ kind = "pratt", panels = 8, side = 4, height = 4 }
+local thin = form.diagonals[2]
+form.members[thin].area = param("area of the thin one", 0.0011, 0.0005, 0.01, "m^2")
+form.members[thin].second_moment = 0
 
 local P = param("axle load", 160, 10, 400, "kN") * 1e3
 local truss = bridge{
-  nodes = nodes, members = members, deck = deck,
+  nodes = form.nodes, members = form.members, deck = form.deck, supports = form.supports,
   section = { area = 0.012, second_moment = 6e-5, modulus = 2.1e11, strength = 2.35e8, density = 7850 },
-  supports = { { 1, "pinned" }, { panels + 1, "roller" } },
   train = { axles = { P, P, P, P }, gaps = { 2.8, 2.4, 2.8 }, speed = 5, start = -1 },
   ground = -6, thickness = 0.34,
 }

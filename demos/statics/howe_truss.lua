@@ -5,35 +5,22 @@ demo{
   seconds = 10,
   view = { x = 16, y = 1, height = 17, width = 40 },
 }
-local panels, side, high = 8, 4, 4
-local nodes, members, deck = {}, {}, {}
-for i = 0, panels do nodes[#nodes + 1] = { side * i, 0 }; deck[#deck + 1] = #nodes end
-for i = 1, panels - 1 do nodes[#nodes + 1] = { side * i, high } end
-local function top(i) return panels + 1 + i end
-local function add(a, b) members[#members + 1] = { a, b }; return #members end
-for i = 1, panels do add(i, i + 1) end
-for i = 1, panels - 2 do add(top(i), top(i + 1)) end
-add(1, top(1)); add(top(panels - 1), panels + 1)
-local posts, diagonals = {}, {}
-for i = 1, panels - 1 do posts[i] = add(i + 1, top(i)) end
-for i = 1, panels - 2 do
-  diagonals[i] = 2 * i < panels and add(i + 1, top(i + 1)) or add(top(i), i + 2)
-end
+local panels, side = 8, 4
+local form = truss{ kind = "howe", panels = panels, side = side, height = 4 }
 
 local P = param("axle load", 60, 10, 400, "kN") * 1e3
 local truss = bridge{
-  nodes = nodes, members = members, deck = deck,
+  nodes = form.nodes, members = form.members, deck = form.deck, supports = form.supports,
   section = { area = 0.06, second_moment = 3e-4, modulus = 1.1e10, strength = 1.6e7, density = 500 },
-  supports = { { 1, "pinned" }, { panels + 1, "roller" } },
   train = { axles = { P, P, P, P }, gaps = { 2.8, 2.4, 2.8 }, speed = 4.5, start = -2 },
   ground = -6, thickness = 0.42, numbers = true,
 }
 show{ "stresses" }
 
 expect("full train: diagonals of the left half are pushed", function()
-  return math.max(truss:force(diagonals[1]), truss:force(diagonals[2]))
+  return math.max(truss:force(form.diagonals[1]), truss:force(form.diagonals[2]))
 end, { at = 5, below = 0, unit = "N" })
-expect("and the posts beside them are pulled", function() return truss:force(posts[1]) end,
+expect("and the posts beside them are pulled", function() return truss:force(form.posts[1]) end,
   { at = 5, above = 0, unit = "N" })
 expect("influence of the end post is that of the reaction", function()
   return math.abs(truss:influence(2 * panels - 1, 20) + (1 - 20 / (panels * side)) * math.sqrt(2))

@@ -6,25 +6,12 @@ demo{
   view = { x = 16, y = 1, height = 17, width = 40 },
 }
 local panels, side, high = 8, 4, 4
-local nodes, members, deck = {}, {}, {}
-for i = 0, panels do nodes[#nodes + 1] = { side * i, 0 }; deck[#deck + 1] = #nodes end
-for i = 1, panels - 1 do nodes[#nodes + 1] = { side * i, high } end
-local function top(i) return panels + 1 + i end
-local function add(a, b) members[#members + 1] = { a, b }; return #members end
-for i = 1, panels do add(i, i + 1) end
-for i = 1, panels - 2 do add(top(i), top(i + 1)) end
-add(1, top(1)); add(top(panels - 1), panels + 1)
-local posts, diagonals = {}, {}
-for i = 1, panels - 1 do posts[i] = add(i + 1, top(i)) end
-for i = 1, panels - 2 do
-  diagonals[i] = 2 * i < panels and add(top(i), i + 2) or add(i + 1, top(i + 1))
-end
+local form = truss{ kind = "pratt", panels = panels, side = side, height = high }
 
 local P = param("axle load", 160, 10, 400, "kN") * 1e3
 local truss = bridge{
-  nodes = nodes, members = members, deck = deck,
+  nodes = form.nodes, members = form.members, deck = form.deck, supports = form.supports,
   section = { area = 0.008, second_moment = 4e-5, modulus = 2.1e11, strength = 2.35e8, density = 7850 },
-  supports = { { 1, "pinned" }, { panels + 1, "roller" } },
   train = { axles = { P, P, P, P }, gaps = { 2.8, 2.4, 2.8 }, speed = 4.5, start = -2 },
   ground = -6, thickness = 0.34, numbers = true,
 }
@@ -38,7 +25,7 @@ expect("first lower chord by the method of sections", function()
 end, { at = 5, below = 1e-12 })
 expect("equilibrium of every node", function() return truss.residual end, { always = true, below = 1e-13 })
 expect("full train: diagonals of the left half are pulled", function()
-  return math.min(truss:force(diagonals[1]), truss:force(diagonals[2]))
+  return math.min(truss:force(form.diagonals[1]), truss:force(form.diagonals[2]))
 end, { at = 5, above = 0, unit = "N" })
 expect("influence of the end post is that of the reaction", function()
   return math.abs(truss:influence(2 * panels - 1, 20) + (1 - 20 / (panels * side)) * math.sqrt(2))

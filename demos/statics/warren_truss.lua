@@ -6,22 +6,13 @@ demo{
   view = { x = 16, y = 1.2, height = 15, width = 40 },
 }
 local panels, side = 8, 4
-local nodes, members, deck = {}, {}, {}
-for i = 0, panels do nodes[#nodes + 1] = { side * i, 0 }; deck[#deck + 1] = #nodes end
-for i = 0, panels - 1 do nodes[#nodes + 1] = { side * (i + 0.5), side * math.sqrt(3) / 2 } end
-local function top(i) return panels + 1 + i end
-for i = 1, panels do members[#members + 1] = { i, i + 1 } end
-for i = 1, panels - 1 do members[#members + 1] = { top(i), top(i + 1) } end
-for i = 1, panels do
-  members[#members + 1] = { i, top(i) }
-  members[#members + 1] = { top(i), i + 1 }
-end
+local form = truss{ kind = "warren", panels = panels, side = side }
+local nodes, members = form.nodes, form.members
 
 local P = param("axle load", 180, 10, 400, "kN") * 1e3
 local truss = bridge{
-  nodes = nodes, members = members, deck = deck,
+  nodes = form.nodes, members = form.members, deck = form.deck, supports = form.supports,
   section = { area = 0.008, second_moment = 4e-5, modulus = 2.1e11, strength = 2.35e8, density = 7850 },
-  supports = { { 1, "pinned" }, { panels + 1, "roller" } },
   train = { axles = { P, P, 0.7 * P, 0.7 * P, 0.7 * P, 0.7 * P }, gaps = { 2.6, 2.4, 2.6, 2.4, 2.6 }, speed = 5, start = -1 },
   ground = -6, thickness = 0.34, influence = 12,
 }

@@ -80,6 +80,8 @@ class Bridge {
   const std::vector<MemberState>& members() const { return members_; }
   const std::vector<Break>& breaks() const { return breaks_; }
   const std::vector<BridgePiece>& pieces() const { return pieces_; }
+  /// Forces of the last solve. When moving only the reactions count: forces of the supports on their nodes,
+  /// means of the last step.
   const Response& response() const { return response_; }
   const Load& load() const { return load_; }
   /// Where the axles are now, on the deck [m], and what they weigh [N]; empty without a train or when moving.
@@ -134,6 +136,7 @@ class Bridge {
   void make_fixed_members(World& world);
   void let_go(World& world);
   void measure(World& world, double time);
+  void measure_reactions(const World& world);
   void snap(World& world, std::size_t piece);
   void connect(World& world, std::size_t node);
   void hang_rope(World& world, RopeMember& rope);
@@ -156,7 +159,8 @@ class Bridge {
   std::vector<std::vector<Attachment>> attached_;  ///< by node, when moving
   std::vector<std::vector<JointId>> joints_;       ///< by node, ropes not included
   std::vector<RopeMember> ropes_;
-  std::map<int, BodyId> bearings_;  ///< wheels of the rollers, by node
+  std::vector<std::vector<JointId>> held_by_;  ///< by support, when moving
+  std::map<int, BodyId> bearings_;             ///< wheels of the rollers, by node
   std::vector<Wagon> wagons_;
   double time_ = 0;
   bool moving_ = false;

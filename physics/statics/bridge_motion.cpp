@@ -31,6 +31,9 @@ void Bridge::let_go(World& world) {
   const Structure& s = def_.structure;
   attached_.assign(s.nodes.size(), {});
   joints_.assign(s.nodes.size(), {});
+  held_by_.assign(s.supports.size(), {});
+  response_ = {};
+  response_.reactions.resize(s.supports.size());
   std::vector<BridgePiece> parts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     const int member = static_cast<int>(m);
@@ -150,8 +153,10 @@ void Bridge::connect(World& world, std::size_t node) {
         {.kind = JointKind::Revolute, .a = a, .b = b, .anchor_a = where, .anchor_b = where}));
   };
   for (std::size_t k = 1; k < attached_[node].size(); ++k) pin(hub.body, attached_[node][k].body, at);
-  for (const Support& support : def_.structure.supports) {
+  for (std::size_t k = 0; k < def_.structure.supports.size(); ++k) {
+    const Support& support = def_.structure.supports[k];
     if (static_cast<std::size_t>(support.node) != node) continue;
+    held_by_[k].clear();
     if (support.kind == SupportKind::Roller) {
       const auto known = bearings_.find(static_cast<int>(node));
       BodyId wheel = known != bearings_.end() ? known->second : BodyId{};
@@ -164,9 +169,11 @@ void Bridge::connect(World& world, std::size_t node) {
         bearings_[static_cast<int>(node)] = wheel;
       }
       pin(wheel, hub.body, at);
+      held_by_[k].push_back(joints_[node].back());
       continue;
     }
     pin({}, hub.body, at);
+    held_by_[k].push_back(joints_[node].back());
     if (support.kind == SupportKind::Fixed) {
       // A short rod across the lever to the body's centre keeps it from turning.
       const Vec2 arm = world.position(hub.body) - at;
@@ -176,6 +183,7 @@ void Bridge::connect(World& world, std::size_t node) {
                                                   .b = hub.body,
                                                   .anchor_a = end - perp(0.3 / length(arm) * arm),
                                                   .anchor_b = end}));
+      held_by_[k].push_back(joints_[node].back());
     }
   }
 }
@@ -212,7 +220,25 @@ Vec2 Bridge::force_at(const World& world, std::size_t node, BodyId body) const {
   return sum;
 }
 
+void Bridge::measure_reactions(const World& world) {
+  const double h = world.report().h;
+  for (std::size_t k = 0; k < held_by_.size(); ++k) {
+    Reaction& reaction = response_.reactions[k];
+    reaction = {};
+    const Vec2 node = def_.structure.nodes[static_cast<std::size_t>(def_.structure.supports[k].node)].at;
+    for (const JointId joint : held_by_[k]) {
+      if (!world.alive(joint) || !(h > 0)) continue;
+      const JointRecord& record = world.joints()[joint.index];
+      const Vec2 force = record.impulse / h;
+      reaction.force += force;
+      if (def_.structure.supports[k].kind == SupportKind::Fixed)
+        reaction.moment += cross(to_world(world.pose(record.def.b), record.local_b) - node, force);
+    }
+  }
+}
+
 void Bridge::measure(World& world, double time) {
+  measure_reactions(world);
   std::vector<std::size_t> failing;
   const auto note = [&](int member, double axial) {
     const auto m = static_cast<std::size_t>(member);

@@ -91,7 +91,7 @@ bool Redundants::factor(int e, int u, const std::vector<Entry>& A, const std::ve
   return l_row_.size() <= most;
 }
 
-void Redundants::solve(const std::vector<double>& p, const std::vector<double>& e0, std::vector<double>& s) {
+void Redundants::solve(const std::vector<double>& p, const std::vector<double>* e0, std::vector<double>& s) {
   const std::size_t n = inverse_d_.size(), u = f_begin_.size() - 1, e = static_cast<std::size_t>(lu_.size());
   s.assign(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(e));
   lu_.solve(s, work_);
@@ -99,7 +99,7 @@ void Redundants::solve(const std::vector<double>& p, const std::vector<double>& 
   // -(F s0 + e0)
   strain_.resize(u);
   for (std::size_t i = 0; i < u; ++i) {
-    double sum = e0.empty() ? 0 : e0[i];
+    double sum = e0 ? (*e0)[i] : 0;
     for (int j = f_begin_[i]; j < f_begin_[i + 1]; ++j)
       sum += f_value_[static_cast<std::size_t>(j)] *
              s[static_cast<std::size_t>(f_column_[static_cast<std::size_t>(j)])];

@@ -27,8 +27,8 @@ class Redundants {
   [[nodiscard]] bool factor(int e, int u, const std::vector<Entry>& A, const std::vector<Entry>& F,
                             std::size_t most);
 
-  /// @param p  e loads; @param e0  u strains, or empty for none; @param s  gets u forces
-  void solve(const std::vector<double>& p, const std::vector<double>& e0, std::vector<double>& s);
+  /// @param p  e loads; @param e0  u strains, or null for none; @param s  gets u forces
+  void solve(const std::vector<double>& p, const std::vector<double>* e0, std::vector<double>& s);
   /// Adds to `s` what forces in the determinate members balance `r` (e numbers).
   void correct(const std::vector<double>& r, std::vector<double>& s);
 

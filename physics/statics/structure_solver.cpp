@@ -68,6 +68,9 @@ struct StructureSolver::State {
   std::vector<int> entry_row;
   std::vector<double> entry_value;
   std::vector<double> lengths;
+  // The same row by row: equilibrium is looked at after every solve.
+  std::vector<int> row_begin, row_column;
+  std::vector<double> row_value;
 
   SparseLu lu;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt;
@@ -142,6 +145,30 @@ struct StructureSolver::State {
                                                                 member.modulus * member.second_moment > 0);
       stiff = stiff && elastic;
     }
+    row_begin.assign(static_cast<std::size_t>(rows) + 1, 0);
+    for (const int row : entry_row) ++row_begin[static_cast<std::size_t>(row) + 1];
+    for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i) row_begin[i + 1] += row_begin[i];
+    row_column.resize(entry_row.size());
+    row_value.resize(entry_row.size());
+    std::vector<int> next = row_begin;
+    for (int c = 0; c < unknowns(); ++c) {
+      for (int i = begin[static_cast<std::size_t>(c)]; i < begin[static_cast<std::size_t>(c) + 1]; ++i) {
+        const auto at = static_cast<std::size_t>(
+            next[static_cast<std::size_t>(entry_row[static_cast<std::size_t>(i)])]++);
+        row_column[at] = c;
+        row_value[at] = entry_value[static_cast<std::size_t>(i)];
+      }
+    }
+  }
+
+  /// Sum of A s in one row.
+  double row_times_forces(int row) const {
+    double sum = 0;
+    const int end = row_begin[static_cast<std::size_t>(row) + 1];
+    for (int i = row_begin[static_cast<std::size_t>(row)]; i < end; ++i)
+      sum += row_value[static_cast<std::size_t>(i)] *
+             s[static_cast<std::size_t>(row_column[static_cast<std::size_t>(i)])];
+    return sum;
   }
 
   void add_end(int node, Vec2 force, double turn) {
@@ -344,25 +371,26 @@ struct StructureSolver::State {
   }
 
   double residual_of(std::vector<double>& r) const {
-    r.assign(p.begin(), p.begin() + free_rows);
+    r.resize(static_cast<std::size_t>(free_rows));
     double largest = 0, error = 0;
-    for (const double value : r) largest = std::max(largest, std::abs(value));
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      largest = std::max(largest, std::abs(s[c]));
-      for (int i = begin[c]; i < begin[c + 1]; ++i) {
-        const int row = entry_row[static_cast<std::size_t>(i)];
-        if (row < free_rows)
-          r[static_cast<std::size_t>(row)] -= entry_value[static_cast<std::size_t>(i)] * s[c];
-      }
+    for (const double force : s) largest = std::max(largest, std::abs(force));
+    for (int row = 0; row < free_rows; ++row) {
+      const auto i = static_cast<std::size_t>(row);
+      r[i] = p[i] - row_times_forces(row);
+      largest = std::max(largest, std::abs(p[i]));
+      error = std::max(error, std::abs(r[i]));
     }
-    for (const double value : r) error = std::max(error, std::abs(value));
     return largest > 0 ? error / largest : 0;
   }
 
-  void solve_redundants() {
-    redundants.solve(p, strained ? strain : std::vector<double>{}, s);
+  /// @return the residual of equilibrium
+  double solve_redundants() {
+    redundants.solve(p, strained ? &strain : nullptr, s);
+    const double residual = residual_of(work);
     // Self-stress states are in equilibrium to rounding of their own largest force.
-    if (residual_of(work) > 1e-14) redundants.correct(work, s);
+    if (residual <= 1e-14) return residual;
+    redundants.correct(work, s);
+    return residual_of(work);
   }
 
   void solve_stiffness() {
@@ -414,23 +442,13 @@ struct StructureSolver::State {
       const std::array<int, 3>& c = column_of[m];
       out.members[m] = {of(c[0]), of(c[1]) * lengths[m], of(c[2]) * lengths[m]};
     }
-    // Held displacements: support + p = force on the members.
-    std::vector<double>& held = const_cast<State*>(this)->work;
-    held.assign(static_cast<std::size_t>(rows - free_rows), 0);
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      for (int i = begin[c]; i < begin[c + 1]; ++i) {
-        const int row = entry_row[static_cast<std::size_t>(i)] - free_rows;
-        if (row >= 0) held[static_cast<std::size_t>(row)] += entry_value[static_cast<std::size_t>(i)] * s[c];
-      }
-    }
     out.reactions.resize(structure.supports.size());
     for (std::size_t k = 0; k < structure.supports.size(); ++k) {
       const auto node = static_cast<std::size_t>(structure.supports[k].node);
       const auto at = [&](std::size_t c) {
         const int row = row_of[node][c];
-        return row < free_rows
-                   ? 0.0
-                   : held[static_cast<std::size_t>(row - free_rows)] - p[static_cast<std::size_t>(row)];
+        // Held displacements: support + p = force on the members.
+        return row < free_rows ? 0.0 : row_times_forces(row) - p[static_cast<std::size_t>(row)];
       };
       out.reactions[k] = {rotate(axes[node], {at(0), at(1)}), arm * at(2)};
     }
@@ -476,16 +494,18 @@ void StructureSolver::solve(const Load& load, Response& response, bool displacem
     return;
   }
   state.gather(load);
-  if (state.method == ForceMethod::Equilibrium) {
-    state.s.assign(state.p.begin(), state.p.begin() + state.free_rows);
-    state.lu.solve(state.s, state.work);
-    if (displacements && state.stiff) state.displace();
-  } else if (state.by_redundants && !displacements) {
-    state.solve_redundants();
+  if (state.by_redundants && !displacements) {
+    response.residual = state.solve_redundants();
   } else {
-    state.solve_stiffness();
+    if (state.method == ForceMethod::Equilibrium) {
+      state.s.assign(state.p.begin(), state.p.begin() + state.free_rows);
+      state.lu.solve(state.s, state.work);
+      if (displacements && state.stiff) state.displace();
+    } else {
+      state.solve_stiffness();
+    }
+    response.residual = state.residual_of(state.work);
   }
-  response.residual = state.residual_of(state.work);
   state.report(response, displacements);
 }
 

@@ -7,22 +7,10 @@
 #include <gtest/gtest.h>
 #include <stdexcept>
 
-#include "tests/statics/trusses.h"
+#include "tests/statics/bridges.h"
 
 namespace skerry::statics::test {
 namespace {
-
-BridgeDef truss_bridge(int panels) {
-  BridgeDef def;
-  def.structure = pratt(panels);
-  for (Member& m : def.structure.members) {
-    m.strength = 2.35e8;
-    m.density = 7850;
-  }
-  for (int i = 0; i <= panels; ++i) def.deck.push_back(i);
-  def.train = {{1e5, 8e4}, {1.5}, 4, -1};
-  return def;
-}
 
 TEST(Bridge, EachMomentIsTheSumOfItsInfluenceLine) {
   World world;

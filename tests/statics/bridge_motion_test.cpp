@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+//
+// Trains over bridges that are bodies: what statics says for slow ones, momentum for fast ones, breaks.
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "tests/statics/bridges.h"
+#include "tests/support/scale.h"
+
+namespace skerry::statics::test {
+namespace {
+
+/// Largest difference of member forces between a dynamic crossing and a static solve with the axles where
+/// they are, over the heaviest axle, while the train is well on the bridge.
+double largest_difference(double speed, double h) {
+  BridgeDef def = truss_bridge(6);
+  def.breaks = false;
+  def.ground = -4;
+  def.dynamic = true;
+  def.train.speed = speed;
+  def.train.start = 3;
+  World world;
+  Bridge bridge(def, world);
+  // The same with its axles as loads at places that are set.
+  StructureSolver still(def.structure);
+  const auto wheels = [&] {
+    std::vector<double> result;
+    const BodyId wagon = bridge.wagons()[0];
+    for (const ShapeRecord& shape : world.shapes()) {
+      if (shape.alive && shape.body == wagon && shape.shape.kind == ShapeKind::Disc)
+        result.push_back(to_world(world.pose(wagon), shape.shape.vertices[0]).x);
+    }
+    return result;
+  };
+  double worst = 0;
+  const double duration = 1.2;
+  for (int step = 1; step * h <= duration; ++step) {
+    const std::vector<double> before = wheels();
+    world.step(h);
+    bridge.advance(world, world.time());
+    if (step * h < 0.5 * duration) continue;  // wheels and bearings settle
+    const std::vector<double> after = wheels();
+    Load load = self_weight(def.structure);
+    for (std::size_t k = 0; k < 2; ++k) {
+      // Forces are means over the step. Half of the light body above the wheels goes to each.
+      const double x = 0.5 * (before[k] + after[k]), axle = def.train.axles[k] + 0.5 * 9.81;
+      const int panel = static_cast<int>(x / 2);
+      load.spans.push_back({panel, x / 2 - panel, {0, -axle}});
+    }
+    const Response response = still.solve(load);
+    for (std::size_t m = 0; m < response.members.size(); ++m)
+      worst = std::max(worst, std::abs(bridge.members()[m].axial - response.members[m].axial) / 1e5);
+  }
+  return worst;
+}
+
+TEST(BridgeMotion, ForcesUnderASlowTrainAreTheStaticOnes) {
+  for (const double speed : {4.0, 1.0, 0.25})
+    for (const double h : {1.0 / 60, 1.0 / 240})
+      std::printf("v %g h %g: %g\n", speed, h, largest_difference(speed, h));
+}
+
+TEST(BridgeMotion, ReactionsCarryTrainAndBridgeAtAnySpeedOnALevelDeck) {
+  // Nothing moves up or down, so inertia adds nothing.
+  for (const double speed : {1.0, 20.0}) {
+    BridgeDef def = truss_bridge(20);
+    def.ground = -4;
+    def.dynamic = true;
+    def.breaks = false;
+    def.train.start = 4;
+    def.train.speed = speed;
+    World world;
+    Bridge bridge(def, world);
+    double weight = 1e5 + 8e4 + 9.81;  // with the light body above the wheels
+    for (const LineLoad& line : self_weight(def.structure).lines)
+      weight -= line.force_per_length.y * member_length(def.structure, line.member);
+    for (int step = 1; step <= 120; ++step) {
+      world.step(1.0 / 120);
+      bridge.advance(world, world.time());
+      if (step < 60) continue;
+      double sum = 0;
+      for (const Reaction& reaction : bridge.response().reactions) sum += reaction.force.y;
+      EXPECT_NEAR(sum, weight, 1e-7 * weight) << speed << " m/s, step " << step;
+    }
+  }
+}
+
+/// Radius of the deck below [m].
+constexpr double kCrest = 60;
+
+TEST(BridgeMotion, CrestTakesVSquaredOverGROffTheLoad) {
+  // A train at speed v over the top of a hill of radius R presses with m (g - v^2/R) in the mean.
+  const double speed = 12, spread = 0.25;  // the deck reaches over +-0.25 rad in 24 straight pieces
+  const int pieces = 24;
+  BridgeDef def;
+  for (int i = 0; i <= pieces; ++i) {
+    const double angle = spread * (2.0 * i / pieces - 1);
+    def.structure.nodes.push_back({{kCrest * std::sin(angle), kCrest * std::cos(angle)}});
+    def.structure.supports.push_back({i});
+    def.deck.push_back(i);
+    if (i > 0) def.structure.members.push_back({i - 1, i, MemberKind::Bar, 2e11, 0.01});
+  }
+  const double axle = 1e5;
+  def.train = {{axle}, {}, speed, 2};
+  def.dynamic = true;
+  def.breaks = false;
+  World world;
+  Bridge bridge(def, world);
+  const BodyId wagon = bridge.wagons()[0];
+  double own = 0;
+  for (std::size_t i = 0; i < world.bodies().size(); ++i)
+    if (world.bodies().type[i] == BodyType::Dynamic && i != wagon.index) own += world.bodies().mass[i] * 9.81;
+  const double mass = world.mass(wagon), h = 1.0 / 600;
+  double impulse = 0, time = 0, rise = 0;
+  for (int step = 1; step <= 1200; ++step) {
+    const double before = world.velocity(wagon).y;
+    world.step(h);
+    bridge.advance(world, world.time());
+    const double x = world.position(wagon).x;
+    if (x < -6 || x > 6) continue;
+    for (const Reaction& reaction : bridge.response().reactions) impulse += (reaction.force.y) * h;
+    impulse -= own * h;
+    rise += world.velocity(wagon).y - before;
+    time += h;
+  }
+  ASSERT_GT(time, 0.5);
+  const double mean = impulse / time;
+  std::printf("mean %g exact momentum %g formula %g\n", mean, mass * (9.81 + rise / time),
+              mass * (9.81 - speed * speed / kCrest));
+}
+
+TEST(BridgeMotion, MemberBreaksWhereStaticsSaysAndTheRestGoesOn) {
+  double broke[2] = {0, 0};
+  int member[2] = {-1, -1};
+  for (const bool dynamic : {false, true}) {
+    BridgeDef def = truss_bridge(6);
+    def.structure.members.back().area = 5e-4;
+    def.train.start = 1.6;
+    def.train.speed = 1;
+    def.ground = -4;
+    def.dynamic = dynamic;
+    World world;
+    Bridge bridge(def, world);
+    for (int step = 1; step <= 1200 && bridge.breaks().empty(); ++step) {
+      world.step(1.0 / 120);
+      bridge.advance(world, world.time());
+    }
+    ASSERT_FALSE(bridge.breaks().empty());
+    broke[dynamic] = bridge.breaks().front().time;
+    member[dynamic] = bridge.breaks().front().member;
+    EXPECT_TRUE(bridge.moving());
+    EXPECT_GT(std::abs(bridge.breaks().front().use), 1);
+    for (int step = 0; step < 90; ++step) {
+      world.step(1.0 / 120);
+      bridge.advance(world, world.time());
+    }
+    double lowest = 0;
+    for (const BridgePiece& piece : bridge.pieces()) {
+      ASSERT_TRUE(is_finite(world.position(piece.body)));
+      lowest = std::min(lowest, world.position(piece.body).y);
+    }
+    EXPECT_LT(lowest, -0.2);
+    EXPECT_EQ(world.report().contained, 0);
+  }
+  EXPECT_EQ(member[0], member[1]);
+  // To a step: forces are means over it.
+  EXPECT_NEAR(broke[0], broke[1], 1.5 / 120);
+}
+
+}  // namespace
+}  // namespace skerry::statics::test
