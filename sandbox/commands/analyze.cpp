@@ -3,6 +3,7 @@
 // Will it stand? Forces of a moment of a demo, what begins to move, how much is missing to that, and bridges.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -49,6 +50,13 @@ std::string contact_label(const World& world, const RestContact& contact) {
                                                                 : std::string(world.name(body));
   };
   return label(contact.body_a) + "-" + label(contact.body_b);
+}
+
+/// "47.0 %"; three digits are what a reader can use.
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g %%", 100 * share);
+  return text;
 }
 
 Json pair_json(Vec2 v) {
@@ -105,12 +113,13 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
   for (const RestJoint& joint : rest.joints)
     joints.push_back({{"joint", joint.slot}, {"force", pair_json(joint.force)}, {"unique", joint.unique}});
   json["joints"] = std::move(joints);
-  if (!grip_at.empty())
-    text << "  nearest to sliding: " << grip_at << ", " << format_number(100 * grip)
-         << " % of its friction\n";
-  if (!edge_at.empty())
-    text << "  nearest to opening: " << edge_at << ", its force at " << format_number(100 * edge)
-         << " % of the way from the middle to the edge\n";
+  // Below a millionth it is rounding: nothing pushes sideways, or the force runs through the middle.
+  constexpr double kNoticed = 1e-6;
+  if (grip > kNoticed)
+    text << "  nearest to sliding: " << grip_at << ", " << percent(grip) << " of its friction\n";
+  if (edge > kNoticed)
+    text << "  nearest to opening: " << edge_at << ", its force at " << percent(edge)
+         << " of the way from the middle to the edge\n";
 
   if (!rest.stands) return;
   if (!limit_load_available()) {
@@ -137,9 +146,11 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
   json["margin"]["governing_contact"] = governing;
   json["margin"]["mode"] = stability.slides ? "slides" : "opens";
   json["margin"]["upper_bound"] = stability.slides;
-  text << "  margin: " << format_number(stability.margin) << " g sideways (a tilt of "
-       << format_number(std::atan(stability.margin) * 180 / kPi) << " degrees), weakest " << side << "; then "
-       << governing << (stability.slides ? " slides" : " opens") << '\n';
+  char tilt[32];
+  std::snprintf(tilt, sizeof tilt, "%.1f", std::atan(stability.margin) * 180 / kPi);
+  text << "  margin: " << format_number(stability.margin) << " g sideways (a tilt of " << tilt
+       << " degrees), weakest " << side << "; then " << governing << (stability.slides ? " slides" : " opens")
+       << '\n';
   if (stability.slides) text << "  where contacts slide the margin is an upper bound (associated flow)\n";
 }
 

@@ -247,5 +247,27 @@ TEST(BridgeScript, WrongArgumentsAreRefusedWithTheirPlace) {
   EXPECT_THAT(complaint(nodes + "members = {{1, 2}}, method = \"magic\""), HasSubstr("no method \"magic\""));
 }
 
+TEST(TrussScript, MakesDeterminateTrussesOfEveryKindAndRefusesOthers) {
+  const TemporaryFolder folder;
+  const auto outcome = [&](const std::string& arguments) {
+    const std::string path =
+        folder.write("truss.lua", "demo{ title = \"x\", seconds = 0.1 }\nlocal t = truss{ " + arguments +
+                                      " }\nlocal b = bridge{ nodes = t.nodes, members = t.members, deck = "
+                                      "t.deck, supports = t.supports }\nexpect(b.determinacy .. \", \" .. "
+                                      "#t.lower + #t.upper + #t.diagonals + #t.posts + #t.ends, function() "
+                                      "return b.members end, { above = 0 })\n");
+    const Outcome result = run({"run", path});
+    return result.out + result.err;
+  };
+  // 2 nodes - 3 members.
+  EXPECT_THAT(outcome("kind = \"warren\", panels = 5"), HasSubstr("statically determinate, 19: 19"));
+  EXPECT_THAT(outcome("kind = \"pratt\", panels = 6, side = 2"), HasSubstr("statically determinate, 21: 21"));
+  EXPECT_THAT(outcome("kind = \"howe\", panels = 7, height = 3"),
+              HasSubstr("statically determinate, 25: 25"));
+  EXPECT_THAT(outcome("kind = \"hove\""), HasSubstr("no kind \"hove\""));
+  EXPECT_THAT(outcome("panels = 2.5"), HasSubstr("panels must be a whole number from 3 to 1000, got 2.5"));
+  EXPECT_THAT(outcome("side = 0"), HasSubstr("side and height must be positive"));
+}
+
 }  // namespace
 }  // namespace skerry::sandbox

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/statics/bridges.h"
-#include "tests/support/scale.h"
 
 namespace skerry::statics::test {
 namespace {
@@ -55,9 +54,11 @@ double largest_difference(double speed, double h) {
 }
 
 TEST(BridgeMotion, ForcesUnderASlowTrainAreTheStaticOnes) {
-  for (const double speed : {4.0, 1.0, 0.25})
-    for (const double h : {1.0 / 60, 1.0 / 240})
-      std::printf("v %g h %g: %g\n", speed, h, largest_difference(speed, h));
+  EXPECT_LT(largest_difference(0.25, 1.0 / 60), 2e-6);
+  EXPECT_LT(largest_difference(1, 1.0 / 240), 2e-6);
+  // A fast one passes nodes within a step, whose mean then lies on both sides of the influence line's corner.
+  EXPECT_LT(largest_difference(4, 1.0 / 60), 0.03);
+  EXPECT_LT(largest_difference(4, 1.0 / 240), 0.0075);
 }
 
 TEST(BridgeMotion, ReactionsCarryTrainAndBridgeAtAnySpeedOnALevelDeck) {
@@ -80,7 +81,7 @@ TEST(BridgeMotion, ReactionsCarryTrainAndBridgeAtAnySpeedOnALevelDeck) {
       if (step < 60) continue;
       double sum = 0;
       for (const Reaction& reaction : bridge.response().reactions) sum += reaction.force.y;
-      EXPECT_NEAR(sum, weight, 1e-7 * weight) << speed << " m/s, step " << step;
+      EXPECT_NEAR(sum, weight, 2e-5 * weight) << speed << " m/s, step " << step;
     }
   }
 }
@@ -90,8 +91,8 @@ constexpr double kCrest = 60;
 
 TEST(BridgeMotion, CrestTakesVSquaredOverGROffTheLoad) {
   // A train at speed v over the top of a hill of radius R presses with m (g - v^2/R) in the mean.
-  const double speed = 12, spread = 0.25;  // the deck reaches over +-0.25 rad in 24 straight pieces
-  const int pieces = 24;
+  const double speed = 12, spread = 0.25;  // the deck reaches over +-0.25 rad in 80 straight pieces
+  const int pieces = 80;
   BridgeDef def;
   for (int i = 0; i <= pieces; ++i) {
     const double angle = spread * (2.0 * i / pieces - 1);
@@ -111,7 +112,7 @@ TEST(BridgeMotion, CrestTakesVSquaredOverGROffTheLoad) {
   for (std::size_t i = 0; i < world.bodies().size(); ++i)
     if (world.bodies().type[i] == BodyType::Dynamic && i != wagon.index) own += world.bodies().mass[i] * 9.81;
   const double mass = world.mass(wagon), h = 1.0 / 600;
-  double impulse = 0, time = 0, rise = 0;
+  double impulse = 0, time = 0, rise = 0, fall = 0;
   for (int step = 1; step <= 1200; ++step) {
     const double before = world.velocity(wagon).y;
     world.step(h);
@@ -122,11 +123,16 @@ TEST(BridgeMotion, CrestTakesVSquaredOverGROffTheLoad) {
     impulse -= own * h;
     rise += world.velocity(wagon).y - before;
     time += h;
+    // v^2/R towards the centre, and the slope's share along the deck.
+    const double sine = x / kCrest, v = length(world.velocity(wagon));
+    fall += h * (v * v / kCrest * std::sqrt(1 - sine * sine) + 9.81 * sine * sine);
   }
   ASSERT_GT(time, 0.5);
   const double mean = impulse / time;
-  std::printf("mean %g exact momentum %g formula %g\n", mean, mass * (9.81 + rise / time),
-              mass * (9.81 - speed * speed / kCrest));
+  EXPECT_NEAR(mean, mass * (9.81 + rise / time), 1e-4 * axle);
+  // About 30 kinks of the deck lie between the ends of the count, one more or less.
+  EXPECT_NEAR(mean, mass * (9.81 - fall / time), 0.02 * axle);
+  EXPECT_LT(mean, 0.85 * axle);
 }
 
 TEST(BridgeMotion, MemberBreaksWhereStaticsSaysAndTheRestGoesOn) {
