@@ -4,11 +4,10 @@
 // is kept outside of the structures, so a change rebuilds the structure and nothing else: no pair is lost or
 // doubled.
 //
-// The rule is a model of the cost, fitted to tests/bench/broadphase_bench.cpp. Of the eight implementations
-// two are ever the best: testing every box that moved against all, where there are few boxes or where a
-// handful of a few hundred move; and the hierarchical grid for all else, whatever the places, sizes, extent
-// and share of sleepers (a mixture of sizes 1:300 costs it twice as much as equal sizes, but the next best
-// four times as much).
+// The rule is a model of the cost, fitted to tests/bench/broadphase_bench.cpp. Three of the implementations
+// are ever the best: testing every box that moved against all, where there are few boxes or where a handful
+// of a few hundred move; the neighbour list, where more than a quarter of the boxes moves; and the
+// hierarchical grid for all else, whatever the places, sizes, extent and share of sleepers.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -24,12 +23,25 @@ double brute_force_cost(double count, double moved) {
   return moved < count ? 1.6 * count * moved : 0.8 * count * count;
 }
 double grid_cost(double count, double moved) {
-  return 4 * moved > count ? 500 + 42 * count : 100 + 180 * moved;
+  return 4 * moved > count ? 500 + 42 * count : 100 + 130 * moved;
 }
-/// The other one has to be this much cheaper, so that a scene on the border does not change with every step.
-constexpr double kWorthChanging = 0.6;
+double list_cost(double count, double moved) {
+  return 4 * moved > count ? 400 + 26 * count : 200 + 300 * moved;
+}
+/// Another one has to be this much cheaper, so that a scene on the border does not change with every step.
+constexpr double kWorthChanging = 0.7;
 /// Share of the last step in the running mean of moved boxes.
 constexpr double kNewest = 0.125;
+
+/// What there is to choose from; the first is used at first.
+struct Choice {
+  std::string_view name;
+  double (*cost)(double count, double moved);
+  std::unique_ptr<PairFinder> (*make)(const BroadPhaseOptions&);
+};
+constexpr Choice kChoices[] = {{"brute_force", brute_force_cost, make_brute_force},
+                               {"hierarchical_grid", grid_cost, make_hierarchical_grid},
+                               {"neighbour_list", list_cost, make_neighbour_list}};
 
 class Auto final : public PairFinder {
  public:
@@ -39,14 +51,20 @@ class Auto final : public PairFinder {
     const auto count = static_cast<double>(boxes.size());
     const double moved = std::min(count, static_cast<double>(dirty.size()));
     mean_moved_ += kNewest * (moved - mean_moved_);
-    const double brute = brute_force_cost(count, mean_moved_), grid = grid_cost(count, mean_moved_);
-    const bool changes = uses_grid_ ? brute < kWorthChanging * grid : grid < kWorthChanging * brute;
-    if (!changes) {
+    const Choice* best = choice_;
+    for (const Choice& choice : kChoices) {
+      if (choice.cost(count, mean_moved_) < best->cost(count, mean_moved_)) best = &choice;
+    }
+    // It has to be so with somewhat more and somewhat fewer moves as well.
+    const auto is_worth_it = [&](double moves) {
+      return best->cost(count, moves) < kWorthChanging * choice_->cost(count, moves);
+    };
+    if (!is_worth_it(0.75 * mean_moved_) || !is_worth_it(std::min(count, 1.25 * mean_moved_))) {
       finder_->synchronise(boxes, dirty, stats);
       return;
     }
-    uses_grid_ = !uses_grid_;
-    finder_ = uses_grid_ ? make_hierarchical_grid(options_) : make_brute_force(options_);
+    choice_ = best;
+    finder_ = choice_->make(options_);
     describe(boxes);
     std::vector<ProxyIndex> present;
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
@@ -60,12 +78,11 @@ class Auto final : public PairFinder {
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
     finder_->query(boxes, region, found);
   }
+  bool in_order() const override { return finder_->in_order(); }
   void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override {
     finder_->ray_cast(boxes, ray, found);
   }
-  std::string choice() const override {
-    return (uses_grid_ ? "hierarchical_grid: " : "brute_force: ") + reason_;
-  }
+  std::string choice() const override { return std::string(choice_->name) + ": " + reason_; }
   std::size_t bytes() const override { return finder_->bytes(); }
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override {
     finder_->visit_structure(boxes, visitor);
@@ -93,7 +110,7 @@ class Auto final : public PairFinder {
 
   BroadPhaseOptions options_;
   std::unique_ptr<PairFinder> finder_;
-  bool uses_grid_ = false;
+  const Choice* choice_ = kChoices;
   double mean_moved_ = 0;
   std::string reason_ = "few boxes";
 };

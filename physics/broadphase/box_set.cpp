@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "physics/broadphase/float_box.h"
+
 namespace skerry {
 
 namespace {
@@ -72,6 +74,7 @@ void BoxSet::insert(ProxyIndex proxy, const Aabb& box, ProxyKind kind) {
                                             (kind == ProxyKind::Fixed ? kFixed : 0));
   boxes_[proxy] = box;
   ++size_;
+  fixed_count_ += kind == ProxyKind::Fixed;
   ++membership_;
   ++version_;
   mark(proxy);
@@ -81,6 +84,7 @@ void BoxSet::remove(ProxyIndex proxy) {
   if (!is_present(proxy)) refuse(proxy, "remove", "is not present");
   if ((state_[proxy] & kDirty) == 0) dirty_.push_back(proxy);
   if (state_[proxy] & kMovedListed) ++removed_moved_;
+  fixed_count_ -= is_fixed(proxy);
   state_[proxy] = static_cast<std::uint8_t>((state_[proxy] & kMovedListed) | kDirty);
   --size_;
   ++membership_;
@@ -98,7 +102,10 @@ void BoxSet::update(std::span<const BoxUpdate> moved) {
   std::size_t moved_end = moved_.size(), dirty_end = dirty_.size();
   moved_.resize(moved_end + moved.size());
   dirty_.resize(dirty_end + moved.size());
-  for (const BoxUpdate& u : moved) {
+  constexpr std::size_t kAhead = 16;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (i + kAhead < moved.size()) prefetch(&boxes_[moved[i + kAhead].proxy]);
+    const BoxUpdate& u = moved[i];
     boxes_[u.proxy] = u.box;
     const std::uint8_t old = state_[u.proxy];
     moved_[moved_end] = u.proxy;

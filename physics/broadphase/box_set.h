@@ -26,6 +26,8 @@ class BoxSet {
   void update(std::span<const BoxUpdate> moved);
 
   std::size_t size() const { return size_; }
+  /// How many of them are fixed.
+  std::size_t fixed_count() const { return fixed_count_; }
   /// One more than the largest number that was ever used.
   ProxyIndex limit() const { return static_cast<ProxyIndex>(boxes_.size()); }
   bool is_present(ProxyIndex proxy) const { return proxy < limit() && (state_[proxy] & kPresent) != 0; }
@@ -60,6 +62,7 @@ class BoxSet {
   std::vector<ProxyIndex> moved_;
   std::vector<ProxyIndex> dirty_;
   std::size_t size_ = 0;
+  std::size_t fixed_count_ = 0;
   std::size_t removed_moved_ = 0;
   std::uint64_t version_ = 0;
   std::uint64_t membership_ = 0;

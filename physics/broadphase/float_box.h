@@ -9,7 +9,10 @@
 #include <cstdint>
 
 #include "physics/math.h"
-#if defined(__SSE2__)
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <immintrin.h>
+#define SKERRY_WIDE_TESTS
+#elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
@@ -20,6 +23,13 @@ namespace skerry {
 struct alignas(16) FloatBox {
   float v[4];
 };
+
+/// Asks the processor to fetch what will be needed soon.
+inline void prefetch([[maybe_unused]] const void* address) {
+#if defined(__SSE2__)
+  _mm_prefetch(static_cast<const char*>(address), _MM_HINT_T0);
+#endif
+}
 
 /// What a comparison says.
 struct FloatOverlap {
@@ -94,6 +104,23 @@ class FloatLimits {
  private:
   FloatBox limits_;
 };
+
+#endif
+
+#if defined(SKERRY_WIDE_TESTS)
+
+/// True if the processor can compare four boxes in one instruction; functions that do so are compiled for it
+/// and called only then.
+inline bool has_wide_tests() {
+  return __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2");
+}
+/// A bit a box from four bits a box, all of which have to be set.
+__attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) inline std::uint32_t all_of_four(__mmask16 bits) {
+  std::uint32_t b = bits;
+  b &= b >> 1;
+  b &= b >> 2;
+  return _pext_u32(b, 0x1111);
+}
 
 #endif
 

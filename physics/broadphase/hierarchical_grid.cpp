@@ -3,13 +3,9 @@
 // Hierarchical grid: the searches. The build is in hierarchical_grid_build.cpp.
 #include "physics/broadphase/hierarchical_grid.h"
 
-#include <array>
 #include <bit>
-#include <future>
-#if defined(__x86_64__) && defined(__GNUC__)
-#include <immintrin.h>
-#define SKERRY_WIDE_TESTS
-#endif
+
+#include "physics/broadphase/ray_reach.h"
 
 namespace skerry {
 
@@ -19,12 +15,6 @@ namespace {
 
 /// Below so many boxes a second thread costs more than it finds.
 constexpr std::size_t kBoxesPerThread = 10000;
-
-inline void prefetch([[maybe_unused]] const void* address) {
-#if defined(__SSE2__)
-  _mm_prefetch(static_cast<const char*>(address), _MM_HINT_T0);
-#endif
-}
 
 }  // namespace
 
@@ -38,7 +28,7 @@ struct HierarchicalGrid::Search {
         out(buffer)
 #if defined(SKERRY_WIDE_TESTS)
         ,
-        wide(owner.wide_tests_ && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2"))
+        wide(owner.wide_tests_ && has_wide_tests())
 #endif
   {
     next = out.reserve(kRoom);
@@ -134,12 +124,6 @@ struct HierarchicalGrid::Search {
     next = at;
     ties |= tied;
   }
-  __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) static std::uint32_t all_of_four(__mmask16 bits) {
-    std::uint32_t b = bits;
-    b &= b >> 1;
-    b &= b >> 2;
-    return _pext_u32(b, 0x1111);
-  }
 #endif
 
   /// Tests one slot, which need not have any after it.
@@ -203,29 +187,36 @@ struct HierarchicalGrid::Search {
 #endif
 };
 
-/// Calls `visit(first cell, last cell)` for the runs of cells that can list a box of this level that overlaps
-/// `region`; the cells of one run are neighbours in memory.
+/// Calls `visit(first cell, last cell)` for the columns from `left` to `right` of a table's row; the cells of
+/// one run are neighbours in memory.
+template <class Visit>
+void HierarchicalGrid::for_each_run(const GridLevel& level, std::int64_t row, std::int64_t left,
+                                    std::int64_t right, Visit visit) const {
+  // More columns than there are: all of them, once.
+  const bool whole = right - left + 1 >= level.columns;
+  const std::int64_t first_column = whole ? 0 : wrap(left + 1, level.columns);
+  const std::int64_t last_column = whole ? level.columns - 1 : first_column + (right - left);
+  const std::uint32_t row_base = level.base + static_cast<std::uint32_t>(row * level.columns);
+  const auto first = row_base + static_cast<std::uint32_t>(first_column);
+  if (last_column < level.columns) {
+    visit(first, row_base + static_cast<std::uint32_t>(last_column));
+  } else {
+    visit(first, row_base + static_cast<std::uint32_t>(level.columns - 1));
+    visit(row_base, row_base + static_cast<std::uint32_t>(last_column - level.columns));
+  }
+}
+
+/// The same for the runs of cells that can list a box of this level that overlaps `region`.
 template <class Visit>
 void HierarchicalGrid::for_each_range(const GridLevel& level, const Aabb& region, Visit visit) const {
   const std::int64_t left = cell_coordinate(region.lower.x - level.size, origin_.x, level.inverse);
   const std::int64_t right = cell_coordinate(region.upper.x, origin_.x, level.inverse);
   const std::int64_t bottom = cell_coordinate(region.lower.y - level.size, origin_.y, level.inverse);
   const std::int64_t top = cell_coordinate(region.upper.y, origin_.y, level.inverse);
-  // More columns than there are: all of them, once.
-  const bool whole_rows = right - left + 1 >= level.columns;
-  const std::int64_t first_column = whole_rows ? 0 : wrap(left + 1, level.columns);
-  const std::int64_t last_column = whole_rows ? level.columns - 1 : first_column + (right - left);
   const std::int64_t rows = std::min(top - bottom + 1, level.rows);
   std::int64_t row = rows == level.rows ? 0 : wrap(bottom + 1, level.rows);
   for (std::int64_t i = 0; i < rows; ++i) {
-    const std::uint32_t row_base = level.base + static_cast<std::uint32_t>(row * level.columns);
-    const auto first = row_base + static_cast<std::uint32_t>(first_column);
-    if (last_column < level.columns) {
-      visit(first, row_base + static_cast<std::uint32_t>(last_column));
-    } else {
-      visit(first, row_base + static_cast<std::uint32_t>(level.columns - 1));
-      visit(row_base, row_base + static_cast<std::uint32_t>(last_column - level.columns));
-    }
+    for_each_run(level, row, left, right, visit);
     if (++row == level.rows) row = 0;
   }
 }
@@ -322,13 +313,11 @@ void HierarchicalGrid::search_across(const GridLevel& to, std::uint32_t begin, s
 }
 
 /// The share of the search that one of several threads does.
-void HierarchicalGrid::find_part(const BoxSet& boxes, bool all, int part, int parts, PairBuffer& out,
-                                 BroadPhaseStats& stats) const {
+void HierarchicalGrid::find_part(const BoxSet& boxes, bool all, std::size_t part, std::size_t parts,
+                                 PairBuffer& out, BroadPhaseStats& stats) const {
   Search search(*this, boxes, all, out);
-  const auto share = [&](const GridLevel& level, int k) {
-    return level.first_slot +
-           static_cast<std::uint32_t>(std::uint64_t{level.count} * static_cast<std::uint64_t>(k) /
-                                      static_cast<std::uint64_t>(parts));
+  const auto share = [&](const GridLevel& level, std::size_t k) {
+    return level.first_slot + static_cast<std::uint32_t>(std::uint64_t{level.count} * k / parts);
   };
   for (const GridLevel& level : levels_) {
     const std::uint32_t begin = share(level, part), end = share(level, part + 1);
@@ -353,18 +342,12 @@ void HierarchicalGrid::find_part(const BoxSet& boxes, bool all, int part, int pa
 
 void HierarchicalGrid::find_all(const PairRequest& request, std::vector<PairBuffer>& parts,
                                 BroadPhaseStats& stats) {
-  const std::size_t most = request.boxes.size() / kBoxesPerThread + 1;
-  const int count = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), most));
-  if (parts.size() < static_cast<std::size_t>(count)) parts.resize(static_cast<std::size_t>(count));
-  std::vector<BroadPhaseStats> work(static_cast<std::size_t>(count));
-  const auto run = [&](int part) {
-    const auto k = static_cast<std::size_t>(part);
-    find_part(request.boxes, request.all, part, count, parts[k], work[k]);
-  };
-  std::vector<std::future<void>> others;
-  for (int part = 1; part < count; ++part) others.push_back(std::async(std::launch::async, run, part));
-  run(0);
-  for (std::future<void>& other : others) other.get();
+  const std::size_t count = workers_->shares(request.boxes.size(), kBoxesPerThread);
+  if (parts.size() < count) parts.resize(count);
+  std::vector<BroadPhaseStats> work(count);
+  workers_->run(count, [&](std::size_t part) {
+    find_part(request.boxes, request.all, part, count, parts[part], work[part]);
+  });
   for (const BroadPhaseStats& w : work) {
     stats.box_tests += w.box_tests;
     stats.false_pairs += w.false_pairs;
@@ -375,32 +358,46 @@ void HierarchicalGrid::find_all(const PairRequest& request, std::vector<PairBuff
 void HierarchicalGrid::find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const {
   const BoxSet& boxes = request.boxes;
   Search search(*this, boxes, true, out);
-  // The boxes are scattered in memory. A batch is looked up first and tested then, so that the processor can
-  // wait for many cache lines at a time.
-  constexpr std::size_t kBatch = 16;
-  std::vector<Run>& runs = runs_;
-  std::array<std::size_t, kBatch + 1> ends{};
+  // The boxes are scattered in memory. Three batches are under way at a time: of one the cells are looked up,
+  // of the next the slots, and the third is tested, so that the processor waits for many cache lines at once.
   const std::span<const ProxyIndex> moved = boxes.moved();
-  for (std::size_t base = 0; base < moved.size(); base += kBatch) {
-    const std::span<const ProxyIndex> batch = moved.subspan(base, std::min(kBatch, moved.size() - base));
-    runs.clear();
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      for (const GridLevel& level : levels_) {
-        for_each_range(level, boxes.box(batch[i]), [&](std::uint32_t first, std::uint32_t last) {
-          runs.push_back({start_[first], start_[last + 1], first, last});
-          prefetch(&box_[runs.back().begin]);
-          prefetch(&id_[runs.back().begin]);
-        });
+  const std::size_t batches = (moved.size() + kBatch - 1) / kBatch;
+  const auto batch_at = [&](std::size_t b) {
+    return moved.subspan(b * kBatch, std::min(kBatch, moved.size() - b * kBatch));
+  };
+  for (std::size_t b = 0; b < batches + 2; ++b) {
+    if (b < batches) {
+      Batch& batch = batches_[b % 3];
+      batch.runs.clear();
+      const std::span<const ProxyIndex> proxies = batch_at(b);
+      for (std::size_t i = 0; i < proxies.size(); ++i) {
+        for (const GridLevel& level : levels_) {
+          for_each_range(level, boxes.box(proxies[i]), [&](std::uint32_t first, std::uint32_t last) {
+            batch.runs.push_back({0, 0, first, last});
+            prefetch(&start_[first]);
+          });
+        }
+        batch.ends[i + 1] = batch.runs.size();
       }
-      ends[i + 1] = runs.size();
     }
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      const ProxyIndex proxy = batch[i];
+    if (b >= 1 && b <= batches) {
+      for (Run& run : batches_[(b - 1) % 3].runs) {
+        run.begin = start_[run.first_cell];
+        run.end = start_[run.last_cell + 1];
+        prefetch(&box_[run.begin]);
+        prefetch(&id_[run.begin]);
+      }
+    }
+    if (b < 2) continue;
+    const Batch& batch = batches_[(b - 2) % 3];
+    const std::span<const ProxyIndex> proxies = batch_at(b - 2);
+    for (std::size_t i = 0; i < proxies.size(); ++i) {
+      const ProxyIndex proxy = proxies[i];
       search.begin(proxy, FloatLimits(boxes.box(proxy), origin_));
-      for (std::size_t r = ends[i]; r < ends[i + 1]; ++r) {
-        search.test(runs[r].begin, runs[r].end);
-        for_each_overflow(runs[r].first_cell, runs[r].last_cell,
-                          [&](std::uint32_t slot) { search.test_one(slot); });
+      for (std::size_t r = batch.ends[i]; r < batch.ends[i + 1]; ++r) {
+        const Run& run = batch.runs[r];
+        search.test(run.begin, run.end);
+        for_each_overflow(run.first_cell, run.last_cell, [&](std::uint32_t slot) { search.test_one(slot); });
       }
       search.finish();
       search.filter(
@@ -424,6 +421,53 @@ void HierarchicalGrid::find(const PairRequest& request, std::vector<PairBuffer>&
 void HierarchicalGrid::query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const {
   BroadPhaseStats unused;
   for_each_overlap(boxes, region, unused, [&](ProxyIndex proxy) { found.push_back(proxy); });
+}
+
+/// Row by row along the ray: in each, the columns of the stretch that boxes of this row can reach
+/// [Amanatides, Woo 1987, with runs of cells in place of single ones].
+void HierarchicalGrid::ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const {
+  const RayTest test(ray);
+  RayReach reach(ray);
+  reach.clip(kAxisX, {bounds_.lower.x, bounds_.upper.x});
+  reach.clip(kAxisY, {bounds_.lower.y, bounds_.upper.y});
+  if (reach.is_empty()) return;
+  const Interval x = reach.on(kAxisX), y = reach.on(kAxisY);
+  const auto visit = [&](std::uint32_t first, std::uint32_t last) {
+    const auto look_at = [&](std::uint32_t slot) {
+      if (id_[slot] == kNone) return;
+      const ProxyIndex proxy = id_[slot] & kNumber;
+      if (test.meets(boxes.box(proxy))) found.push_back(proxy);
+    };
+    for (std::uint32_t slot = start_[first]; slot < start_[last + 1]; ++slot) look_at(slot);
+    for_each_overflow(first, last, look_at);
+  };
+  for (const GridLevel& level : levels_) {
+    // The share of a cell that rounding may take.
+    const double pad = level.size / 64;
+    const std::int64_t bottom = cell_coordinate(y.lower - level.size - pad, origin_.y, level.inverse);
+    const std::int64_t top = cell_coordinate(y.upper + pad, origin_.y, level.inverse);
+    if (top - bottom + 1 >= level.rows) {
+      for_each_range(level, {{x.lower, y.lower}, {x.upper, y.upper}}, visit);
+      continue;
+    }
+    std::int64_t row = wrap(bottom + 1, level.rows);
+    for (std::int64_t i = bottom; i <= top; ++i) {
+      // A box of this row begins in it and is at most one cell high. Far rows are one, and so is a whole
+      // world that is too large for cells.
+      const auto at = static_cast<double>(i);
+      const bool is_world = level.inverse == 0;
+      const double low = is_world || at <= -kFarCell ? -kInfinity : origin_.y + level.size * at - pad;
+      const double high = is_world || at >= kFarCell ? kInfinity : origin_.y + level.size * (at + 2) + pad;
+      RayReach part = reach;
+      part.clip(kAxisY, {low, high});
+      if (!part.is_empty()) {
+        const Interval columns = part.on(kAxisX);
+        for_each_run(level, row, cell_coordinate(columns.lower - level.size - pad, origin_.x, level.inverse),
+                     cell_coordinate(columns.upper + pad, origin_.x, level.inverse), visit);
+      }
+      if (++row == level.rows) row = 0;
+    }
+  }
 }
 
 std::size_t HierarchicalGrid::bytes() const {

@@ -14,11 +14,13 @@
 // are wrapped around (a hash that keeps neighbours together), so that memory is linear whatever the extent.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "physics/broadphase/float_box.h"
 #include "physics/broadphase/pair_finder.h"
+#include "physics/broadphase/workers.h"
 
 namespace skerry {
 
@@ -29,9 +31,11 @@ inline constexpr std::uint32_t kFixedMark = 1u << 31;
 inline constexpr std::uint32_t kMovedMark = 1u << 30;
 inline constexpr std::uint32_t kNumber = kMovedMark - 1;
 
-/// Column or row of a coordinate; cells further than 2^44 from the origin coincide.
+/// Cells this far from the origin, and further, coincide.
+inline constexpr double kFarCell = 0x1p44;
+
+/// Column or row of a coordinate.
 inline std::int64_t cell_coordinate(double x, double origin, double inverse) {
-  constexpr double kFarCell = 0x1p44;
   const double scaled = (x - origin) * inverse;
   if (!(scaled > -kFarCell)) return std::isnan(scaled) ? 0 : -static_cast<std::int64_t>(kFarCell);
   const auto truncated = static_cast<std::int64_t>(std::min(scaled, kFarCell));
@@ -64,11 +68,14 @@ struct GridLevel {
 class HierarchicalGrid final : public PairFinder {
  public:
   /// @param wide_tests  use wide vector instructions where the processor has them; the results are the same
-  explicit HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests = true);
+  /// @param workers  threads to share with others; null: own ones
+  explicit HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests = true,
+                            std::shared_ptr<Workers> workers = nullptr);
 
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats& stats) override;
   void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) override;
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override;
+  void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override;
   std::size_t bytes() const override;
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override;
 
@@ -77,6 +84,12 @@ class HierarchicalGrid final : public PairFinder {
   /// Slots to test, and the cells that they belong to.
   struct Run {
     std::uint32_t begin, end, first_cell, last_cell;
+  };
+  /// Boxes that are searched for together.
+  static constexpr std::size_t kBatch = 16;
+  struct Batch {
+    std::vector<Run> runs;
+    std::array<std::size_t, kBatch + 1> ends{};  ///< of the runs of each box, after a zero
   };
 
   // Build (hierarchical_grid_build.cpp).
@@ -95,6 +108,9 @@ class HierarchicalGrid final : public PairFinder {
   std::uint32_t free_place(std::uint32_t cell);
 
   template <class Visit>
+  void for_each_run(const GridLevel& level, std::int64_t row, std::int64_t left, std::int64_t right,
+                    Visit visit) const;
+  template <class Visit>
   void for_each_range(const GridLevel& level, const Aabb& region, Visit visit) const;
   template <class Visit>
   void for_each_overflow(std::uint32_t first, std::uint32_t last, Visit visit) const;
@@ -102,7 +118,7 @@ class HierarchicalGrid final : public PairFinder {
   void for_each_overlap(const BoxSet& boxes, const Aabb& region, BroadPhaseStats& stats, Visit visit) const;
   void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const;
   void find_all(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats);
-  void find_part(const BoxSet& boxes, bool all, int part, int parts, PairBuffer& out,
+  void find_part(const BoxSet& boxes, bool all, std::size_t part, std::size_t parts, PairBuffer& out,
                  BroadPhaseStats& stats) const;
   void search_level(const GridLevel& level, std::uint32_t begin, std::uint32_t end, Search& search) const;
   void search_wrapped_level(const GridLevel& level, std::uint32_t begin, std::uint32_t end,
@@ -115,9 +131,10 @@ class HierarchicalGrid final : public PairFinder {
   static constexpr std::uint32_t kPadding = 4;
 
   double wish_;  ///< the finest cell that the user asked for, or 0
-  int threads_;
   bool wide_tests_;
+  std::shared_ptr<Workers> workers_;
   Vec2 origin_;     ///< lower corner of the world at the last build
+  Aabb bounds_{};   ///< contains all boxes
   double top_ = 1;  ///< size of the coarsest octave's boxes; octave k holds those down to top_ / 2^(k+1)
   int last_octave_ = 0;
   std::vector<GridLevel> levels_;              ///< those with boxes, from fine to coarse
@@ -137,7 +154,7 @@ class HierarchicalGrid final : public PairFinder {
   std::size_t unused_ = 0;
   std::uint64_t built_version_ = 0, built_membership_ = 0;
   // Kept between calls.
-  mutable std::vector<Run> runs_;
+  mutable std::array<Batch, 3> batches_;
   std::vector<FloatBox> new_box_;
   std::vector<std::uint32_t> new_id_, new_cell_;
 };

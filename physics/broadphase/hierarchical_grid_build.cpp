@@ -22,6 +22,8 @@ constexpr double kLargestCell = 1e300;
 /// than most (a half-plane): octaves without boxes cost nothing.
 constexpr int kOctaves = 24;
 constexpr int kMostOctaves = 60;
+/// So many boxes ahead the processor is told what will be needed.
+constexpr std::size_t kAhead = 12;
 /// A table covers its world up to so many cells a box.
 constexpr double kCellsPerBox = 8;
 
@@ -52,8 +54,11 @@ std::int64_t without_small_factors(std::int64_t n) {
 
 using namespace grid;
 
-HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests)
-    : wish_(options.cell_size), threads_(options.threads), wide_tests_(wide_tests) {}
+HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options, bool wide_tests,
+                                   std::shared_ptr<Workers> workers)
+    : wish_(options.cell_size),
+      wide_tests_(wide_tests),
+      workers_(workers ? std::move(workers) : std::make_shared<Workers>(options.threads)) {}
 
 /// Number of octaves that `extent` is below the largest box.
 int HierarchicalGrid::octave_of(double extent) const {
@@ -148,11 +153,13 @@ double HierarchicalGrid::best_phase(const BoxSet& boxes) const {
 void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
   Vec2 lower{kInfinity, kInfinity}, upper{-kInfinity, -kInfinity};
   double largest = 0, smallest = kInfinity, heights = 0;
+  bounds_ = {{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
   for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
     if (!boxes.is_present(p)) continue;
     const Aabb& box = boxes.box(p);
     lower = {std::min(lower.x, box.lower.x), std::min(lower.y, box.lower.y)};
     upper = {std::max(upper.x, box.lower.x), std::max(upper.y, box.lower.y)};
+    bounds_.upper = {std::max(bounds_.upper.x, box.upper.x), std::max(bounds_.upper.y, box.upper.y)};
     const double extent = extent_of(box);
     largest = std::max(largest, extent);
     smallest = std::min(smallest, extent);
@@ -160,7 +167,7 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
   }
   // A box that moves changes its extent by rounding; that must not ask for another level.
   largest *= 1 + 1.0 / 1024;
-  origin_ = lower;
+  origin_ = bounds_.lower = lower;
   const Vec2 world = upper - lower;
   // Half of the boxes get cells of their size.
   const double octaves_to_middle = std::ceil(std::log2(std::max(1.0, largest / middle_extent(boxes))));
@@ -262,8 +269,10 @@ void HierarchicalGrid::rebuild(const BoxSet& boxes) {
     ++k;
   };
   if (built_membership_ == boxes.membership()) {
-    for (const std::uint32_t id : id_) {
-      if (id != kNone) take(id & kNumber);
+    for (std::size_t i = 0; i < id_.size(); ++i) {
+      if (i + kAhead < id_.size() && id_[i + kAhead] != kNone)
+        prefetch(&boxes.box(id_[i + kAhead] & kNumber));
+      if (id_[i] != kNone) take(id_[i] & kNumber);
     }
   } else {
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
@@ -336,6 +345,7 @@ bool HierarchicalGrid::place(const BoxSet& boxes, ProxyIndex proxy) {
   const Aabb& box = boxes.box(proxy);
   const GridLevel* level = level_of(extent_of(box));
   if (level == nullptr) return false;
+  bounds_ = united(bounds_, box);
   const std::uint32_t cell = cell_of(*level, box.lower);
   if (old != kNone && cell_[old] == cell) {
     store(box_[old], box, origin_);
@@ -356,8 +366,17 @@ void HierarchicalGrid::synchronise(const BoxSet& boxes, std::span<const ProxyInd
   // A rebuild costs as much as some ten moves a box, so it waits until a quarter of the boxes is out of
   // order.
   const std::size_t limit = boxes.size() / 4 + 64;
-  for (const ProxyIndex proxy : dirty) {
-    if (!place(boxes, proxy) || next_.size() > limit || unused_ > 2 * limit) return rebuild(boxes);
+  for (std::size_t i = 0; i < dirty.size(); ++i) {
+    // What the next boxes need is fetched meanwhile: they are scattered in memory.
+    if (i + 2 * kAhead < dirty.size()) {
+      prefetch(&slot_of_[dirty[i + 2 * kAhead]]);
+      prefetch(&boxes.box(dirty[i + 2 * kAhead]));
+    }
+    if (i + kAhead < dirty.size() && slot_of_[dirty[i + kAhead]] != kNone) {
+      prefetch(&cell_[slot_of_[dirty[i + kAhead]]]);
+      prefetch(&box_[slot_of_[dirty[i + kAhead]]]);
+    }
+    if (!place(boxes, dirty[i]) || next_.size() > limit || unused_ > 2 * limit) return rebuild(boxes);
   }
   built_membership_ = boxes.membership();
 }

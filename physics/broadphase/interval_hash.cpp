@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "physics/broadphase/ray_reach.h"
+
 namespace skerry {
 
 namespace {
@@ -109,6 +111,7 @@ void IntervalHash::rebuild(const BoxSet& boxes, double wish) {
   places_.assign(boxes.limit(), {});
   levels_.clear();
   entries_ = 0;
+  range_ = {kInfinity, -kInfinity};
   for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
     if (boxes.is_present(p)) follow(boxes, p);
   }
@@ -121,6 +124,7 @@ bool IntervalHash::follow(const BoxSet& boxes, ProxyIndex proxy) {
     return true;
   }
   const Interval interval = axis_.project(boxes.box(proxy));
+  range_ = {std::min(range_.lower, interval.lower), std::max(range_.upper, interval.upper)};
   const int octave = octave_of(interval);
   const Cells cells = cells_of(interval, octave);
   if (places_[proxy].cells == cells && places_[proxy].octave == octave) return true;
@@ -131,8 +135,7 @@ bool IntervalHash::follow(const BoxSet& boxes, ProxyIndex proxy) {
   return true;
 }
 
-std::size_t IntervalHash::candidates(const Aabb& region) const {
-  const Interval wanted = axis_.project(region);
+std::size_t IntervalHash::candidates(Interval wanted) const {
   std::size_t sum = 0;
   for (const Level& level : levels_) {
     if (level.count == 0) continue;
@@ -176,17 +179,23 @@ void IntervalHashFinder::synchronise(const BoxSet& boxes, std::span<const ProxyI
   }
 }
 
-const IntervalHash& IntervalHashFinder::best_axis(const Aabb& region) const {
+/// Calls `visit(proxy)` for the boxes that share a cell with the interval `wanted_on(axis)`, on the axis with
+/// the fewest of them.
+template <class Wanted, class Visit>
+void IntervalHashFinder::for_each_on_best_axis(Wanted wanted_on, Visit visit) const {
   const IntervalHash* best = &axes_.front();
-  std::size_t fewest = best->candidates(region);
+  Interval wanted = wanted_on(best->axis());
+  std::size_t fewest = best->candidates(wanted);
   for (std::size_t k = 1; k < axes_.size(); ++k) {
-    const std::size_t here = axes_[k].candidates(region);
-    if (here < fewest) {
-      fewest = here;
+    const Interval here = wanted_on(axes_[k].axis());
+    const std::size_t candidates = axes_[k].candidates(here);
+    if (candidates < fewest) {
+      fewest = candidates;
       best = &axes_[k];
+      wanted = here;
     }
   }
-  return *best;
+  best->for_each(wanted, visit);
 }
 
 void IntervalHashFinder::find(const PairRequest& request, std::vector<PairBuffer>& parts,
@@ -196,7 +205,8 @@ void IntervalHashFinder::find(const PairRequest& request, std::vector<PairBuffer
   PairBuffer& out = parts.front();
   request.for_each_wanted([&](ProxyIndex proxy) {
     const Aabb& box = boxes.box(proxy);
-    best_axis(box).for_each(box, [&](ProxyIndex other) {
+    const auto wanted = [&](const Axis& axis) { return axis.project(box); };
+    for_each_on_best_axis(wanted, [&](ProxyIndex other) {
       if (!request.reports(proxy, other)) return;
       ++stats.box_tests;
       if (overlap(box, boxes.box(other))) {
@@ -211,8 +221,21 @@ void IntervalHashFinder::find(const PairRequest& request, std::vector<PairBuffer
 void IntervalHashFinder::query(const BoxSet& boxes, const Aabb& region,
                                std::vector<ProxyIndex>& found) const {
   if (boxes.size() == 0) return;
-  best_axis(region).for_each(region, [&](ProxyIndex proxy) {
+  const auto wanted = [&](const Axis& axis) { return axis.project(region); };
+  for_each_on_best_axis(wanted, [&](ProxyIndex proxy) {
     if (overlap(region, boxes.box(proxy))) found.push_back(proxy);
+  });
+}
+
+void IntervalHashFinder::ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const {
+  if (boxes.size() == 0) return;
+  const RayTest test(ray);
+  RayReach reach(ray);
+  for (const IntervalHash& a : axes_) reach.clip(a.axis(), a.range());
+  if (reach.is_empty()) return;
+  const auto wanted = [&](const Axis& axis) { return reach.on(axis); };
+  for_each_on_best_axis(wanted, [&](ProxyIndex proxy) {
+    if (test.meets(boxes.box(proxy))) found.push_back(proxy);
   });
 }
 

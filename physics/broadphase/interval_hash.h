@@ -30,11 +30,10 @@ class IntervalHash {
   bool follow(const BoxSet& boxes, ProxyIndex proxy);
 
   /// An upper bound of the boxes that `for_each` would visit.
-  std::size_t candidates(const Aabb& region) const;
-  /// Calls `visit(proxy)` once for every box that shares a cell with the region.
+  std::size_t candidates(Interval wanted) const;
+  /// Calls `visit(proxy)` once for every box that shares a cell with the interval.
   template <class Visit>
-  void for_each(const Aabb& region, Visit visit) const {
-    const Interval wanted = axis_.project(region);
+  void for_each(Interval wanted, Visit visit) const {
     for (const Level& level : levels_) {
       if (level.count == 0) continue;
       const Cells cells = cells_of(wanted, level.octave);
@@ -58,6 +57,8 @@ class IntervalHash {
   }
 
   const Axis& axis() const { return axis_; }
+  /// Contains the intervals of all boxes.
+  Interval range() const { return range_; }
   std::size_t bytes() const;
   void visit_structure(const BoxSet& boxes, int index, StructureVisitor& visitor) const;
 
@@ -93,6 +94,7 @@ class IntervalHash {
 
   Axis axis_;
   IntervalCells kind_;
+  Interval range_{kInfinity, -kInfinity};
   double cell_ = 1;        ///< Equal: the size
   int lowest_octave_ = 0;  ///< PerOctave: shorter intervals share this one
   std::vector<std::vector<Entry>> lists_;
@@ -108,11 +110,13 @@ class IntervalHashFinder final : public PairFinder {
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats& stats) override;
   void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) override;
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override;
+  void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override;
   std::size_t bytes() const override;
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override;
 
  private:
-  const IntervalHash& best_axis(const Aabb& region) const;
+  template <class Wanted, class Visit>
+  void for_each_on_best_axis(Wanted wanted_on, Visit visit) const;
 
   double wish_;
   std::vector<IntervalHash> axes_;

@@ -24,18 +24,30 @@ inline void order(std::uint64_t& a, std::uint64_t& b) {
   a = low;
 }
 
-/// Sorts four pairs by a network.
-inline void sort_four(Pair* p) {
-  // On a little-endian machine the halves of a pair are in the wrong order for one comparison.
-  std::uint64_t k[4];
-  for (int i = 0; i < 4; ++i) k[i] = std::uint64_t{p[i].low} << 32 | p[i].high;
-  order(k[0], k[1]);
-  order(k[2], k[3]);
-  order(k[0], k[2]);
-  order(k[1], k[3]);
-  order(k[1], k[2]);
-  for (int i = 0; i < 4; ++i) p[i] = to_pair(k[i]);
+/// A pair as one number that compares as the pair does.
+inline std::uint64_t to_key(const Pair& pair) {
+  // On a little-endian machine the halves are in the wrong order for one comparison.
+  if constexpr (std::endian::native == std::endian::little) {
+    return std::rotl(std::bit_cast<std::uint64_t>(pair), 32);
+  } else {
+    return std::bit_cast<std::uint64_t>(pair);
+  }
 }
+
+/// Sorts `n` pairs by a network of comparators.
+template <int n, std::size_t comparators>
+inline void sort_network(Pair* p, const std::uint8_t (&network)[comparators][2]) {
+  std::uint64_t k[n];
+  for (int i = 0; i < n; ++i) k[i] = to_key(p[i]);
+#pragma GCC unroll 19
+  for (std::size_t c = 0; c < comparators; ++c) order(k[network[c][0]], k[network[c][1]]);
+  for (int i = 0; i < n; ++i) p[i] = to_pair(k[i]);
+}
+/// The best networks for four and eight [Knuth 1998, The Art of Computer Programming 3, sec. 5.3.4].
+constexpr std::uint8_t kFour[][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}, {1, 2}};
+constexpr std::uint8_t kEight[][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6},
+                                      {5, 7}, {1, 2}, {5, 6}, {0, 4}, {1, 5}, {2, 6}, {3, 7},
+                                      {2, 4}, {3, 5}, {1, 2}, {3, 4}, {5, 6}};
 
 /// Sorts a longer bucket; short ones by insertion, a floor with thousands of boxes on it as the library does.
 inline void sort_bucket(Pair* first, Pair* last) {
@@ -49,19 +61,21 @@ inline void sort_bucket(Pair* first, Pair* last) {
   }
 }
 
-/// Sorts within buckets; `ends` has each bucket's end. What follows a bucket is larger, so four pairs can be
+/// Sorts within buckets; `ends` has each bucket's end. What follows a bucket is larger, so `n` pairs can be
 /// sorted from its start on without a look at its length, which no branch predictor could guess.
-void sort_within_buckets(Pair* out, std::size_t count, const std::uint32_t* ends, std::uint32_t buckets) {
+template <int n, std::size_t comparators>
+void sort_within_buckets(Pair* out, std::size_t count, const std::uint32_t* ends, std::uint32_t buckets,
+                         const std::uint8_t (&network)[comparators][2]) {
   std::uint32_t begin = 0;
   for (std::uint32_t b = 0; b < buckets; begin = ends[b++]) {
-    if (ends[b] - begin > 4) {
+    if (ends[b] - begin > n) {
       sort_bucket(out + begin, out + ends[b]);
-    } else if (begin + 4 <= count) {
-      sort_four(out + begin);
+    } else if (begin + n <= count) {
+      sort_network<n>(out + begin, network);
     }
   }
-  // The last buckets, which have no four pairs after their start.
-  if (count > 0) std::sort(out + (count > 8 ? count - 8 : 0), out + count);
+  // The last buckets, which have no `n` pairs after their start.
+  if (count > 0) std::sort(out + (count > 2 * n ? count - 2 * n : 0), out + count);
 }
 
 /// Sorts `count` keys into `out` by buckets `(low >> shift) - base`.
@@ -79,7 +93,40 @@ void bucket_sort(const std::uint64_t* keys, std::size_t count, int shift, std::u
   for (std::size_t i = 0; i < count; ++i) {
     out[counts[static_cast<std::uint32_t>(keys[i] >> key_shift) - base]++] = to_pair(keys[i]);
   }
-  sort_within_buckets(out, count, counts, buckets);
+  if (count < 2 * std::size_t{buckets}) {
+    sort_within_buckets<4>(out, count, counts, buckets, kFour);
+  } else {
+    sort_within_buckets<8>(out, count, counts, buckets, kEight);
+  }
+}
+
+/// Makes the first place of each bucket from the counts.
+void add_up(std::uint32_t* counts, std::uint32_t buckets) {
+  std::uint32_t sum = 0;
+  for (std::uint32_t b = 0; b < buckets; ++b) {
+    const std::uint32_t here = counts[b];
+    counts[b] = sum;
+    sum += here;
+  }
+}
+
+/// Sorts `count` keys with numbers below `limit` into `out`: by `high`, then by `low` without a change of
+/// that order. Faster than networks where a number has several pairs.
+void sort_by_both(const std::uint64_t* keys, std::size_t count, ProxyIndex limit, PairSortScratch& scratch,
+                  Pair* out) {
+  scratch.counts.assign(2 * std::size_t{limit}, 0);
+  std::uint32_t* const highs = scratch.counts.data();
+  std::uint32_t* const lows = highs + limit;
+  for (std::size_t i = 0; i < count; ++i) {
+    ++highs[static_cast<std::uint32_t>(keys[i])];
+    ++lows[keys[i] >> 32];
+  }
+  add_up(highs, limit);
+  add_up(lows, limit);
+  scratch.keys.clear();
+  std::uint64_t* const by_high = scratch.keys.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) by_high[highs[static_cast<std::uint32_t>(keys[i])]++] = keys[i];
+  for (std::size_t i = 0; i < count; ++i) out[lows[by_high[i] >> 32]++] = to_pair(by_high[i]);
 }
 
 }  // namespace
@@ -90,6 +137,15 @@ void PairBuffer::grow(std::size_t least) {
   if (size_ > 0) std::memcpy(larger.get(), keys_.get(), size_ * sizeof(std::uint64_t));
   keys_ = std::move(larger);
   capacity_ = capacity;
+}
+
+void join_pairs(std::span<const PairBuffer> parts, std::vector<Pair>& pairs) {
+  std::size_t total = 0;
+  for (const PairBuffer& part : parts) total += part.size();
+  pairs.resize(total);
+  auto to = pairs.begin();
+  for (const PairBuffer& part : parts)
+    to = std::transform(part.data(), part.data() + part.size(), to, to_pair);
 }
 
 void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& scratch,
@@ -109,6 +165,9 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
       std::uint64_t* to = keys->reserve(part.size());
       std::copy_n(part.data(), part.size(), to);
       keys->advance_to(to + part.size());
+    }
+    if (shift == 0 && total > 2 * std::size_t{limit}) {
+      return sort_by_both(keys->data(), total, limit, scratch, pairs.data());
     }
     const std::uint32_t buckets = ((limit - 1) >> shift) + 1;
     scratch.counts.resize(buckets + 1);

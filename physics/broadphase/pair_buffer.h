@@ -51,6 +51,10 @@ struct PairSortScratch {
   PairBuffer keys;
   std::vector<std::uint32_t> counts;
   std::vector<std::uint32_t> chunk_counts;
+
+  std::size_t bytes() const {
+    return keys.bytes() + (counts.capacity() + chunk_counts.capacity()) * sizeof(std::uint32_t);
+  }
 };
 
 /// Sorts the keys of `parts` together into `pairs`: a bucket sort on `low` with about one bucket a pair, in
@@ -59,5 +63,7 @@ struct PairSortScratch {
 /// @param limit  one more than the largest number in the keys
 void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& scratch,
                 std::vector<Pair>& pairs);
+/// The same for keys that are sorted already, one part after the other.
+void join_pairs(std::span<const PairBuffer> parts, std::vector<Pair>& pairs);
 
 }  // namespace skerry

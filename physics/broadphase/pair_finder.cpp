@@ -54,8 +54,7 @@ class FinderBroadPhase final : public BroadPhase {
   std::size_t size() const override { return boxes_.size(); }
   BroadPhaseStats stats() const override {
     BroadPhaseStats stats = stats_;
-    stats.bytes = boxes_.bytes() + finder_->bytes() + scratch_.keys.bytes() +
-                  (scratch_.counts.capacity() + scratch_.chunk_counts.capacity()) * sizeof(std::uint32_t);
+    stats.bytes = boxes_.bytes() + finder_->bytes() + scratch_.bytes();
     for (const PairBuffer& part : parts_) stats.bytes += part.bytes();
     return stats;
   }
@@ -79,7 +78,11 @@ class FinderBroadPhase final : public BroadPhase {
     for (PairBuffer& part : parts_) part.clear();
     if (parts_.empty()) parts_.resize(1);
     finder_->find({boxes_, all}, parts_, stats_);
-    sort_pairs(parts_, boxes_.limit(), scratch_, pairs);
+    if (finder_->in_order()) {
+      join_pairs(parts_, pairs);
+    } else {
+      sort_pairs(parts_, boxes_.limit(), scratch_, pairs);
+    }
     stats_.pairs = pairs.size();
   }
 

@@ -55,6 +55,8 @@ class PairFinder {
                            BroadPhaseStats& stats) = 0;
   /// Finds the requested pairs; `parts` is empty and may be given one buffer a thread.
   virtual void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) = 0;
+  /// True if the last `find` gave the pairs sorted, one part after the other.
+  virtual bool in_order() const { return false; }
   /// Appends the boxes that overlap `region`, which may be unbounded.
   virtual void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const = 0;
   /// Appends the boxes that the ray meets.
@@ -76,6 +78,9 @@ std::unique_ptr<PairFinder> make_sweep_and_prune(const BroadPhaseOptions& option
 std::unique_ptr<PairFinder> make_hash_sort(const BroadPhaseOptions& options);
 std::unique_ptr<PairFinder> make_hierarchical_hash_sort(const BroadPhaseOptions& options);
 std::unique_ptr<PairFinder> make_aabb_tree(const BroadPhaseOptions& options);
+std::unique_ptr<PairFinder> make_neighbour_list(const BroadPhaseOptions& options);
+/// @param wide_tests  use wide vector instructions where the processor has them; the results are the same
+std::unique_ptr<PairFinder> make_neighbour_list(const BroadPhaseOptions& options, bool wide_tests);
 std::unique_ptr<PairFinder> make_auto(const BroadPhaseOptions& options);
 
 }  // namespace skerry

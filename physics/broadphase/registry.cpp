@@ -11,9 +11,9 @@ namespace skerry {
 
 namespace {
 
-constexpr std::string_view kNames[] = {"brute_force",     "uniform_grid", "hierarchical_grid",
-                                       "sweep_and_prune", "hash_sort",    "hierarchical_hash_sort",
-                                       "aabb_tree",       "auto"};
+constexpr std::string_view kNames[] = {"brute_force",     "uniform_grid",   "hierarchical_grid",
+                                       "sweep_and_prune", "hash_sort",      "hierarchical_hash_sort",
+                                       "aabb_tree",       "neighbour_list", "auto"};
 
 /// Refuses options that no implementation could follow.
 void check(const BroadPhaseOptions& options) {
@@ -56,8 +56,10 @@ const std::array kEntries = {
                     &make_entry<5, make_hierarchical_hash_sort>},
     BroadPhaseEntry{kNames[6], "dynamic tree of boxes with margins, improved by rotations",
                     "Kopta, Ize, Spjut, Brunvand, Davis, Kensler 2012", &make_entry<6, make_aabb_tree>},
-    BroadPhaseEntry{kNames[7], "picks one of the others from the scene, and changes it while running",
-                    "the measurements of tests/bench/broadphase_bench.cpp", &make_entry<7, make_auto>},
+    BroadPhaseEntry{kNames[7], "boxes with margins, and a sorted list of their pairs kept from step to step",
+                    "Verlet 1967, Phys. Rev. 159, table of neighbours", &make_entry<7, make_neighbour_list>},
+    BroadPhaseEntry{kNames[8], "picks one of the others from the scene, and changes it while running",
+                    "the measurements of tests/bench/broadphase_bench.cpp", &make_entry<8, make_auto>},
 };
 
 }  // namespace

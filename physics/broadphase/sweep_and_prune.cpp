@@ -16,6 +16,7 @@
 #include "physics/broadphase/axis.h"
 #include "physics/broadphase/pair_finder.h"
 #include "physics/broadphase/pair_table.h"
+#include "physics/broadphase/ray_reach.h"
 
 namespace skerry {
 
@@ -99,23 +100,20 @@ class SweepAndPrune final : public PairFinder {
   }
 
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
-    // On the axis with the fewest candidates: lower ends from the longest interval before the region to its
-    // end.
-    std::span<const EndPoint> fewest = axes_.front().ends;
-    for (const SortedAxis& a : axes_) {
-      const Interval wanted = a.axis.project(region);
-      const double reach = wanted.lower - a.longest;
-      const double from = reach - 4 * DBL_EPSILON * (std::abs(wanted.lower) + a.longest);
-      const auto first =
-          std::lower_bound(a.ends.begin(), a.ends.end(), std::isfinite(from) ? from : -kInfinity,
-                           [](const EndPoint& end, double value) { return end.value < value; });
-      const auto last = std::upper_bound(first, a.ends.end(), wanted.upper,
-                                         [](double value, const EndPoint& end) { return value < end.value; });
-      const std::span<const EndPoint> candidates(first, last);
-      if (candidates.size() < fewest.size()) fewest = candidates;
-    }
-    for (const EndPoint& end : fewest) {
+    for (const EndPoint& end : fewest_candidates([&](const Axis& axis) { return axis.project(region); })) {
       if (!end.is_upper() && overlap(boxes.box(end.proxy()), region)) found.push_back(end.proxy());
+    }
+  }
+
+  void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override {
+    if (boxes.size() == 0) return;
+    const RayTest test(ray);
+    RayReach reach(ray);
+    for (const SortedAxis& a : axes_) reach.clip(a.axis, {a.ends.front().value, a.ends.back().value});
+    if (reach.is_empty()) return;
+    // The axis that the ray is most perpendicular to has the shortest interval of it.
+    for (const EndPoint& end : fewest_candidates([&](const Axis& axis) { return reach.on(axis); })) {
+      if (!end.is_upper() && test.meets(boxes.box(end.proxy()))) found.push_back(end.proxy());
     }
   }
 
@@ -142,6 +140,26 @@ class SweepAndPrune final : public PairFinder {
 
  private:
   enum : std::uint8_t { kNotListed, kListedMoving, kListedFixed };
+
+  /// The end points among which are the lower ends of all boxes that meet the interval `wanted(axis)`, on the
+  /// axis with the fewest: from the longest interval before it to its end.
+  template <class Wanted>
+  std::span<const EndPoint> fewest_candidates(Wanted wanted_on) const {
+    std::span<const EndPoint> fewest = axes_.front().ends;
+    for (const SortedAxis& a : axes_) {
+      const Interval wanted = wanted_on(a.axis);
+      const double reach = wanted.lower - a.longest;
+      const double from = reach - 4 * DBL_EPSILON * (std::abs(wanted.lower) + a.longest);
+      const auto first =
+          std::lower_bound(a.ends.begin(), a.ends.end(), std::isfinite(from) ? from : -kInfinity,
+                           [](const EndPoint& end, double value) { return end.value < value; });
+      const auto last = std::upper_bound(first, a.ends.end(), wanted.upper,
+                                         [](double value, const EndPoint& end) { return value < end.value; });
+      const std::span<const EndPoint> candidates(first, last);
+      if (candidates.size() < fewest.size()) fewest = candidates;
+    }
+    return fewest;
+  }
 
   /// True if the intervals meet on all axes.
   bool meet(ProxyIndex a, ProxyIndex b) const {

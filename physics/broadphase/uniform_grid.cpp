@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "physics/broadphase/pair_finder.h"
+#include "physics/broadphase/ray_reach.h"
 
 namespace skerry {
 
@@ -48,6 +49,7 @@ class UniformGrid final : public PairFinder {
         unlist(proxy);
         continue;
       }
+      world_ = united(world_, boxes.box(proxy));
       const CellRange range = cells_of(boxes.box(proxy));
       if (listed_[proxy] && range == ranges_[proxy]) continue;
       unlist(proxy);
@@ -72,6 +74,49 @@ class UniformGrid final : public PairFinder {
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
     BroadPhaseStats unused;
     for_each_overlap(boxes, region, unused, [&](ProxyIndex proxy) { found.push_back(proxy); });
+  }
+
+  /// Row by row along the ray, the cells that it crosses [Amanatides, Woo 1987].
+  void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override {
+    if (entries_ == 0) return;
+    const RayTest test(ray);
+    RayReach reach(ray);
+    reach.clip(kAxisX, {world_.lower.x, world_.upper.x});
+    reach.clip(kAxisY, {world_.lower.y, world_.upper.y});
+    if (reach.is_empty()) return;
+    const auto begin = static_cast<std::ptrdiff_t>(found.size());
+    const auto look_at = [&](const Node& node) {
+      if (test.meets(boxes.box(node.proxy))) found.push_back(node.proxy);
+    };
+    const Interval x = reach.on(kAxisX), y = reach.on(kAxisY);
+    const double pad = cell_ / 64;
+    const CellRange range = cells_of({{x.lower - pad, y.lower - pad}, {x.upper + pad, y.upper + pad}});
+    const double sides = double(range.last.x) - range.first.x + double(range.last.y) - range.first.y;
+    if (2 * sides > static_cast<double>(heads_.size())) {
+      // More cells than lists: look at all lists.
+      for (const std::uint32_t head : heads_) {
+        for (std::uint32_t n = head; n != kNone; n = nodes_[n].next) look_at(nodes_[n]);
+      }
+    } else {
+      for (std::int32_t row = range.first.y; row <= range.last.y; ++row) {
+        // Far rows are one.
+        const double low = row <= -kFarCell ? -kInfinity : row * cell_ - pad;
+        const double high = row >= kFarCell ? kInfinity : (row + 1.0) * cell_ + pad;
+        RayReach part = reach;
+        part.clip(kAxisY, {low, high});
+        if (part.is_empty()) continue;
+        const Interval columns = part.on(kAxisX);
+        const std::int32_t last = cell_index(columns.upper + pad, inverse_);
+        for (std::int32_t column = cell_index(columns.lower - pad, inverse_); column <= last; ++column) {
+          for (std::uint32_t n = heads_[bucket({column, row})]; n != kNone; n = nodes_[n].next) {
+            if (nodes_[n].cell == Cell{column, row}) look_at(nodes_[n]);
+          }
+        }
+      }
+    }
+    // A box can be in several of the cells.
+    std::sort(found.begin() + begin, found.end());
+    found.erase(std::unique(found.begin() + begin, found.end()), found.end());
   }
 
   std::size_t bytes() const override {
@@ -153,8 +198,11 @@ class UniformGrid final : public PairFinder {
     free_ = kNone;
     entries_ = cells_in_use_ = 0;
     std::fill(listed_.begin(), listed_.end(), std::uint8_t{0});
+    world_ = {{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
-      if (boxes.is_present(p)) list(p, cells_of(boxes.box(p)));
+      if (!boxes.is_present(p)) continue;
+      list(p, cells_of(boxes.box(p)));
+      world_ = united(world_, boxes.box(p));
     }
     size_at_rebuild_ = boxes.size();
   }
@@ -263,6 +311,7 @@ class UniformGrid final : public PairFinder {
 
   double wish_;
   double cell_ = 1, inverse_ = 1;
+  Aabb world_{};                      ///< contains all boxes
   std::vector<std::uint32_t> heads_;  ///< first entry by bucket; a power of two
   std::vector<Node> nodes_;
   std::uint32_t free_ = kNone;

@@ -19,6 +19,7 @@ namespace skerry::bench {
 namespace {
 
 constexpr unsigned kSeed = 20261121;
+constexpr int kRays = 100;
 constexpr double kLargest = 300;  ///< M: ratio of sizes
 
 /// Sizes from 1 to kLargest with density size^-3, by inversion.
@@ -36,7 +37,13 @@ class Ours final : public PairBench {
     }
     broad_phase_->moved_pairs(pairs_);
   }
-  std::size_t step(const BoxScene&, const std::vector<BoxUpdate>& updates) override {
+  std::size_t step(const BoxScene& scene, const std::vector<BoxUpdate>& updates) override {
+    std::size_t met = 0;
+    for (const Ray& ray : scene.rays()) {
+      broad_phase_->ray_cast(ray, found_);
+      met += found_.size();
+    }
+    if (!scene.rays().empty()) return met;
     broad_phase_->update(updates);
     broad_phase_->moved_pairs(pairs_);
     return pairs_.size();
@@ -45,6 +52,7 @@ class Ours final : public PairBench {
  private:
   std::unique_ptr<BroadPhase> broad_phase_;
   std::vector<Pair> pairs_;
+  std::vector<ProxyIndex> found_;
 };
 
 /// Largest scene that an implementation gets: quadratic methods, and those that are O(sqrt n) a box.
@@ -54,15 +62,13 @@ std::size_t most_for(std::string_view name) {
   return 1000000;
 }
 
-template <std::size_t index>
-std::unique_ptr<PairBench> make_ours() {
-  return std::make_unique<Ours>(broad_phases()[index].name);
-}
-
-template <std::size_t... index>
-std::vector<BenchEntry> ours(std::index_sequence<index...>) {
-  return {BenchEntry{std::string(broad_phases()[index].name), most_for(broad_phases()[index].name),
-                     &make_ours<index>}...};
+std::vector<BenchEntry> ours() {
+  std::vector<BenchEntry> entries;
+  for (const BroadPhaseEntry& entry : broad_phases()) {
+    const std::string name(entry.name);
+    entries.push_back({name, most_for(name), [name] { return std::make_unique<Ours>(name); }, true});
+  }
+  return entries;
 }
 
 /// Processor time of this thread: other programs on the machine count little.
@@ -109,10 +115,11 @@ void run(benchmark::State& state, const BenchEntry& entry, char distribution, st
     total += time;
     least = std::min(least, time);
   }
-  const auto n = static_cast<double>(count);
+  // Of R a ray counts, not a body.
+  const auto n = static_cast<double>(distribution == 'R' ? kRays : count);
   state.counters["ns_body"] = 1e9 * total / static_cast<double>(state.iterations()) / n;
   state.counters["ns_body_min"] = 1e9 * least / n;
-  state.counters["bytes_body"] = current.bytes / n;
+  state.counters["bytes_body"] = current.bytes / static_cast<double>(count);
   state.counters["pairs_body"] = static_cast<double>(pairs) / n;
 }
 
@@ -160,8 +167,14 @@ BoxScene::BoxScene(char distribution, std::size_t count) {
     const double angle = uniform(0, 2 * kPi), speed = (distribution == 'F' ? 5 : 0.1) * size;
     const SinCos sc = sin_cos(angle);
     add({uniform(0, side), uniform(0, side)}, {size / 2, size / 2}, {speed * sc.cos, speed * sc.sin});
-    const bool is_active = distribution == 'S' ? i % 100 == 0 : distribution == 'F' ? i == 0 : true;
+    const bool is_active = distribution == 'S'   ? i % 100 == 0
+                           : distribution == 'F' ? i == 0
+                                                 : distribution != 'R';
     if (is_active) active_.push_back(static_cast<std::uint32_t>(i));
+  }
+  for (int i = 0; i < (distribution == 'R' ? kRays : 0); ++i) {
+    const SinCos sc = sin_cos(uniform(0, 2 * kPi));
+    rays_.push_back({{uniform(0, side), uniform(0, side)}, {0.1 * side * sc.cos, 0.1 * side * sc.sin}, 1});
   }
 }
 
@@ -191,15 +204,16 @@ const std::vector<BoxUpdate>& BoxScene::advance() {
 
 int main(int argc, char** argv) {
   using namespace skerry::bench;
-  std::vector<BenchEntry> entries = ours(std::make_index_sequence<8>());
+  std::vector<BenchEntry> entries = ours();
   std::string names, skipped;
   for (BenchEntry& peer : peers()) {
     names += (names.empty() ? "" : ", ") + peer.name;
     entries.push_back(std::move(peer));
   }
   for (const std::size_t count : {1000, 10000, 100000, 1000000}) {
-    for (const char distribution : {'U', 'M', 'C', 'S', 'F'}) {
+    for (const char distribution : {'U', 'M', 'C', 'S', 'F', 'R'}) {
       for (const BenchEntry& entry : entries) {
+        if (distribution == 'R' && !entry.casts_rays) continue;
         const std::string name = entry.name + '/' + distribution + '/' + std::to_string(count);
         if (count > entry.most) {
           if (distribution == 'U') skipped += ' ' + entry.name + '/' + std::to_string(count);

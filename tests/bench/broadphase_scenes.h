@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,7 +18,8 @@ namespace skerry::bench {
 /// M  sizes from 1 to 300 by a power law (density size^-3), all move;
 /// C  a pile of dense rows on a floor, all but the floor tremble by a tenth of their size;
 /// S  as U, but 99 % are asleep;
-/// F  as U, all asleep but one that flies five of its sizes a step.
+/// F  as U, all asleep but one that flies five of its sizes a step;
+/// R  as U, all asleep; a hundred rays are cast, each a tenth of the world long.
 class BoxScene {
  public:
   BoxScene(char distribution, std::size_t count);
@@ -28,6 +30,7 @@ class BoxScene {
   Aabb world() const { return world_; }
   /// Moves the active boxes by one step and returns their new places.
   const std::vector<BoxUpdate>& advance();
+  const std::vector<Ray>& rays() const { return rays_; }
 
  private:
   void add(Vec2 centre, Vec2 half, Vec2 velocity);
@@ -36,6 +39,7 @@ class BoxScene {
   std::vector<Vec2> velocity_;
   std::vector<std::uint32_t> active_;
   std::vector<BoxUpdate> updates_;
+  std::vector<Ray> rays_;
   Aabb world_{};
   bool floor_ = false;
   bool trembles_ = false;
@@ -55,7 +59,8 @@ class PairBench {
 struct BenchEntry {
   std::string name;
   std::size_t most;  ///< larger scenes are skipped: they would take minutes
-  std::unique_ptr<PairBench> (*make)();
+  std::function<std::unique_ptr<PairBench>()> make;
+  bool casts_rays = false;  ///< gets distribution R as well
 };
 
 /// The peers that were found when this was built, with versions in the names.

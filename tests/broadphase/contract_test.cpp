@@ -298,8 +298,94 @@ TEST(AutoBroadPhase, SwitchesBothWaysAndLosesOrDoublesNoPair) {
     if (choices.empty() || choices.back() != choice) choices.push_back(choice);
   }
   EXPECT_THAT(tested->choice(), testing::HasSubstr(" boxes of "));
-  EXPECT_THAT(choices, testing::ElementsAre("brute_force", "hierarchical_grid", "brute_force",
-                                            "hierarchical_grid", "brute_force"));
+  EXPECT_THAT(choices,
+              testing::ElementsAre("brute_force", "hierarchical_grid", "neighbour_list", "brute_force",
+                                   "hierarchical_grid", "neighbour_list", "brute_force"));
+}
+
+TEST(AutoBroadPhase, TakesTheListWhereMostMoveAndTheGridWhereFewDo) {
+  const auto tested = make_broad_phase("auto");
+  Random random(2);
+  std::vector<Aabb> boxes = scenes()[1].make(random, 2000);
+  for (ProxyIndex i = 0; i < boxes.size(); ++i) tested->insert(i, boxes[i], ProxyKind::Moving);
+  std::vector<Pair> pairs;
+  for (const auto& [stride, expected] : {std::pair{1u, "neighbour_list"}, {100u, "hierarchical_grid"}}) {
+    for (int step = 0; step < 60; ++step) {
+      std::vector<BoxUpdate> moved;
+      for (ProxyIndex i = 0; i < boxes.size(); i += stride) moved.push_back({i, boxes[i]});
+      tested->update(moved);
+      tested->moved_pairs(pairs);
+    }
+    EXPECT_THAT(tested->choice(), testing::StartsWith(expected));
+  }
+}
+
+TEST(NeighbourList, TestsTheSameCandidatesUntilBoxesLeaveTheirMargins) {
+  const auto tested = make_broad_phase("neighbour_list");
+  Random random(3);
+  const std::vector<Aabb> start = scenes()[1].make(random, 1000);
+  for (ProxyIndex i = 0; i < start.size(); ++i) tested->insert(i, start[i], ProxyKind::Moving);
+  std::vector<Pair> pairs;
+  tested->moved_pairs(pairs);
+  const auto tests_after = [&](double away) {
+    std::vector<BoxUpdate> moved;
+    for (ProxyIndex i = 0; i < start.size(); ++i) moved.push_back({i, shifted(start[i], {away, 0})});
+    tested->update(moved);
+    tested->moved_pairs(pairs);
+    return tested->stats().box_tests;
+  };
+  const std::uint64_t kept = tests_after(0.1);
+  // 3 overlaps a box, and (1 + 2 * 0.31)^2 times as many of the margins.
+  EXPECT_LT(kept, 6000u);
+  EXPECT_EQ(tests_after(-0.2), kept);
+  EXPECT_EQ(tests_after(0.3), kept);
+  EXPECT_GT(tests_after(0.4), kept);
+}
+
+TEST(NeighbourList, AgreesWithBruteForceWhileMarginsAreLeftAndListsRenewed) {
+  const unsigned seed = 44;
+  const int steps = static_cast<int>(300 * std::min(1.0, test_scale()));
+  for (const bool wide : {false, true}) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed << " wide " << wide);
+    Random random(seed);
+    const auto tested = make_with_finder("neighbour_list", make_neighbour_list({}, wide));
+    const auto oracle = make_broad_phase("brute_force");
+    std::vector<Aabb> boxes = scenes()[0].make(random, 400);
+    std::vector<std::uint8_t> is_present(boxes.size(), 1);
+    const auto insert = [&](ProxyIndex i) {
+      const ProxyKind kind = random() % 5 == 0 ? ProxyKind::Fixed : ProxyKind::Moving;
+      for (BroadPhase* b : {tested.get(), oracle.get()}) b->insert(i, boxes[i], kind);
+      is_present[i] = 1;
+    };
+    for (ProxyIndex i = 0; i < boxes.size(); ++i) insert(i);
+    std::vector<Pair> pairs, expected;
+    for (int step = 0; step < steps; ++step) {
+      SCOPED_TRACE(testing::Message() << "step " << step);
+      // Slow, at the margins, and far; from a third of the boxes to all; the same box may come and go.
+      const double far = step % 60 < 30 ? 0.02 : step % 60 < 50 ? 0.2 : 2;
+      const double share = step % 7 == 0 ? 0.1 : uniform(random, 0.3, 1.1);
+      std::vector<BoxUpdate> moved;
+      for (ProxyIndex i = 0; i < boxes.size(); ++i) {
+        if (random() % 97 == 0) {
+          if (is_present[i]) {
+            for (BroadPhase* b : {tested.get(), oracle.get()}) b->remove(i);
+            is_present[i] = 0;
+          }
+          if (random() % 2) insert(i);
+        } else if (!is_present[i] && random() % 8 == 0) {
+          insert(i);
+        } else if (is_present[i] && uniform(random, 0, 1) < share) {
+          boxes[i] = shifted(boxes[i], {uniform(random, -far, far), uniform(random, -far, far)});
+          moved.push_back({i, boxes[i]});
+        }
+      }
+      tested->update(moved);
+      oracle->update(moved);
+      tested->moved_pairs(pairs);
+      oracle->moved_pairs(expected);
+      ASSERT_EQ(pairs, expected);
+    }
+  }
 }
 
 TEST(HierarchicalGrid, KeepsTheCostOfAMoveIndependentOfTheSleepers) {

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: MIT
+//
+// Neighbour list: every box gets a margin, and the pairs of these fat boxes are kept, sorted, from step to
+// step. As long as the boxes stay within their margins, the kept pairs contain all that overlap, and a step
+// is one pass over them: nothing is searched and nothing is sorted, for what a sorted list lets through is
+// sorted [Verlet 1967, Computer "experiments" on classical fluids I, sec. on the table of neighbours]. A
+// hierarchical grid over the fat boxes makes the list; a box that leaves its margin gets a new one and its
+// new pairs join the list; where many leave, the list is made anew.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/broadphase/float_box.h"
+#include "physics/broadphase/hierarchical_grid.h"
+#include "physics/broadphase/pair_finder.h"
+
+namespace skerry {
+
+namespace {
+
+/// Margin on each side, relative to the size of the box. A wide margin lets the list live longer and makes
+/// it longer: at moves of a tenth of the size a step, 0.31 makes it anew every fourth step.
+constexpr double kMargin = 0.31;
+/// Margin of thin boxes, relative to their longer side.
+constexpr double kThinMargin = 0.03;
+/// Larger margins would only overflow.
+constexpr double kLargestMargin = 1e300;
+/// Lists that live for one step only are worth nothing: no margins for so many steps then.
+constexpr int kStepsWithoutMargin = 15;
+/// The list is made anew when one box of so many has left its margin since.
+constexpr std::size_t kShareThatLeft = 16;
+/// Below so many candidates a second thread costs more than it tests.
+constexpr std::size_t kCandidatesPerThread = 50000;
+/// Candidates are tested in blocks, for which room is made at once.
+constexpr std::size_t kBlock = 2048;
+/// So many candidates ahead the processor is told which box will be needed.
+constexpr std::size_t kAhead = 24;
+/// Places after a list, so that a look ahead needs no test for its end.
+constexpr std::size_t kPadding = kAhead + 4;
+
+constexpr bool encloses(const Aabb& outer, const Aabb& inner) {
+  // One branch instead of four.
+  return (static_cast<int>(outer.lower.x <= inner.lower.x) &
+          static_cast<int>(outer.lower.y <= inner.lower.y) &
+          static_cast<int>(inner.upper.x <= outer.upper.x) &
+          static_cast<int>(inner.upper.y <= outer.upper.y)) != 0;
+}
+
+class NeighbourList final : public PairFinder {
+ public:
+  NeighbourList(const BroadPhaseOptions& options, bool wide_tests)
+      : workers_(std::make_shared<Workers>(options.threads)),
+        grid_(std::make_unique<HierarchicalGrid>(options, wide_tests, workers_))
+#if defined(SKERRY_WIDE_TESTS)
+        ,
+        has_wide_(wide_tests && has_wide_tests())
+#endif
+  {
+  }
+
+  void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats&) override {
+    tight_.resize(boxes.limit(), kNoFloatBox);
+    left_.clear();
+    for (const ProxyIndex proxy : dirty) follow(boxes, proxy);
+    // Where many left at once, the rest of those that move will follow soon: new margins for all of them.
+    std::span<const ProxyIndex> outgrown = left_;
+    if (many_left(boxes, left_.size())) {
+      is_complete_ = false;
+      if (list_age_ < 2 && steps_without_margin_ == 0) steps_without_margin_ = kStepsWithoutMargin;
+      outgrown = dirty;
+    }
+    updates_.clear();
+    for (const ProxyIndex proxy : outgrown) {
+      if (boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
+    }
+    fat_.update(updates_);
+  }
+
+  void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) override {
+    const BoxSet& boxes = request.boxes;
+    in_order_ = request.all || 4 * boxes.moved().size() > boxes.size();
+    if (!in_order_) return find_moved(request, parts.front(), stats);
+    if (!is_complete_ || many_left(boxes, fat_.moved().size())) {
+      list_all(parts, stats);
+    } else if (!fat_.moved().empty()) {
+      list_more(parts, stats);
+    }
+    if (!request.all) {
+      ++list_age_;
+      steps_without_margin_ -= steps_without_margin_ > 0;
+    }
+    test_list(request, parts, stats);
+  }
+  bool in_order() const override {
+    return in_order_;
+  }
+
+  void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
+    refresh_grid();
+    const std::size_t before = found.size();
+    grid_->query(fat_, region, found);
+    keep(found, before, [&](ProxyIndex proxy) { return overlap(boxes.box(proxy), region); });
+  }
+
+  void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override {
+    refresh_grid();
+    const std::size_t before = found.size();
+    const RayTest test(ray);
+    grid_->ray_cast(fat_, ray, found);
+    keep(found, before, [&](ProxyIndex proxy) { return test.meets(boxes.box(proxy)); });
+  }
+
+  std::size_t bytes() const override {
+    return fat_.bytes() + grid_->bytes() + tight_.capacity() * sizeof(FloatBox) +
+           (list_.capacity() + more_.capacity() + found_.capacity()) * sizeof(Pair) +
+           left_.capacity() * sizeof(ProxyIndex) + updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() +
+           scratch_.bytes();
+  }
+
+  void visit_structure(const BoxSet&, StructureVisitor& visitor) const override {
+    for (ProxyIndex proxy = 0; proxy < fat_.limit(); ++proxy) {
+      if (fat_.is_present(proxy)) visitor.cell(fat_.box(proxy), 0, 1);
+    }
+  }
+
+ private:
+  static bool many_left(const BoxSet& boxes, std::size_t left) {
+    return left > boxes.size() / kShareThatLeft + 4;
+  }
+
+  template <class Keep>
+  static void keep(std::vector<ProxyIndex>& found, std::size_t before, Keep keeps) {
+    found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(),
+                               [&](ProxyIndex proxy) { return !keeps(proxy); }),
+                found.end());
+  }
+
+  /// The box with its margin; fixed boxes have none.
+  Aabb fattened(const BoxSet& boxes, ProxyIndex proxy) const {
+    const Aabb& box = boxes.box(proxy);
+    if (boxes.is_fixed(proxy) || steps_without_margin_ > 0) return box;
+    const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
+    const double margin =
+        std::max(kMargin * std::sqrt(width * height), kThinMargin * std::max(width, height));
+    const Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
+    return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
+  }
+
+  /// Brings the copy of one box up to date, and says in `left_` if it has left its margin.
+  void follow(const BoxSet& boxes, ProxyIndex proxy) {
+    if (!boxes.is_present(proxy)) {
+      tight_[proxy] = kNoFloatBox;
+      if (fat_.is_present(proxy)) fat_.remove(proxy);
+      return;
+    }
+    store(tight_[proxy], boxes.box(proxy), {});
+    if (fat_.is_present(proxy)) {
+      if (fat_.is_fixed(proxy) == boxes.is_fixed(proxy)) {
+        if (!encloses(fat_.box(proxy), boxes.box(proxy))) left_.push_back(proxy);
+        return;
+      }
+      // Pairs of two fixed boxes must not stay in the list.
+      fat_.remove(proxy);
+      is_complete_ = false;
+    }
+    fat_.insert(proxy, fattened(boxes, proxy), boxes.is_fixed(proxy) ? ProxyKind::Fixed : ProxyKind::Moving);
+  }
+
+  void refresh_grid() const {
+    if (fat_.dirty().empty()) return;
+    BroadPhaseStats unused;
+    grid_->synchronise(fat_, fat_.dirty(), unused);
+    fat_.clear_dirty();
+  }
+
+  /// Finds pairs of fat boxes; `parts` is left empty. The tests count, what they find does not.
+  void find_fat(bool all, std::vector<PairBuffer>& parts, std::vector<Pair>& pairs, BroadPhaseStats& stats) {
+    fat_.tidy_moved();
+    refresh_grid();
+    grid_->find({fat_, all}, parts, stats);
+    sort_pairs(parts, fat_.limit(), scratch_, pairs);
+    for (PairBuffer& part : parts) part.clear();
+    fat_.clear_moved();
+  }
+  void list_all(std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
+    find_fat(true, parts, list_, stats);
+    list_.insert(list_.end(), kPadding, {});
+    more_.clear();
+    is_complete_ = true;
+    list_age_ = 0;
+  }
+  void list_more(std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
+    find_fat(false, parts, found_, stats);
+    if (!more_.empty()) more_.resize(more_.size() - kPadding);
+    const auto known = static_cast<std::ptrdiff_t>(more_.size());
+    more_.insert(more_.end(), found_.begin(), found_.end());
+    std::inplace_merge(more_.begin(), more_.begin() + known, more_.end());
+    more_.erase(std::unique(more_.begin(), more_.end()), more_.end());
+    more_.insert(more_.end(), kPadding, {});
+    if (4 * more_.size() > list_.size() + 64) list_all(parts, stats);
+  }
+
+  /// The exact answer, by doubles where single precision cannot tell, and by the marks.
+  template <bool by_mark>
+  static bool is_pair(const PairRequest& request, Pair pair, FloatOverlap overlaps) {
+    auto hit = static_cast<unsigned>(overlaps.maybe);
+    if ((hit & ~static_cast<unsigned>(overlaps.certain)) != 0) [[unlikely]] {
+      hit = overlap(request.boxes.box(pair.low), request.boxes.box(pair.high)) ? 1 : 0;
+    }
+    if constexpr (by_mark) {
+      hit &= static_cast<unsigned>(request.wants(pair.low)) | static_cast<unsigned>(request.wants(pair.high));
+    }
+    return hit != 0;
+  }
+
+  /// The candidates of a list without the places after them.
+  static std::span<const Pair> candidates_of(const std::vector<Pair>& list) {
+    return {list.data(), list.size() - kPadding};
+  }
+
+  /// Tests candidates in their order and writes down those that are pairs. @return the end of what was
+  /// written
+  /// @tparam by_mark  only pairs with a box that is marked as moved
+  template <bool by_mark>
+  std::uint64_t* test_narrow(const PairRequest& request, std::span<const Pair> candidates,
+                             std::uint64_t* at) const {
+    const FloatBox* const tight = tight_.data();
+    for (const Pair& pair : candidates) {
+      prefetch(&tight[(&pair)[kAhead].high]);
+      const FloatOverlap overlaps = FloatLimits(tight[pair.low]).compare(tight[pair.high]);
+      // Stored in any case and kept if it counts: nothing here for a processor to guess, but the rare ties.
+      *at = std::uint64_t{pair.low} << 32 | pair.high;
+      at += is_pair<by_mark>(request, pair, overlaps) ? 1 : 0;
+    }
+    return at;
+  }
+
+#if defined(SKERRY_WIDE_TESTS)
+  /// The same with four candidates in one instruction, where the processor has it.
+  template <bool by_mark>
+  __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) std::uint64_t* test_wide(
+      const PairRequest& request, std::span<const Pair> candidates, std::uint64_t* at) const {
+    const FloatBox* const tight = tight_.data();
+    const __m512 sign = _mm512_castsi512_ps(_mm512_set1_epi32(static_cast<int>(0x80000000u)));
+    std::size_t i = 0;
+    for (; i + 4 <= candidates.size(); i += 4) {
+      const Pair* const p = &candidates[i];
+      __m512 low = _mm512_castps128_ps512(_mm_load_ps(tight[p[0].low].v));
+      __m512 high = _mm512_castps128_ps512(_mm_load_ps(tight[p[0].high].v));
+      low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[1].low].v), 1);
+      high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[1].high].v), 1);
+      low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[2].low].v), 2);
+      high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[2].high].v), 2);
+      low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[3].low].v), 3);
+      high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[3].high].v), 3);
+      for (int k = 0; k < 4; ++k) prefetch(&tight[p[kAhead + static_cast<std::size_t>(k)].high]);
+      const __m512 limits = _mm512_castsi512_ps(
+          _mm512_xor_si512(_mm512_castps_si512(_mm512_shuffle_ps(low, low, _MM_SHUFFLE(1, 0, 3, 2))),
+                           _mm512_castps_si512(sign)));
+      std::uint32_t hit = all_of_four(_mm512_cmp_ps_mask(high, limits, _CMP_LE_OQ));
+      const std::uint32_t certain = all_of_four(_mm512_cmp_ps_mask(high, limits, _CMP_LT_OQ));
+      if (by_mark || (hit & ~certain) != 0) {
+        const std::uint32_t maybe = hit;
+        hit = 0;
+        for (unsigned k = 0; k < 4; ++k) {
+          const FloatOverlap overlaps{(maybe >> k & 1) != 0, (certain >> k & 1) != 0};
+          hit |= static_cast<std::uint32_t>(is_pair<by_mark>(request, p[k], overlaps)) << k;
+        }
+      }
+      const __m256i keys = _mm256_rol_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)), 32);
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(at),
+                          _mm256_maskz_compress_epi64(static_cast<__mmask8>(hit), keys));
+      at += _mm_popcnt_u32(hit);
+    }
+    return test_narrow<by_mark>(request, candidates.subspan(i), at);
+  }
+#endif
+
+  /// True if every box moved that is not fixed: then every pair of the list has a box that moved.
+  static bool all_moved(const BoxSet& boxes) {
+    const std::size_t least = boxes.size() - boxes.fixed_count();
+    if (boxes.moved().size() < least) return false;
+    const auto is_fixed = [&](ProxyIndex proxy) { return boxes.is_fixed(proxy); };
+    const auto fixed = std::count_if(boxes.moved().begin(), boxes.moved().end(), is_fixed);
+    return boxes.moved().size() - static_cast<std::size_t>(fixed) == least;
+  }
+
+  void test(const PairRequest& request, std::span<const Pair> candidates, PairBuffer& out,
+            BroadPhaseStats& stats) const {
+    const bool by_mark = !request.all && !all_moved(request.boxes);
+    const std::size_t before = out.size();
+    for (std::size_t begin = 0; begin < candidates.size(); begin += kBlock) {
+      const std::span<const Pair> block =
+          candidates.subspan(begin, std::min(kBlock, candidates.size() - begin));
+      std::uint64_t* at = out.reserve(kBlock + 4);
+#if defined(SKERRY_WIDE_TESTS)
+      if (has_wide_) {
+        at = by_mark ? test_wide<true>(request, block, at) : test_wide<false>(request, block, at);
+        out.advance_to(at);
+        continue;
+      }
+#endif
+      at = by_mark ? test_narrow<true>(request, block, at) : test_narrow<false>(request, block, at);
+      out.advance_to(at);
+    }
+    stats.box_tests += candidates.size();
+    stats.false_pairs += candidates.size() - (out.size() - before);
+  }
+
+  void test_list(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
+    const std::span<const Pair> candidates = candidates_of(list_);
+    const std::size_t count = workers_->shares(candidates.size(), kCandidatesPerThread);
+    if (parts.size() < count) parts.resize(count);
+    work_.assign(count, {});
+    workers_->run(count, [&](std::size_t part) {
+      const std::size_t begin = candidates.size() * part / count;
+      const std::size_t end = candidates.size() * (part + 1) / count;
+      test(request, candidates.subspan(begin, end - begin), parts[part], work_[part]);
+    });
+    for (const BroadPhaseStats& work : work_) {
+      stats.box_tests += work.box_tests;
+      stats.false_pairs += work.false_pairs;
+    }
+    if (more_.empty()) return;
+    // A pair can be in both lists: its boxes left their margins and met again.
+    PairBuffer& front = parts.front();
+    for (std::size_t part = 1; part < count; ++part) {
+      std::uint64_t* to = front.reserve(parts[part].size());
+      front.advance_to(std::copy_n(parts[part].data(), parts[part].size(), to));
+      parts[part].clear();
+    }
+    extra_.clear();
+    test(request, candidates_of(more_), extra_, stats);
+    merged_.clear();
+    std::uint64_t* to = merged_.reserve(front.size() + extra_.size());
+    merged_.advance_to(std::set_union(front.data(), front.data() + front.size(), extra_.data(),
+                                      extra_.data() + extra_.size(), to));
+    std::swap(merged_, front);
+  }
+
+  /// Few boxes moved: a search in the grid around each, in proportion to their number.
+  void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) {
+    refresh_grid();
+    const BoxSet& boxes = request.boxes;
+    for (const ProxyIndex proxy : boxes.moved()) {
+      near_.clear();
+      grid_->query(fat_, boxes.box(proxy), near_);
+      for (const ProxyIndex other : near_) {
+        ++stats.box_tests;
+        if (overlap(boxes.box(proxy), boxes.box(other))) {
+          if (request.reports(proxy, other)) out.add(proxy, other);
+        } else {
+          ++stats.false_pairs;
+        }
+      }
+    }
+  }
+
+  mutable BoxSet fat_;  ///< the boxes with their margins; marked as moved: those that the list does not know
+  std::shared_ptr<Workers> workers_;
+  std::unique_ptr<HierarchicalGrid> grid_;  ///< over `fat_`
+  std::vector<FloatBox> tight_;             ///< by proxy: the boxes themselves
+  std::vector<Pair> list_;                  ///< pairs of fat boxes, sorted
+  std::vector<Pair> more_;                  ///< those found since it was made, sorted
+  bool is_complete_ = false;                ///< false: the list has to be made anew
+  bool in_order_ = false;
+#if defined(SKERRY_WIDE_TESTS)
+  bool has_wide_;
+#endif
+  int list_age_ = 2;  ///< reports from the list
+  int steps_without_margin_ = 0;
+  // Kept between calls.
+  std::vector<ProxyIndex> left_;
+  std::vector<BoxUpdate> updates_;
+  std::vector<Pair> found_;
+  std::vector<ProxyIndex> near_;
+  std::vector<BroadPhaseStats> work_;
+  PairBuffer extra_, merged_;
+  PairSortScratch scratch_;
+};
+
+}  // namespace
+
+std::unique_ptr<PairFinder> make_neighbour_list(const BroadPhaseOptions& options) {
+  return make_neighbour_list(options, true);
+}
+
+std::unique_ptr<PairFinder> make_neighbour_list(const BroadPhaseOptions& options, bool wide_tests) {
+  return std::make_unique<NeighbourList>(options, wide_tests);
+}
+
+}  // namespace skerry
