@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 # Pair finding, all of it: every implementation and every peer, on every distribution, for 1e3 to 1e6 boxes.
 #   tests/bench/broadphase.sh [OUT [SIZES [BENCH]]]
-# writes OUT/broadphase.csv, OUT/crossover.svg (time a body against the number of bodies) and OUT/broadphase.log.
+# writes OUT/broadphase.csv, OUT/crossover.svg (time a body against the number of bodies), OUT/tables.md (times, bytes,
+# ratios) and OUT/broadphase.log (the machine, versions). All of it takes about 25 minutes of an idle core.
 # OUT is a folder, ./broadphase by default; SIZES for example "1000 10000"; BENCH the program, by default that of
 # the preset `release`. Every size runs in a process of its own, so that a run cut off keeps the sizes before.
 set -eu
@@ -20,6 +21,6 @@ for n in $sizes; do
   # One header for all.
   if [ -s "$out/broadphase.csv" ]; then grep '^"' "$out/$n.csv"; else cat "$out/$n.csv"; fi >> "$out/broadphase.csv"
   rm "$out/$n.csv"
-  python3 "$here/broadphase_plot.py" "$out/broadphase.csv" "$out/crossover.svg"
+  python3 "$here/broadphase_plot.py" "$out/broadphase.csv" "$out/crossover.svg" "$out/tables.md"
 done
 echo "$out/broadphase.csv $out/crossover.svg" >&2

@@ -3,9 +3,10 @@
 """Draws the crossover plot of the broad-phase benchmark: time a body and step against the number of bodies.
 
     broadphase_bench --benchmark_format=csv > all.csv
-    python3 tests/bench/broadphase_plot.py all.csv crossover.svg
+    python3 tests/bench/broadphase_plot.py all.csv crossover.svg [tables.md]
 
-One panel a distribution, both axes logarithmic. Ours are solid, peers are dashed. Standard library only.
+One panel a distribution, both axes logarithmic. Ours are solid, peers are dashed. `tables.md` gets the numbers: times,
+bytes, and the ratios that the aims speak of. Standard library only. tests/bench/broadphase.sh does all of it.
 """
 import csv
 import math
@@ -30,6 +31,60 @@ def read(path):
         if len(parts) >= 3 and row.get("ns_body"):
             panels[parts[1]][parts[0]].append((int(parts[2]), float(row["ns_body"])))
     return panels
+
+
+def size_name(bodies):
+    return f"1e{round(math.log10(bodies))}" if bodies == 10 ** round(math.log10(bodies)) else str(bodies)
+
+
+def number(value):
+    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+
+def tables(path, panels, names):
+    """Returns Markdown: ns a body and step, bytes a body, and ratios."""
+    nbytes = {}
+    with open(path, newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(line for line in file if line.startswith('"') or line.startswith("name,")):
+            parts = row["name"].split("/")
+            if len(parts) >= 3 and parts[1] == "U" and row.get("bytes_body"):
+                nbytes[parts[0], int(parts[2])] = float(row["bytes_body"])
+    out = []
+    units = {"S": ("us a step", 1e-3), "F": ("us a step", 1e-3), "R": ("ns a ray", None)}
+    for d in (d for d in "UMCSFR" if d in panels):
+        sizes = sorted({n for points in panels[d].values() for n, _ in points})
+        unit, factor = units.get(d, ("ns a body and step", None))
+        columns = [f"{d} {size_name(n)}" for n in sizes]
+        if d == "U":
+            columns += [f"bytes a body, {size_name(n)}" for n in sizes]
+        out += [f"| {unit} | " + " | ".join(columns) + " |", "| --- |" + " --- |" * len(columns)]
+        for name in names:
+            times = dict(panels[d].get(name, []))
+            if not times:
+                continue
+            cells = [number(times[n] * (factor * n if factor else 1)) if n in times else "-" for n in sizes]
+            if d == "U":
+                cells += [number(nbytes[name, n]) if (name, n) in nbytes else "-" for n in sizes]
+            out.append(f"| {name} | " + " | ".join(cells) + " |")
+        out.append("")
+    out += ["| | our best | ns | best peer | ns | peer / ours | auto / our best | S / U of auto |",
+            "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+    for d in (d for d in "UMCSF" if d in panels):
+        for n in sorted({n for points in panels[d].values() for n, _ in points}):
+            row = {name: dict(points)[n] for name, points in panels[d].items() if n in dict(points)}
+            ours = {k: v for k, v in row.items() if k == k.lower()}
+            peers = {k: v for k, v in row.items() if k != k.lower()}
+            best = min((k for k in ours if k != "auto"), key=ours.get, default=None)
+            peer = min(peers, key=peers.get, default=None)
+            if best is None:
+                continue
+            least = min(ours.values())
+            u = dict(panels["U"].get("auto", [])).get(n)
+            share = f"{100 * ours['auto'] / u:.1f} %" if d == "S" and u and "auto" in ours else ""
+            out.append(f"| {d} {size_name(n)} | {best} | {number(ours[best])} | {peer or '-'} | "
+                       f"{number(peers[peer]) if peer else '-'} | {peers[peer] / least if peer else 0:.1f} | "
+                       f"{ours['auto'] / ours[best] if 'auto' in ours else 0:.2f} | {share} |")
+    return "\n".join(out) + "\n"
 
 
 def panel(left, title, series, styles, low, high):
@@ -60,8 +115,8 @@ def panel(left, title, series, styles, low, high):
 
 
 def main():
-    if len(sys.argv) != 3:
-        sys.exit(f"usage: {sys.argv[0]} input.csv output.svg")
+    if len(sys.argv) not in (3, 4):
+        sys.exit(f"usage: {sys.argv[0]} input.csv output.svg [tables.md]")
     panels = read(sys.argv[1])
     if not panels:
         sys.exit(f"{sys.argv[1]}: no rows of broadphase_bench with ns_body")
@@ -90,6 +145,9 @@ def main():
     out.append("</svg>")
     with open(sys.argv[2], "w", encoding="utf-8") as file:
         file.write("\n".join(out) + "\n")
+    if len(sys.argv) == 4:
+        with open(sys.argv[3], "w", encoding="utf-8") as file:
+            file.write(tables(sys.argv[1], panels, ours + others))
 
 
 if __name__ == "__main__":

@@ -199,7 +199,12 @@ TEST_P(EveryBroadPhaseContract, ShowsItsStructure) {
       EXPECT_EQ(index, axes++);
       EXPECT_NEAR(length(direction), 1, 1e-12);
     }
+    std::vector<double> last;  // the intervals' lower ends, by axis
+    bool is_sorted = true;
     void interval(int index, ProxyIndex proxy, double lower, double upper) override {
+      last.resize(static_cast<std::size_t>(index) + 1, -kInfinity);
+      is_sorted &= last.back() <= lower;
+      last.back() = lower;
       EXPECT_LT(index, axes);
       EXPECT_LT(proxy, 200u);
       EXPECT_LE(lower, upper);
@@ -215,6 +220,24 @@ TEST_P(EveryBroadPhaseContract, ShowsItsStructure) {
   if (counter.axes == 0) {
     EXPECT_GE(counter.listed, 200);
   }
+  if (GetParam().name == "sweep_and_prune") {
+    EXPECT_EQ(counter.axes, 2);
+    EXPECT_TRUE(counter.is_sorted);
+  }
+}
+
+TEST_P(EveryBroadPhaseContract, CountsItsTestsAndThoseThatGaveNoPair) {
+  const auto tested = make();
+  Random random(13);
+  const std::vector<Aabb> boxes = scenes()[1].make(random, 500);
+  for (ProxyIndex i = 0; i < boxes.size(); ++i) tested->insert(i, boxes[i], ProxyKind::Moving);
+  std::vector<Pair> pairs;
+  tested->moved_pairs(pairs);
+  const BroadPhaseStats stats = tested->stats();
+  EXPECT_EQ(stats.pairs, pairs.size());
+  EXPECT_GT(stats.false_pairs, 0u);
+  EXPECT_GE(stats.box_tests, stats.pairs + stats.false_pairs);
+  EXPECT_GT(stats.bytes, 500 * sizeof(Aabb));
 }
 
 TEST(BroadPhaseRegistry, NamesItsEntriesWhenAskedForAnUnknownOne) {
