@@ -148,7 +148,7 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
   json["margin"]["upper_bound"] = stability.slides;
   char tilt[32];
   std::snprintf(tilt, sizeof tilt, "%.1f", std::atan(stability.margin) * 180 / kPi);
-  text << "  margin: " << format_number(stability.margin) << " g sideways (a tilt of " << tilt
+  text << "  margin: " << percent(stability.margin) << " of gravity sideways (a tilt of " << tilt
        << " degrees), weakest " << side << "; then " << governing << (stability.slides ? " slides" : " opens")
        << '\n';
   if (stability.slides) text << "  where contacts slide the margin is an upper bound (associated flow)\n";
@@ -179,8 +179,8 @@ void analyse_bridges(const Demo& demo, Json& json, std::ostream& text) {
     if (worst >= 0) {
       const MemberState& state = bridge.members()[static_cast<std::size_t>(worst)];
       entry["governing_member"] = worst + 1;
-      text << "  governing: member " << worst + 1 << ", " << format_number(100 * std::abs(state.peak_use))
-           << " % of its strength in " << (state.peak_use < 0 ? "compression" : "tension") << " at "
+      text << "  governing: member " << worst + 1 << ", " << percent(std::abs(state.peak_use))
+           << " of its strength in " << (state.peak_use < 0 ? "compression" : "tension") << " at "
            << format_number(state.peak_time) << " s\n";
     }
     list.push_back(std::move(entry));

@@ -76,6 +76,25 @@ Blocks arch(int n, double thickness) {
   return blocks;
 }
 
+/// The same with curved edges: sectors, whose weight lies farther out.
+Blocks arch_of_sectors(int n, double thickness) {
+  Blocks blocks;
+  const double inner = 1 - 0.5 * thickness, outer = 1 + 0.5 * thickness, half = 0.5 * kPi / n;
+  const auto direction = [&](double i) { return Vec2{std::cos(kPi * i / n), std::sin(kPi * i / n)}; };
+  for (int i = 0; i < n; ++i) {
+    const double area = half * (outer * outer - inner * inner);
+    const double moment = (outer * outer * outer - inner * inner * inner) * 2 / 3 * std::sin(half);
+    blocks.system.bodies.push_back({1, 1});
+    blocks.system.positions.push_back(moment / area * direction(i + 0.5));
+    blocks.weight.push_back({0, -area, 0});
+  }
+  for (int i = 0; i <= n; ++i) {
+    const int before = i == 0 ? -1 : i - 1, after = i == n ? -1 : i;
+    blocks.join(before, after, inner * direction(i), outer * direction(i), perp(direction(i)), 1);
+  }
+  return blocks;
+}
+
 /// Smallest x in [low, high] that carries its own weight; everything above it does.
 template <class Make>
 double least(double low, double high, Sliding sliding, Make&& make) {
@@ -102,6 +121,23 @@ TEST_F(LimitLoadTest, SemicircularArchOf15VoussoirsNeeds0106068) {
 TEST_F(LimitLoadTest, SemicircularArchOf121VoussoirsNeeds0107454) {
   const double t = least(0.1074, 0.1075, Sliding::None, [](double x) { return arch(121, x); });
   EXPECT_NEAR(t, 0.107454, 1e-6);
+}
+
+TEST_F(LimitLoadTest, ArchOf15SectorsNeeds0106266) {
+  const double t = least(0.09, 0.12, Sliding::None, [](double x) { return arch_of_sectors(15, x); });
+  EXPECT_NEAR(t, 0.106266, 1e-6);
+}
+
+TEST_F(LimitLoadTest, ArchOfManySectorsTendsToMilankovitchs01075) {
+  // 0.107478 for a continuous arch [Makris & Alexakis 2013]; joints between voussoirs leave hinges fewer
+  // places.
+  double last = 0;
+  for (const int n : {7, 15, 31, 61}) {
+    const double t = least(0.09, 0.12, Sliding::None, [&](double x) { return arch_of_sectors(n, x); });
+    EXPECT_GT(t, last) << n;
+    last = t;
+  }
+  EXPECT_NEAR(last, 0.1075, 1.5e-4);
 }
 
 TEST_F(LimitLoadTest, HarmonicOverhangIsTheLimitTo1e9) {
