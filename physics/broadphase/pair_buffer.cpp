@@ -11,6 +11,8 @@ namespace {
 
 /// One-pass bucket sorts use at most this many buckets: 2^17 counters are 512 KiB.
 constexpr int kDirectBits = 17;
+/// Pairs that are sorted by both numbers at most: two arrays of 512 KiB.
+constexpr std::size_t kMostByBoth = 1u << 16;
 /// Buckets of the second pass: their counters and pairs stay in the first-level cache.
 constexpr int kChunkBits = 10;
 constexpr Pair to_pair(std::uint64_t key) {
@@ -159,14 +161,16 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
   const int low_bits = std::bit_width(limit > 0 ? limit - 1 : 0);
   const int pair_bits = std::bit_width(total);
   const int shift = std::max(0, low_bits - pair_bits);
-  if (low_bits - shift <= kDirectBits) {
+  // Several pairs a number: two passes while they stay in the second-level cache.
+  const bool is_dense = shift == 0 && total > 2 * std::size_t{limit};
+  if (is_dense ? total <= kMostByBoth : low_bits - shift <= kDirectBits) {
     PairBuffer* keys = &parts.front();
     for (PairBuffer& part : parts.subspan(1)) {
       std::uint64_t* to = keys->reserve(part.size());
       std::copy_n(part.data(), part.size(), to);
       keys->advance_to(to + part.size());
     }
-    if (shift == 0 && total > 2 * std::size_t{limit}) {
+    if (is_dense) {
       return sort_by_both(keys->data(), total, limit, scratch, pairs.data());
     }
     const std::uint32_t buckets = ((limit - 1) >> shift) + 1;

@@ -28,7 +28,7 @@ def read(path):
         lines = [line for line in file if line.startswith('"') or line.startswith("name,")]
     for row in csv.DictReader(lines):
         parts = row["name"].split("/")
-        if len(parts) >= 3 and row.get("ns_body"):
+        if len(parts) >= 3 and row.get("ns_body") and not parts[0].endswith("_threads"):
             panels[parts[1]][parts[0]].append((int(parts[2]), float(row["ns_body"])))
     return panels
 

@@ -60,7 +60,8 @@ struct BenchEntry {
   std::string name;
   std::size_t most;  ///< larger scenes are skipped: they would take minutes
   std::function<std::unique_ptr<PairBench>()> make;
-  bool casts_rays = false;  ///< gets distribution R as well
+  bool is_ours = false;  ///< gets distribution R as well
+  bool by_wall = false;  ///< uses several threads
 };
 
 /// The peers that were found when this was built, with versions in the names.
