@@ -343,6 +343,7 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   }
   out.scale = fastest * heaviest;
   std::vector<double> lambda;
+  work_ += n > kDenseRows ? n : 1 + 0.01 * n * n * n;
   if (n > 0 && !(n > kDenseRows ? solve_sparse(unknowns, free, lambda) : solve_dense(unknowns, free, lambda)))
     return false;
   for (int j = 0; j < n; ++j) {

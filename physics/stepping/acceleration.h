@@ -56,6 +56,10 @@ class AccelerationProblem {
   /// @return false if the solver found no answer
   bool choose(ContactMode& mode, double elapsed, const State& y) const;
 
+  /// What the evaluations so far cost, in unknown forces: a dense elimination of n counts as n^3 / 100, a sparse
+  /// one as n. About 0.3 us each.
+  double work() const { return work_; }
+
  private:
   struct AccelerationRow {
     int a = -1, b = -1;
@@ -85,6 +89,7 @@ class AccelerationProblem {
   const Island& island_;
   IslandResult& result_;
   bool varying_;                 ///< forces depend on the state
+  mutable double work_ = 0;      ///< see `work`
   mutable SparseForces sparse_;  ///< keeps the analysis of the body graph
 };
 

@@ -29,6 +29,9 @@ using State = AccelerationProblem::State;
 constexpr int kMaxEvents = 16;
 // Local error of an inner step when no accuracy was asked for.
 constexpr double kFinest = 1e-13;
+// Work of the force solves of a step (see AccelerationProblem::work), and more for longer steps: what costs more
+// than about 0.2 s is for time stepping.
+constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
@@ -518,6 +521,7 @@ class EventStep {
       const double left = h_ - elapsed_;
       const double length = std::min(inner_step_, left);
       if (++inner_steps_ > kMaxInnerSteps || !(length > 1e-14 * h_)) return false;
+      if (problem_.work() > kMaxWork + h_ * kMaxWorkPerSecond) return false;
       const double error = method.attempt(elapsed_, y, dy, length, accuracy, kUnit);
       if (!(error <= 1)) {
         ++result_.rejected_steps;

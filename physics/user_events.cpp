@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "physics/user_events.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "physics/stepping/root.h"
+#include "physics/world.h"
+
+namespace skerry {
+namespace {
+
+// Parts of a step at whose ends signs are compared.
+constexpr int kParts = 8;
+
+struct Root {
+  double time;
+  bool rising;
+  EventAction action;
+};
+
+}  // namespace
+
+int UserEvents::add(EventMeasure measure, EventAction action) {
+  if (!measure || !action)
+    throw std::invalid_argument(std::string("UserEvents::add: empty ") + (measure ? "action" : "measure"));
+  watched_.push_back({next_, std::move(measure), std::move(action)});
+  return next_++;
+}
+
+void UserEvents::remove(int number) {
+  const auto found = std::find_if(watched_.begin(), watched_.end(),
+                                  [number](const Watched& one) { return one.number == number; });
+  if (found == watched_.end())
+    throw std::invalid_argument("UserEvents::remove: no event " + std::to_string(number));
+  watched_.erase(found);
+}
+
+int UserEvents::look(const World& world) {
+  const StepReport& report = world.report();
+  if (report.step == 0) return 0;
+  const double begin = report.time - report.h, part = report.h / kParts;
+  std::vector<Root> roots;
+  for (const Watched& one : watched_) {
+    const auto end_of = [&](int k) { return k == kParts ? report.time : begin + k * part; };
+    double before = one.measure(begin);
+    for (int k = 1; k <= kParts; ++k) {
+      const double from = end_of(k - 1), to = end_of(k), value = one.measure(to);
+      // A zero belongs to the part that ends with it.
+      if ((before > 0 && value <= 0) || (before < 0 && value >= 0)) {
+        const double sign = before > 0 ? 1 : -1;
+        const double after = falling_root([&](double t) { return sign * one.measure(from + t); }, 0,
+                                          sign * before, to - from, sign * value);
+        roots.push_back({from + after, before < 0, one.action});
+      }
+      before = value;
+    }
+  }
+  std::stable_sort(roots.begin(), roots.end(), [](const Root& x, const Root& y) { return x.time < y.time; });
+  for (const Root& root : roots) root.action(root.time, root.rising);
+  return static_cast<int>(roots.size());
+}
+
+}  // namespace skerry
