@@ -52,6 +52,7 @@ void SinkBase::repeat() {
   if (frames_ == 0) throw std::logic_error(name_ + ": repeat() before the first frame");
   again();
   ++frames_;
+  ++repeats_;
 }
 
 void SinkBase::chapter(const std::string& title) {
@@ -63,6 +64,7 @@ SinkReport SinkBase::end() {
   SinkReport report;
   report.path = name_;
   report.frames = frames_;
+  report.repeats = repeats_;
   finish(report);
   phase_ = Phase::Done;
   return report;

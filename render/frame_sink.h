@@ -29,10 +29,11 @@ struct StreamInfo {
 
 /// What came out.
 struct SinkReport {
-  std::string path;         ///< of the file, or the pattern
-  std::int64_t frames = 0;  ///< that were put in
-  std::uint64_t bytes = 0;  ///< written
-  std::string format;       ///< e.g. "h264 yuv420p in mp4"
+  std::string path;          ///< of the file, or the pattern
+  std::int64_t frames = 0;   ///< that were put in
+  std::int64_t repeats = 0;  ///< of them: the frame before once more, neither converted nor copied
+  std::uint64_t bytes = 0;   ///< written
+  std::string format;        ///< e.g. "h264 yuv420p in mp4"
 };
 
 /// Takes frames in order: begin(), frame() any number of times, end().

@@ -39,7 +39,7 @@ class SinkBase : public FrameSink {
 
   std::string name_;
   StreamInfo info_;
-  std::int64_t frames_ = 0;
+  std::int64_t frames_ = 0, repeats_ = 0;
   Phase phase_ = Phase::New;
 };
 

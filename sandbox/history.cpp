@@ -197,8 +197,11 @@ void History::look_at_contacts(const World& world) {
 void History::look_at_systems(const World& world) {
   const IslandTrace* impact = nullptr;
   const IslandTrace* resting = nullptr;
+  int followed = followed_;
+  if (followed_body_ && world.alive(followed_body_) && world.bodies().island[followed_body_.index] >= 0)
+    followed = world.bodies().island[followed_body_.index];
   for (const IslandTrace& trace : world.report().traces) {
-    if (followed_ >= 0 && trace.island != followed_) continue;
+    if (followed >= 0 && trace.island != followed) continue;
     const IslandTrace*& best = trace.impact ? impact : resting;
     if (!best || trace.system.size() > best->system.size()) best = &trace;
   }
@@ -236,9 +239,9 @@ const SystemRecord* History::system() const {
   return resting_ ? &*resting_ : nullptr;
 }
 
-Vec2 anchor_point(const World& world, const RowAnchor& anchor) {
-  if (!anchor.carrier || !world.alive(anchor.carrier)) return anchor.local;
-  return to_world(world.pose(anchor.carrier), anchor.local);
+Vec2 anchor_point(const Demo& demo, const RowAnchor& anchor) {
+  if (!anchor.carrier || !demo.world().alive(anchor.carrier)) return anchor.local;
+  return to_world(demo.shown(anchor.carrier.index).pose(), anchor.local);
 }
 
 }  // namespace skerry::sandbox

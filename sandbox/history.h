@@ -94,6 +94,9 @@ class History {
   void update(const Demo& demo);
   /// Keeps the equations of this island instead of the largest one; -1: the largest.
   void follow_island(int island) { followed_ = island; }
+  /// The same for the island that this body is in, whatever its number; none: as `follow_island` says.
+  void follow_body(BodyId body) { followed_body_ = body; }
+  BodyId followed_body() const { return followed_body_; }
   /// Sets the moment that is shown [s], if it is not the end of the last step.
   void show_at(double time) { now_ = time; }
 
@@ -124,6 +127,7 @@ class History {
   bool keep_systems_;
   double flash_seconds_;
   int followed_ = -1;
+  BodyId followed_body_;
   double now_ = 0;
   std::vector<Flash> flashes_;
   std::optional<SystemRecord> impact_, resting_;
@@ -140,7 +144,7 @@ class History {
   void add_beat(double impulse);
 };
 
-/// The world point of an anchor now [m].
-Vec2 anchor_point(const World& world, const RowAnchor& anchor);
+/// The world point of an anchor at the moment that is shown [m].
+Vec2 anchor_point(const Demo& demo, const RowAnchor& anchor);
 
 }  // namespace skerry::sandbox

@@ -30,12 +30,13 @@ double round_down(double value) {
   return round_down_to(value, {1, 1.5, 2, 3, 5, 7, 10});
 }
 
-render::Camera place_camera(const View& view, int width_px, int height_px, int columns, double footer) {
+render::Camera place_camera(const View& view, int width_px, int height_px, int columns, double footer,
+                            double header) {
   const double ui = render::ui_scale(height_px);
   const double left = 0;
   const double taken = columns > 0 ? (columns * (kColumnPx + kMarginPx) + kMarginPx) * ui : 0;
   const double right = width_px - taken;
-  const double top = kHeaderPx * ui;
+  const double top = header * ui;
   const double bottom = height_px - footer * ui;
   double scale = (bottom - top) / view.height;  // [px/m]
   if (view.width > 0) scale = std::min(scale, (right - left) / view.width);
@@ -73,9 +74,10 @@ double moving_width(const World& world, double centre) {
 
 PanelLayout::PanelLayout(int width_px, int height_px, double footer)
     : width_(width_px), scale_(render::ui_scale(height_px)), room_(height_px / scale_ - kHeaderPx - footer) {
-  // A third of the picture stays for the scene.
-  const double columns = width_ * 2 / 3 / ((kColumnPx + kMarginPx) * scale_);
-  most_columns_ = static_cast<std::size_t>(std::max(1.0, std::floor(columns)));
+  // A third of the picture stays for the scene; beside a single column a seventh will do.
+  const double column = (kColumnPx + kMarginPx) * scale_;
+  const bool one = height_px >= kLeastLinesForWords && width_ - column - kMarginPx * scale_ >= width_ / 7;
+  most_columns_ = one ? static_cast<std::size_t>(std::max(1.0, std::floor(width_ * 2 / 3 / column))) : 0;
 }
 
 int PanelLayout::reserve(double height) {

@@ -18,12 +18,15 @@ inline constexpr double kMarginPx = 14;
 inline constexpr double kHeaderPx = 78;   ///< title and two lines of lesson
 inline constexpr double kFooterPx = 40;   ///< legends and the length scale
 inline constexpr double kColumnPx = 404;  ///< panels
+/// Pictures with fewer lines show the scene alone: words would be larger than what they are about.
+inline constexpr int kLeastLinesForWords = 160;
 
 /// Places the camera so that `view` fills the part of the picture that header, footer and columns leave free.
 /// @param columns of panels at the right
 /// @param footer  height of what stands below the scene
+/// @param header  height of what stands above it
 render::Camera place_camera(const View& view, int width_px, int height_px, int columns,
-                            double footer = kFooterPx);
+                            double footer = kFooterPx, double header = kHeaderPx);
 
 /// A view around all bodies of the world that have a size, for demos that do not say.
 View fitted_view(const World& world);
@@ -39,7 +42,8 @@ class PanelLayout {
   PanelLayout(int width_px, int height_px, double footer = kFooterPx);
 
   /// Reserves room. @param height greatest height, frame included
-  /// @return number of the panel, or -1 if there is no room left
+  /// @return number of the panel, or -1 if there is no room left; so also in pictures that are too narrow for
+  ///         a column and a scene, or too low for words
   int reserve(double height);
   int columns() const { return static_cast<int>(used_.size()); }
   /// Right edge of what the columns leave for the scene [px of the picture].

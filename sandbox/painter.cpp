@@ -21,13 +21,15 @@ Composer::Composer(const render::Style& style, int width_px, int height_px)
 void Composer::show(const std::vector<std::string>& names, int width_px, int height_px) {
   width_px_ = width_px;
   height_px_ = height_px;
-  footer_ = kFooterPx;
+  words_ = height_px >= kLeastLinesForWords;
+  header_ = words_ ? kHeaderPx : 0;
+  footer_ = words_ ? kFooterPx : 0;
   shown_.clear();
   left_out_.clear();
   for (const Overlay& overlay : overlays()) {
     if (std::find(names.begin(), names.end(), overlay.name) == names.end()) continue;
     shown_.push_back({&overlay, -1});
-    footer_ += overlay.footer_px;
+    if (words_) footer_ += overlay.footer_px;
   }
   layout_ = PanelLayout(width_px, height_px, footer_);
   for (Shown& shown : shown_) {
@@ -44,14 +46,16 @@ render::Camera Composer::camera(const Demo& demo) const {
     const double whole = view.height * width_px_ / height_px_;
     view.width = std::min(whole, moving_width(demo.world(), view.centre.x));
   }
-  return place_camera(view, width_px_, height_px_, layout_.columns(), footer_);
+  return place_camera(view, width_px_, height_px_, layout_.columns(), footer_, header_);
 }
 
 void Composer::scene(const Demo& demo, const History& history, const render::Camera& camera,
                      Selection& selection, render::DrawList& list) {
   list.clear();
-  Legend legend(camera, *style_, list[render::Layer::Labels], layout_.scene_right(), footer_ - kFooterPx);
-  LabelPlacer labels(camera, *style_, list[render::Layer::Labels]);
+  render::DrawLayer nowhere;
+  render::DrawLayer& words = words_ ? list[render::Layer::Labels] : nowhere;
+  Legend legend(camera, *style_, words, layout_.scene_right(), footer_ - kFooterPx);
+  LabelPlacer labels(camera, *style_, words);
   const OverlayContext context{demo, demo.world(), history, *style_, camera, legend, labels, selection};
   draw_world(context, list);
   for (const Shown& shown : shown_)
@@ -63,6 +67,7 @@ void Composer::panels(const Demo& demo, const History& history, const render::Ca
   const double scale = render::ui_scale(camera.height_px);
   sheet_.clear();
   layout_.begin_frame();
+  if (!words_) return;
   render::DrawLayer nowhere;
   Legend legend(camera, *style_, nowhere, 0);  // panels have none
   LabelPlacer labels(camera, *style_, nowhere);

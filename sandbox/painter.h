@@ -52,7 +52,8 @@ class Composer {
 
   const render::Style* style_;
   int width_px_, height_px_;
-  double footer_ = kFooterPx;
+  double header_ = kHeaderPx, footer_ = kFooterPx;
+  bool words_ = true;  ///< header, legends and panels; not in tiny pictures
   std::vector<Shown> shown_;
   std::vector<std::string> left_out_;
   PanelLayout layout_;

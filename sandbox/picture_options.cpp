@@ -49,7 +49,11 @@ Selection PictureOptions::selection_for(const Demo& demo) const {
 
 void add_picture_options(OptionTable& table, PictureOptions& options) {
   const std::string group = "Picture";
-  table.add("--size", options.size, "WIDTHxHEIGHT in pixels (default 1280x720)").type("SIZE").group(group);
+  table
+      .add("--size", options.size,
+           "WIDTHxHEIGHT in pixels (default 1280x720); below 160 lines the scene alone, without words")
+      .type("SIZE")
+      .group(group);
   table
       .add("--overlay", options.overlays,
            "Adds overlays: " + join(overlay_names()) + "; none drops the demo's own")

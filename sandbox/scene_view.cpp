@@ -67,7 +67,7 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
                              .outline = paint.outline,
                              .outline_px = outline,
                              .angle = angle,
-                             .spoke = true});
+                             .spoke = context.world.bodies().type[record.body.index] != BodyType::Static});
       break;
     case ShapeKind::Capsule:
       layer.capsules.push_back({.from = to_point(to_world(pose, shape.vertices[0])),
@@ -227,11 +227,17 @@ render::Paint paint_of(const OverlayContext& context, std::size_t body) {
 void draw_world(const OverlayContext& context, render::DrawList& list) {
   list.background = context.style.background;
   draw_grid(context, list[Layer::Background]);
-  // The endless ground first: it lies behind everything else, whenever it was made.
-  for (const bool ground : {true, false}) {
+  // Static shapes, then the endless ground that they may stick in, then all that moves.
+  enum class Turn { Static, Ground, Moving };
+  for (const Turn turn : {Turn::Static, Turn::Ground, Turn::Moving}) {
     for (const ShapeRecord& shape : context.world.shapes()) {
-      if (!shape.alive || (shape.shape.kind == ShapeKind::HalfPlane) != ground) continue;
+      if (!shape.alive) continue;
       const std::size_t body = shape.body.index;
+      const bool fixed = context.world.bodies().type[body] == BodyType::Static;
+      const Turn its = shape.shape.kind == ShapeKind::HalfPlane ? Turn::Ground
+                       : fixed                                  ? Turn::Static
+                                                                : Turn::Moving;
+      if (its != turn) continue;
       const BodyState shown = context.demo.shown(body);
       draw_shape(context, shape, shown.pose(), paint_of(context, body), shown.angle, list[Layer::Bodies]);
     }

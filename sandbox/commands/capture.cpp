@@ -116,8 +116,9 @@ class Recording {
     const render::SinkReport report = sink->end();
     const double rate = static_cast<double>(frames) / std::max(progress.elapsed(), 1e-9);
     io_.out << report.path << ": " << format_number_of(static_cast<double>(frames) / options_.fps) << " s, "
-            << frames << " frames, " << std::lround(rate) << " frames/s, " << format_bytes(report.bytes)
-            << '\n';
+            << frames << " frames, ";
+    if (report.repeats > 0) io_.out << report.repeats << " of them unchanged, ";
+    io_.out << std::lround(rate) << " frames/s, " << format_bytes(report.bytes) << '\n';
     if (!whole) return true;
     if (demo_.failed()) print_checks(io_.err, demo_);
     return !demo_.failed();
@@ -202,7 +203,8 @@ Action setup_capture(OptionTable& table) {
   const std::string group = "Picture";
   table
       .add("-o,--out", options->out,
-           "File (.mp4 .mkv .webm .gif, .png for one picture, %06d.png for all) or folder/")
+           "File (.mp4 .mkv .webm with the demo's notes as chapters, .gif, .png for one picture, %06d.png "
+           "for all) or folder/")
       .type("PATH")
       .group(group);
   table.add("--at", options->at, "One picture of this moment [s]").non_negative().group(group);

@@ -8,6 +8,7 @@
 
 #include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
+#include "sandbox/scene_view.h"
 
 namespace skerry::sandbox {
 namespace {
@@ -43,7 +44,8 @@ std::vector<Force> forces_on(const OverlayContext& context, BodyId body) {
           point.normal_impulse * contact.normal + point.friction_impulse * perp(contact.normal);
       const Vec2 force = (second ? 1.0 : -1.0) / report.h * impulse;
       if (length(force) <= context.history.force_floor(world)) continue;
-      forces.push_back({body_label(world, other), point.position, force, style.force});
+      forces.push_back(
+          {body_label(world, other), shown_point(context, contact, point.position), force, style.force});
     }
   }
   for (const JointRecord& joint : world.joints()) {
@@ -53,8 +55,8 @@ std::vector<Force> forces_on(const OverlayContext& context, BodyId body) {
     if (length(force) <= context.history.force_floor(world)) continue;
     const BodyId other = second ? joint.def.a : joint.def.b;
     forces.push_back({body_label(world, other) + " (joint)",
-                      to_world(world.pose(body), second ? joint.local_b : joint.local_a), force,
-                      style.joint});
+                      to_world(context.demo.shown(slot).pose(), second ? joint.local_b : joint.local_a),
+                      force, style.joint});
   }
   return forces;
 }
@@ -95,7 +97,7 @@ struct Diagram {
 };
 
 void draw_body(const OverlayContext& context, const Diagram& diagram, BodyId body, double top) {
-  const Transform pose = context.world.pose(body);
+  const Transform pose = context.demo.shown(body.index).pose();
   for (const ShapeRecord& shape : context.world.shapes()) {
     if (!shape.alive || shape.body != body) continue;
     const Shape& s = shape.shape;
@@ -158,7 +160,8 @@ void show_inspector(const PanelContext& context) {
   }
   const std::string name = body_label(world, body);
   const Panel panel(context, ("Body " + name + "###inspector").c_str(), kInspectorPx);
-  const Vec2 p = world.position(body), v = world.velocity(body);
+  const BodyState state = scene.demo.shown(body.index);
+  const Vec2 p = state.position, v = state.velocity;
   char text[160];
   double y = 0;
   const auto line = [&](render::Color color) {
@@ -171,9 +174,9 @@ void show_inspector(const PanelContext& context) {
   else
     std::snprintf(text, sizeof text, "infinite mass");
   line(style.text);
-  std::snprintf(text, sizeof text, "at (%.4g, %.4g) m, angle %.4g rad", p.x, p.y, world.angle(body));
+  std::snprintf(text, sizeof text, "at (%.4g, %.4g) m, angle %.4g rad", p.x, p.y, state.angle);
   line(style.text);
-  std::snprintf(text, sizeof text, "velocity (%.3g, %.3g) m/s, %.3g rad/s", v.x, v.y, world.omega(body));
+  std::snprintf(text, sizeof text, "velocity (%.3g, %.3g) m/s, %.3g rad/s", v.x, v.y, state.omega);
   line(style.text);
   const int island = world.bodies().island[body.index];
   const std::string where = island >= 0 ? "island " + std::to_string(island + 1) + ", " : "";

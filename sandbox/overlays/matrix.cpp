@@ -128,8 +128,8 @@ void draw_scale(const Panel& panel, const render::Style& style, double largest) 
 std::string summary(const SystemRecord& record, int nonzeros) {
   const int n = record.system.size();
   char text[200];
-  std::snprintf(text, sizeof text, "%d x %d, %d nonzeros; %s at %.2f s (%s)", n, n, nonzeros,
-                record.impact ? "impact" : "forces", record.time, record.method.c_str());
+  std::snprintf(text, sizeof text, "%d x %d, %d nonzeros; %s at %.2f s", n, n, nonzeros,
+                record.impact ? "impact" : "forces", record.time);
   return text;
 }
 
@@ -212,9 +212,9 @@ void follow_mouse(const Map& map, int rows, Selection& selection) {
 void show_matrix(const PanelContext& context) {
   const SystemRecord* record = context.scene.history.system();
   const render::Style& style = context.scene.style;
-  const char* title = "Island matrix W and impulses \xCE\xBB";
+  std::string title = "Matrix W and impulses \xCE\xBB";
   if (!record || record->system.size() == 0) {
-    const Panel panel(context, title, 24);
+    const Panel panel(context, (title + "###matrix").c_str(), 24);
     panel.text(0, 0, style.text_dim, "nothing touches yet");
     return;
   }
@@ -232,7 +232,12 @@ void show_matrix(const PanelContext& context) {
   const double room = vectors ? beside : std::min({kLargestMapPx, kPlainCellPx * n, kPanelWidthPx - name_px});
   const double cell = std::min(kLargestCellPx, room / grid.size);
   const bool names = !record->row_names.empty() && cell >= kTextCellPx - 2;
-  const Panel panel(context, title, kHeadPx + cell * grid.size + kFootPx);
+  // The number that the islands overlay and the inspector show. Those of an earlier step may be others.
+  const bool current =
+      !record->impact && record->time > context.scene.demo.time() - 1.5 * context.scene.demo.dt();
+  if (current && record->island >= 0) title += ", island " + std::to_string(record->island + 1);
+  const Panel panel(context, (title + "###matrix").c_str(), kHeadPx + cell * grid.size + kFootPx);
+  panel.small(panel.width(), 9 - kPanelTitlePx, style.text_dim, record->method, render::Align::Right);
   const Map map{panel,   style, grid, names ? name_px : 0.5 * (panel.width() - cell * grid.size),
                 kHeadPx, cell};
 
@@ -277,20 +282,21 @@ void draw_matrix_selection(const OverlayContext& context, render::DrawList& list
                            .dash_px = dash});
   };
   const RowAnchor& first = record->anchors[static_cast<std::size_t>(selection.row)];
-  const Vec2 from = anchor_point(context.world, first);
+  const Vec2 from = anchor_point(context.demo, first);
   if (!has_row(*record, selection.column) || selection.column == selection.row) {
     ring(from, std::to_string(selection.row + 1));
     return;
   }
   // An entry of W is not zero because of the bodies that both rows act on: the line goes through them.
   const RowAnchor& second = record->anchors[static_cast<std::size_t>(selection.column)];
-  const Vec2 to = anchor_point(context.world, second);
+  const Vec2 to = anchor_point(context.demo, second);
   bool shared = false;
   for (const BodyId body : {first.a, first.b}) {
     if (!body || (body != second.a && body != second.b) || !context.world.alive(body)) continue;
     shared = true;
-    join(from, context.world.position(body), 0);
-    join(context.world.position(body), to, 0);
+    const Vec2 centre = context.demo.shown(body.index).position;
+    join(from, centre, 0);
+    join(centre, to, 0);
   }
   if (!shared) join(from, to, 6);
   ring(from, std::to_string(selection.row + 1));
@@ -298,21 +304,22 @@ void draw_matrix_selection(const OverlayContext& context, render::DrawList& list
     ring(to, std::to_string(selection.column + 1));
 }
 
-bool select_contact_at(const OverlayContext& context, Vec2 point, double reach) {
-  const SystemRecord* record = context.history.system();
+bool select_contact_at(const Demo& demo, const History& history, Vec2 point, double reach,
+                       Selection& selection) {
+  const SystemRecord* record = history.system();
   if (!record) return false;
   int best = -1;
   for (std::size_t i = 0; i < record->anchors.size(); ++i) {
     if (record->system.rows[i].kind != RowKind::Normal) continue;
-    const double distance = length(anchor_point(context.world, record->anchors[i]) - point);
+    const double distance = length(anchor_point(demo, record->anchors[i]) - point);
     if (distance > reach) continue;
     reach = distance;
     best = static_cast<int>(i);
   }
   if (best < 0) return false;
-  context.selection.row = best;
-  context.selection.column = -1;
-  context.selection.hovering = false;
+  selection.row = best;
+  selection.column = -1;
+  selection.hovering = false;
   return true;
 }
 

@@ -50,7 +50,8 @@ void draw_matrix_selection(const OverlayContext& context, render::DrawList& list
 
 /// Selects the row of the shown equations that acts nearest to `point`, within `reach` [m].
 /// @return whether there is one
-bool select_contact_at(const OverlayContext& context, Vec2 point, double reach);
+bool select_contact_at(const Demo& demo, const History& history, Vec2 point, double reach,
+                       Selection& selection);
 
 /// The curves of the energy panel.
 Chart energy_chart(const OverlayContext& context);

@@ -66,7 +66,7 @@ std::optional<std::pair<Placed, Placed>> picked_pair(const OverlayContext& conte
   }
   if (!best) return std::nullopt;
   const auto placed = [&](ShapeId id, BodyId body) {
-    return Placed{&world.shapes()[id.index].shape, world.pose(body), body};
+    return Placed{&world.shapes()[id.index].shape, context.demo.shown(body.index).pose(), body};
   };
   return std::pair(placed(best->shape_a, best->body_a), placed(best->shape_b, best->body_b));
 }

@@ -157,7 +157,8 @@ std::string keys_table() {
   const auto row = [&](std::string_view keys, std::string_view what) {
     table += "| " + std::string(keys) + " | " + std::string(what) + " |\n";
   };
-  row("left button", "on a body: drag it; elsewhere: move the view");
+  row("left button",
+      "on a body: drag it; on a contact with the matrix open: its row and column; elsewhere: move the view");
   row("right button", "a new body; drag: move the view");
   row("wheel", "zoom");
   for (const KeyAction& action : actions())

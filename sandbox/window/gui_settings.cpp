@@ -43,9 +43,16 @@ void parameter(const Gui& gui, const Parameter& parameter) {
   const bool wide = parameter.low > 0 && parameter.high / parameter.low > 500;
   std::string format = "%.4g";
   if (!parameter.unit.empty()) format.append(" ").append(parameter.unit);
-  ImGui::SliderScalar(parameter.name.c_str(), ImGuiDataType_Double, &shown, &parameter.low, &parameter.high,
-                      format.c_str(), wide ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None);
-  if (ImGui::IsItemActive()) {
+  // The value stands beside the slider, where the knob does not hide it. Ctrl and a click take a number.
+  ImGui::SliderScalar("##slider", ImGuiDataType_Double, &shown, &parameter.low, &parameter.high,
+                      ImGui::GetIO().KeyCtrl ? format.c_str() : "",
+                      wide ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None);
+  const bool active = ImGui::IsItemActive();
+  char words[80];
+  std::snprintf(words, sizeof words, format.c_str(), shown);
+  ImGui::SameLine();
+  ImGui::Text("%s = %s", parameter.name.c_str(), words);
+  if (active) {
     moving = parameter.name;
     value = shown;
   } else if (moving == parameter.name) {

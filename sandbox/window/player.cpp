@@ -67,7 +67,14 @@ void Player::advance() {
   arrive();
 }
 
+void Player::follow(BodyId body, bool soon) {
+  if (history_->followed_body() == body) return;
+  history_->follow_body(body);
+  if (!soon && step() > 0) seek(step());
+}
+
 void Player::seek(std::uint64_t target) {
+  const BodyId followed = history_->followed_body();
   // From before the state: its last step is made, so that the report of it is whole.
   auto from =
       std::lower_bound(keyframes_.begin(), keyframes_.end(), target,
@@ -77,6 +84,7 @@ void Player::seek(std::uint64_t target) {
   if (target <= step() || from->demo.step() > step()) {
     demo_->restore(from->demo);
     *history_ = from->history;
+    history_->follow_body(followed);
     hand_ = from->hand;
     arrive();
   }

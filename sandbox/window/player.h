@@ -44,6 +44,10 @@ class Player {
   /// Overlays may need more; the states do not depend on it.
   void observe(Observe what) { demo_->observe(what); }
 
+  /// Keeps the equations of the island that this body is in; none: of the largest one. Those of the present
+  /// step are found by making it again, unless `soon`: then the next step brings them.
+  void follow(BodyId body, bool soon);
+
   std::uint64_t step() const { return demo_->steps_done(); }
   /// The last state that is known.
   std::uint64_t end() const { return hashes_.size() - 1; }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sandbox/overlays/registry.h"
+
 namespace skerry::sandbox {
 namespace {
 
@@ -26,8 +28,13 @@ void Pointer::frame(const render::UiInput& input, bool over_scene, Workbench& be
     start_y_ = last_y_ = y;
     moved_ = false;
     doing_ = pressed[1] ? Doing::RightButton : Doing::Panning;
-    if (pressed[0]) {
-      const double slack = kPickSlackPx / bench.camera.pixels_per_metre();
+    const double slack = kPickSlackPx / bench.camera.pixels_per_metre();
+    const Player& player = bench.player();
+    // With the matrix open, contact points come before the bodies under them.
+    if (pressed[0] && bench.shows("matrix") &&
+        select_contact_at(player.demo(), player.history(), at, slack, bench.selection)) {
+      doing_ = Doing::Nothing;
+    } else if (pressed[0]) {
       const BodyId body = pick_body(bench.player().demo().world(), at, slack);
       bench.selection = {};
       bench.selection.body = body;

@@ -8,6 +8,7 @@
 #include "render/frame_sink.h"
 #include "render/gl_renderer.h"
 #include "render/ui_host.h"
+#include "sandbox/names.h"
 #include "sandbox/overlays/overlay.h"
 #include "sandbox/painter.h"
 #include "sandbox/scene_view.h"
@@ -102,6 +103,8 @@ void WindowView::State::fit(int width, int height) {
   style = render::style(bench.theme());
   ui.set_style(style);
   composer.show(bench.overlays(), width, scene_height);
+  if (!composer.left_out().empty())
+    bench.say("no room for " + join(composer.left_out()) + ": close another panel or make the window larger");
   quiet_frames = 0;
   if (bench.fit_view && bench.has_demo()) {
     bench.camera = composer.camera(bench.player().demo());
@@ -151,6 +154,7 @@ void WindowView::frame(const render::WindowInput& input, int width, int height) 
   s.handle(input);
   s.bench.watch_file(input.seconds);
   s.bench.advance(seconds);
+  s.bench.follow_selection();
   s.fit(width, height);
   s.draw_scene();
   if (s.bench.has_demo()) {

@@ -114,6 +114,12 @@ void Workbench::advance(double seconds) {
   });
 }
 
+void Workbench::follow_selection() {
+  if (!player_) return;
+  // A held body is not made to fall behind the hand by steps that are made again.
+  guarded([&] { player_->follow(selection.body, time_.playing() || player_->hand().holds()); });
+}
+
 void Workbench::seek(std::uint64_t step) {
   if (!player_) return;
   guarded([&] {

@@ -71,6 +71,9 @@ class Workbench {
   void seek(std::uint64_t step);
   void scrub(std::uint64_t step);  ///< as seek; pauses
 
+  /// The matrix shows the island of the selected body.
+  void follow_selection();
+
   // --- Methods, and a second run of the same scene with others
   void set_methods(const Methods& methods);
   bool has_ghost() const { return ghost_ != nullptr; }

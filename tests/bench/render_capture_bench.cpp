@@ -4,9 +4,12 @@
 // H.264. What two cores allow is 2000 / (CPU milliseconds of a frame) frames a second; an encoder with
 // nothing else to do and FFmpeg's own program fed through a pipe are the other measures.
 //
+// Then PNG sequences against stock stb, and 10 000 bodies drawn.
+//
 //   render_capture_bench [ROUNDS [FRAMES [LONG]]]   LONG: frames of a capture that watches its memory
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -16,7 +19,11 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "render/egl_context.h"
 #include "render/frame_sink.h"
+#include "render/gl_renderer.h"
+#include "render/style.h"
+#include "render/yuv.h"
 #include "sandbox/painter.h"
 
 namespace {
@@ -93,6 +100,71 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+// What is inside of `draw` and `encode`.
+void small_parts(const render::Image& picture, int frames) {
+  const int width = picture.width, height = picture.height;
+  const render::EglContext context;
+  render::Target target(width, height);
+  target.begin_scene();
+  target.resolve();
+  render::Image image;
+  const Cost read = measure(frames, [&] {
+    for (int i = 0; i < frames; ++i) target.read(image);
+  });
+  const auto side = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
+  std::vector<std::uint8_t> y(side * rows), u(side * rows / 4), v(side * rows / 4);
+  const Cost convert = measure(frames, [&] {
+    for (int i = 0; i < frames; ++i)
+      render::to_yuv420(picture, {{y.data(), u.data(), v.data()}, {width, width / 2, width / 2}});
+  });
+  std::printf("read back (in draw) %.2f ms, convert (in encode) %.2f ms\n", read.cpu, convert.cpu);
+}
+
+// 10 000 bodies of about 10 pixels, half discs, half boxes: time until the picture is finished.
+void ten_thousand(int rounds, int frames) {
+  const render::EglContext context;
+  render::GlRenderer renderer;
+  render::Target target(1280, 720);
+  render::Camera camera;
+  camera.height = 7.2;
+  const render::Style& style = render::style(render::Theme::Light);
+  render::DrawList list;
+  list.background = style.background;
+  render::DrawLayer& layer = list[render::Layer::Bodies];
+  constexpr double kPitch = 12.6 / 134, kRadius = 0.47 * kPitch;
+  for (int i = 0; i < 10000; ++i) {
+    const render::Point c{-6.3 + kPitch * (i % 134 + 0.5), -3.5 + kPitch * (i / 134 + 0.5)};
+    const render::Paint& paint = render::body_paint(style, i);
+    const auto corner = [&](double angle) {
+      return render::Point{c.x + kRadius * std::cos(0.7 * i + angle),
+                           c.y + kRadius * std::sin(0.7 * i + angle)};
+    };
+    if (i % 2 == 0) {
+      layer.discs.push_back({c, kRadius, paint.fill, paint.outline, style.outline_px, 0.7 * i, true});
+    } else {
+      const render::Point corners[] = {corner(0.6), corner(2.54), corner(3.74), corner(5.68)};
+      layer.polygon(corners, 4, paint.fill, paint.outline, 0, style.outline_px);
+    }
+  }
+  std::printf("\n10 000 bodies, 1280 x 720, %s\n", context.renderer().c_str());
+  std::vector<double> wall, cpu;
+  for (int round = 0; round <= rounds; ++round) {
+    const int few = std::max(frames / 4, 10);
+    const Cost cost = measure(few, [&] {
+      for (int i = 0; i < few; ++i) {
+        renderer.draw(list, camera, target);
+        context.finish();
+      }
+    });
+    if (round == 0) continue;  // shaders are compiled
+    wall.push_back(cost.wall);
+    cpu.push_back(cost.cpu);
+  }
+  std::printf("draw [ms a frame]: wall least %.2f, median %.2f; CPU least %.2f\n",
+              *std::min_element(wall.begin(), wall.end()), median(wall),
+              *std::min_element(cpu.begin(), cpu.end()));
+}
+
 void video(const fs::path& folder, const std::string& script, int width, int height, int rounds, int frames) {
   PaintOptions options;
   options.width = width;
@@ -109,6 +181,7 @@ void video(const fs::path& folder, const std::string& script, int width, int hei
     }
   }
   std::printf("\n%d x %d, %d frames a row; CPU [ms a frame], rates [frames/s]\n", width, height, frames);
+  small_parts(pictures.front(), frames);
   std::printf(
       "simulate  draw  encode | whole  CPU  rate | encode alone | ffmpeg pipe | of bound  of encoder  of "
       "pipe\n");
@@ -266,6 +339,7 @@ int main(int argc, char** argv) {
   video(folder, script, 1280, 720, rounds, frames);
   video(folder, script, 1920, 1080, rounds, frames);
   png(folder, script, rounds, frames);
+  ten_thousand(rounds, frames);
   if (argc > 3) memory(folder, script, std::max(10, std::atoi(argv[3])));
   fs::remove_all(folder);
 }

@@ -214,6 +214,15 @@ TEST(Styles, BodiesAndArrowsCanBeToldApartWithAnyColourVision) {
         }
       }
       EXPECT_GT(apart(s.impulse, s.friction), 25);
+      // Arrows stand on each other; 2.3 is just noticeable [Mahy, Van Eycken, Oosterlinck 1994].
+      const Color arrows[] = {s.normal, s.impulse, s.friction, s.velocity, s.force};
+      for (std::size_t i = 0; i < std::size(arrows); ++i) {
+        EXPECT_GT(apart(arrows[i], s.background), 40) << to_string(theme) << i;
+        EXPECT_GT(apart(arrows[i], s.ground.fill), 30) << to_string(theme) << i;
+        for (std::size_t k = 0; k < i; ++k)
+          EXPECT_GT(apart(arrows[i], arrows[k]), 11)
+              << to_string(theme) << ": arrows " << i << " and " << k << " with matrix " << blindness[0];
+      }
       EXPECT_GT(apart(s.text, s.background), 60);
       EXPECT_GT(apart(s.text_dim, s.background), 35);
     }

@@ -3,6 +3,7 @@
 // Captures from the command line to decoded frames. ffprobe and ffmpeg are the independent judges.
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <set>
@@ -10,8 +11,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "render/frame_sink.h"
 #include "render/image.h"
+#include "render/style.h"
+#include "sandbox/demo_files.h"
 #include "sandbox/errors.h"
+#include "sandbox/painter.h"
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
@@ -171,7 +176,7 @@ TEST_F(Capture, EveryContainerHasItsCodecTitleCommandAndChapters) {
     const std::string probe =
         shell("ffprobe -v error -count_frames -show_streams -show_format -show_chapters " + path);
     EXPECT_THAT(probe, HasSubstr(c.codec)) << c.name;
-    EXPECT_THAT(probe, HasSubstr("nb_read_frames=12")) << c.name;
+    EXPECT_THAT(probe, HasSubstr("nb_read_frames=12")) << c.name << outcome.out << outcome.err;
     if (!c.chapters) continue;
     for (const char* fact : {"title=Notes", "skerry capture", "title=first", "title=second"})
       EXPECT_THAT(probe, testing::AnyOf(HasSubstr(fact), HasSubstr(std::string("TAG:") + fact))) << c.name;
@@ -184,6 +189,80 @@ TEST_F(Capture, SeveralDemosBecomeSeveralVideos) {
   ASSERT_EQ(outcome.code, kGood) << outcome.err;
   for (const char* name : {"out/stack.mp4", "out/free_fall.mp4"})
     EXPECT_GT(std::filesystem::file_size(folder_ / name), 1000u);
+}
+
+// Slow motion of a scene at rest: only the clock changes, every sixth frame; the others are not drawn again.
+TEST_F(Capture, AnUnchangedFrameIsNeitherDrawnNorConvertedAgain) {
+  const std::string demo =
+      folder_.write("still.lua",
+                    "demo{ title = 'Still', seconds = 0.01, dt = 0.01, gravity = {0, 0},\n"
+                    "      view = { x = 0, y = 0, height = 4 } }\n"
+                    "box{ at = {0, 0}, size = {1, 1} }\n");
+  const Outcome outcome =
+      capture({demo, "-o", folder_ / "s.mp4", "--size", "320x180", "--speed", "0.01", "--seconds", "0.01"});
+  ASSERT_EQ(outcome.code, kGood) << outcome.err;
+  // 60 frames show 0.000 s to 0.010 s: eleven pictures.
+  EXPECT_THAT(outcome.out, HasSubstr("60 frames, 49 of them unchanged")) << outcome.out;
+  // Where something moves every frame is new.
+  const Outcome moving =
+      capture({"free_fall", "-o", folder_ / "m.mp4", "--size", "320x180", "--seconds", "0.2"});
+  EXPECT_THAT(moving.out, testing::Not(HasSubstr("unchanged")));
+}
+
+TEST_F(Capture, SmallAndNarrowPicturesLeaveOutWhatHasNoRoom) {
+  const std::string demo = folder_.write("one.lua",
+                                         "demo{ title = 'One', lesson = 'A long lesson about one disc.',\n"
+                                         "      view = { x = 0, y = 0, height = 4 } }\n"
+                                         "disc{ at = {0, 0}, radius = 1.5, type = 'static', color = 'vermilion' }\n");
+  const std::string all = "energy,momentum,skips,profile,matrix,factor,solver,checks,compare,timeline";
+  const render::Color fill = render::body_paint(render::style(render::Theme::Light), 3).fill;
+  for (const auto& [width, height] : {std::pair{160, 90}, {16, 16}, {90, 160}, {96, 400}, {1080, 1920}}) {
+    const std::string size = std::to_string(width) + "x" + std::to_string(height);
+    const Outcome outcome =
+        capture({demo, "-o", folder_ / "p.png", "--at", "0", "--size", size, "--overlay", all});
+    ASSERT_EQ(outcome.code, kGood) << size << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("no room for")) << size;
+    const render::Image image = render::read_png(folder_ / "p.png");
+    ASSERT_EQ(image.width, width);
+    ASSERT_EQ(image.height, height);
+    int filled = 0;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) filled += image.at(x, y) == fill;
+    EXPECT_GT(filled, std::min(width, height) * std::min(width, height) / 8) << size;
+  }
+}
+
+long resident_kib() {
+  std::ifstream file("/proc/self/statm");
+  long pages = 0, resident = 0;
+  file >> pages >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+// The whole ten minutes: render_capture_bench 1 10 36000. A picture a frame would be 20 MiB here.
+TEST_F(Capture, MemoryStaysFlat) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "freed memory is kept for a while";
+#endif
+  const std::vector<std::string> names{"contacts", "impulses"};
+  Demo demo(find_demo("newtons_cradle", demo_tree()).path, {.seconds = 100});
+  demo.observe(needs_of(names));
+  History history(demo, true, kFlashSeconds);
+  Painter painter({.width = 160, .height = 90});
+  painter.start(demo, names);
+  const auto sink = render::make_sink(folder_ / "long.mp4");
+  sink->begin({.width = 160, .height = 90, .fps = 60, .title = "", .comment = "", .chapters = {}});
+  render::Image image;
+  long before = 0;
+  for (int frame = 0; frame < 500; ++frame) {
+    demo.step();
+    history.update(demo);
+    painter.paint(demo, history, image) ? sink->frame(image) : sink->repeat();
+    // By then the encoder's look-ahead is full.
+    if (frame == 150) before = resident_kib();
+  }
+  EXPECT_LT(resident_kib() - before, 4096);
+  sink->end();
 }
 
 // The program itself, beside the folder of this test.

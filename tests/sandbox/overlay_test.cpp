@@ -2,6 +2,7 @@
 //
 // Overlays: what their rows promise, what they draw, that nothing leaves its panel, that frames repeat.
 #include <algorithm>
+#include <cstdio>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -11,6 +12,7 @@
 #include "sandbox/errors.h"
 #include "sandbox/loop.h"
 #include "sandbox/overlays/plot.h"
+#include "sandbox/overlays/registry.h"
 #include "sandbox/painter.h"
 #include "tests/sandbox/temporary.h"
 
@@ -341,7 +343,7 @@ TEST(MatrixSelection, LightsUpBothContactsAndJoinsThemThroughTheSharedBody) {
     for (const ContactReport& contact : contacts)
       for (int k = 0; k < contact.count; ++k)
         nearest = std::min(nearest, length(contact.points[static_cast<std::size_t>(k)].position -
-                                           anchor_point(demo.world(), record->anchors[i])));
+                                           anchor_point(demo, record->anchors[i])));
     EXPECT_LT(nearest, 1e-9) << i;
   }
   Composer composer(render::style(render::Theme::Light), 1280, 720);
@@ -363,6 +365,102 @@ TEST(MatrixSelection, LightsUpBothContactsAndJoinsThemThroughTheSharedBody) {
   EXPECT_EQ(draw(cell).markers.size(), bare.markers.size() + 1);
   cell.row = 100000;
   EXPECT_EQ(draw(cell), bare);
+}
+
+TEST(MatrixSelection, AContactThatIsPointedAtSelectsItsRow) {
+  const TemporaryFolder folder;
+  Demo demo(folder.write("scene.lua", kScene), {.seconds = 0.5});
+  demo.observe(needs_of({"matrix"}));
+  History history(demo, true, kFlashSeconds);
+  LoopCallbacks callbacks;
+  callbacks.step = [&](Demo&) { history.update(demo); };
+  run_loop(demo, {}, callbacks);
+  const SystemRecord* record = history.system();
+  ASSERT_NE(record, nullptr);
+  int normals = 0;
+  for (std::size_t i = 0; i < record->anchors.size(); ++i) {
+    if (record->system.rows[i].kind != RowKind::Normal) continue;
+    ++normals;
+    const Vec2 at = anchor_point(demo, record->anchors[i]);
+    Selection selection;
+    ASSERT_TRUE(select_contact_at(demo, history, at + Vec2{1e-4, 0}, 0.01, selection));
+    EXPECT_LT(length(anchor_point(demo, record->anchors[static_cast<std::size_t>(selection.row)]) - at),
+              1e-9);
+    EXPECT_EQ(selection.column, -1);
+  }
+  EXPECT_GT(normals, 1);
+  Selection none;
+  EXPECT_FALSE(select_contact_at(demo, history, {50, 50}, 0.01, none));
+  EXPECT_EQ(none, Selection{});
+}
+
+TEST(Islands, CarryTheNumberThatInspectorAndMatrixUse) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.write("two.lua",
+                   "demo{ title = 'Two', view = { x = 0, y = 1, height = 5 } }\n"
+                   "ground{ y = 0 }\nbox{ at = {-2, 0.5}, size = {1, 1} }\n"
+                   "box{ at = {2, 0.5}, size = {1, 1} }\nbox{ at = {2, 1.5}, size = {1, 1} }\n");
+  const std::vector<std::string> names{"islands", "matrix"};
+  Demo demo(path, {.seconds = 0.1});
+  demo.observe(needs_of(names));
+  History history(demo, true, kFlashSeconds);
+  history.follow_body(demo.world().body_id(3));
+  Painter painter({.width = 1280, .height = 720});
+  painter.start(demo, names);
+  LoopCallbacks callbacks;
+  callbacks.step = [&](Demo&) { history.update(demo); };
+  run_loop(demo, {}, callbacks);
+  Selection selection;
+  render::DrawList list;
+  Composer composer(render::style(render::Theme::Light), 1280, 720);
+  composer.show(names, 1280, 720);
+  composer.scene(demo, history, composer.camera(demo), selection, list);
+  const std::vector<int>& island = demo.world().bodies().island;
+  ASSERT_NE(island[1], island[3]);
+  EXPECT_EQ(island[2], island[3]);
+  for (const std::size_t body : {1u, 3u}) {
+    const std::string number = std::to_string(island[body] + 1);
+    const double x = demo.world().bodies().position[body].x;
+    const auto& labels = list[render::Layer::Labels].labels;
+    EXPECT_TRUE(std::any_of(labels.begin(), labels.end(), [&](const render::Label& label) {
+      return label.text == number && std::abs(label.at.x - x) < 0.01;
+    })) << body;
+  }
+  render::Image image;
+  painter.paint(demo, history, image);
+  EXPECT_THAT(painter.svg("two"), HasSubstr(", island " + std::to_string(island[3] + 1)));
+}
+
+TEST(Inspector, ShowsTheMomentBetweenStepsInSlowMotion) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.write("fall.lua",
+                   "demo{ title = 'Fall', seconds = 0.4, dt = 0.1, view = { x = 0, y = 1, height = 5 } }\n"
+                   "disc{ at = {0, 2}, radius = 0.5, mass = 1, name = 'ball' }\n");
+  const std::vector<std::string> names{"inspector"};
+  Demo demo(path, {});
+  demo.observe(needs_of(names));
+  History history(demo, false, kFlashSeconds);
+  Painter painter({.width = 1280, .height = 720, .speed = 0.1});
+  painter.start(demo, names);
+  painter.select(resolve({.body = "ball"}, demo.world()));
+  render::Image image;
+  int frames = 0;
+  LoopCallbacks callbacks;
+  callbacks.step = [&](Demo&) { history.update(demo); };
+  callbacks.frame = [&](const Demo& running) {
+    if (++frames % 20 != 7) return;
+    painter.paint(demo, history, image);
+    const double t = running.shown_time();
+    char words[80];
+    std::snprintf(words, sizeof words, "at (%.4g, %.4g) m", 0.0, 2 - 0.5 * 9.81 * t * t);
+    EXPECT_THAT(painter.svg("fall"), HasSubstr(words)) << t;
+    std::snprintf(words, sizeof words, "velocity (%.3g, %.3g) m/s", 0.0, -9.81 * t);
+    EXPECT_THAT(painter.svg("fall"), HasSubstr(words)) << t;
+  };
+  run_loop(demo, {60, 0.1}, callbacks);
+  EXPECT_GT(frames, 200);
 }
 
 // --- Plots and history

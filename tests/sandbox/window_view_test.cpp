@@ -21,7 +21,9 @@
 #include "render/egl_context.h"
 #include "render/image.h"
 #include "sandbox/overlays/overlay.h"
+#include "sandbox/painter.h"
 #include "sandbox/window/actions.h"
+#include "sandbox/window/gui.h"
 #include "sandbox/window/recording.h"
 #include "sandbox/window/window_view.h"
 #include "tests/sandbox/temporary.h"
@@ -399,6 +401,95 @@ TEST_F(OpenCommand, ServesAUserWithMouseAndKeys) {
   EXPECT_TRUE(act("key Tab sleep 0.5 type --delay 60 seesaw", always));
   EXPECT_TRUE(act("sleep 0.3 key Return", [&] { return title().find("Newton") == std::string::npos; }));
   EXPECT_NE(title().find("Skerry"), std::string::npos);
+  EXPECT_TRUE(act("key ctrl+q", always));
+  int status = 0;
+  EXPECT_EQ(waitpid(window_, &status, 0), window_);
+  window_ = -1;
+  EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << read_file(folder_ / "errors.txt");
+}
+
+// The mouse over a cell of the matrix: its two contacts light up with lines between them. A click on a
+// contact point: its row and column. Judged by what the screen shows.
+TEST_F(OpenCommand, MatrixAndContactsPointAtEachOther) {
+  const std::string demo =
+      folder_.write("two.lua",
+                    "demo{ title = 'Two', view = { x = 0, y = 1.5, height = 5, width = 5 } }\n"
+                    "ground{ y = 0 }\nlocal a = box{ at = {0, 0.5}, size = {1, 1}, mass = 1 }\n"
+                    "box{ at = {0, 1.5}, size = {1, 1}, mass = 1 }\nshow{ 'contacts', 'matrix' }\n");
+  open(demo);
+  const auto exists = [&](const std::string& name) { return std::filesystem::exists(folder_ / name); };
+  const auto always = [] { return true; };
+  ASSERT_TRUE(
+      act("search --sync --name Skerry", [&] { return title().find("Skerry") != std::string::npos; }));
+  ASSERT_TRUE(act("search --name Skerry windowfocus --sync sleep 1.5 key space sleep 0.3", always));
+  int shots = 0;
+  const auto screen = [&] {
+    const std::string name = ++shots == 1 ? "two.png" : "two-" + std::to_string(shots) + ".png";
+    EXPECT_TRUE(act("sleep 0.2 key F12", [&] { return exists(name); })) << name;
+    // Until the message with the name of the file has gone it may cover something.
+    return render::read_png(folder_ / name);
+  };
+  // Where things are follows from the same layout.
+  Demo same(demo, {.seconds = 0.5});
+  const int bar = static_cast<int>(std::lround(kToolbarPx * 720 / (720 + kToolbarPx)));
+  Composer composer(render::style(render::Theme::Light), 1280, 720 - bar);
+  composer.show({"contacts", "matrix"}, 1280, 720 - bar);
+  const render::Camera camera = composer.camera(same);
+  const render::Color accent = render::style(render::Theme::Light).accent;
+  const auto near = [&](const render::Image& image, double x0, double x1, double y0, double y1) {
+    int count = 0;
+    for (int y = std::max(0, static_cast<int>(y0)); y < std::min<int>(image.height, static_cast<int>(y1));
+         ++y)
+      for (int x = std::max(0, static_cast<int>(x0)); x < std::min<int>(image.width, static_cast<int>(x1));
+           ++x) {
+        const render::Color c = image.at(x, y);
+        count +=
+            std::abs(c.r - accent.r) < 24 && std::abs(c.g - accent.g) < 24 && std::abs(c.b - accent.b) < 24;
+      }
+    return count;
+  };
+  const auto around = [&](const render::Image& image, double x, double y) {
+    const render::Point p = camera.to_pixels({x, y});
+    return near(image, p.x - 14, p.x + 14, p.y - 14, p.y + 14);
+  };
+  const render::Image before = screen();
+  // The first strong red of the panel is the cell of row 1 and column 1.
+  int left = 0, top = 0;
+  for (int y = 80; y < 640 && left == 0; ++y)
+    for (int x = 870; x < 1270 && left == 0; ++x) {
+      const render::Color c = before.at(x, y);
+      if (c.r > 180 && c.g < 110 && c.b < 110) left = x, top = y;
+    }
+  ASSERT_GT(left, 0) << "no matrix on the screen";
+  // Along the first row: over some cell two different contacts are lit.
+  const double contacts[][2] = {{-0.5, 0}, {0.5, 0}, {-0.5, 1}, {0.5, 1}};
+  const auto lit = [&](const render::Image& image) {
+    int count = 0;
+    for (const auto& c : contacts) count += around(image, c[0], c[1]) > around(before, c[0], c[1]) + 20;
+    return count;
+  };
+  const auto move = [&](int x, int y) {
+    EXPECT_TRUE(act("mousemove " + std::to_string(x) + " " + std::to_string(y) + " sleep 0.3", always));
+  };
+  int most = 0;
+  for (const int column : {2, 4, 6}) {
+    move(left + 4 + column * 19, top + 4);
+    const render::Image image = screen();
+    most = std::max(most, lit(image));
+    if (most == 2) break;
+  }
+  EXPECT_EQ(most, 2) << "a cell lights up its two contacts";
+  // Away: dark again.
+  move(300, 100);
+  EXPECT_EQ(lit(screen()), 0);
+  // A click on a contact: one ring, and frames of row and column in the matrix.
+  const int frames = near(before, left - 4, 1280, top - 4, top + 200);
+  const render::Point p = camera.to_pixels({0.5, 1});
+  move(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
+  EXPECT_TRUE(act("mousedown 1 sleep 0.2 mouseup 1 sleep 0.2", always));
+  const render::Image clicked = screen();
+  EXPECT_EQ(lit(clicked), 1);
+  EXPECT_GT(near(clicked, left - 4, 1280, top - 4, top + 200), frames + 200);
   EXPECT_TRUE(act("key ctrl+q", always));
   int status = 0;
   EXPECT_EQ(waitpid(window_, &status, 0), window_);
