@@ -2,6 +2,7 @@
 #include "sandbox/scene_view.h"
 
 #include <cmath>
+#include <vector>
 
 #include "sandbox/layout.h"
 
@@ -54,14 +55,42 @@ void draw_half_plane(const OverlayContext& context, const Shape& shape, const Tr
   layer.polygon(corners, 4, paint.fill, paint.outline);
 }
 
+using Grounds = std::vector<const ShapeRecord*>;  // half-planes
+
+/// Whether a fixed disc sticks in the ground.
+bool sticks_in_ground(const World& world, const Grounds& grounds, const ShapeRecord& record) {
+  if (world.bodies().type[record.body.index] != BodyType::Static) return false;
+  const Vec2 centre = to_world(world.pose(record.body), record.shape.vertices.front());
+  for (const ShapeRecord* ground : grounds) {
+    const Transform pose = world.pose(ground->body);
+    const double height = dot(rotate(pose.q, ground->shape.normals.front()),
+                              centre - to_world(pose, ground->shape.vertices.front()));
+    if (std::abs(height) < record.shape.radius) return true;
+  }
+  return false;
+}
+
 void draw_shape(const OverlayContext& context, const ShapeRecord& record, const Transform& pose,
-                render::Paint paint, double angle, render::DrawLayer& layer) {
+                render::Paint paint, double angle, const Grounds& grounds, render::DrawLayer& layer) {
   const Shape& shape = record.shape;
   if (record.sensor) paint.fill = render::faded(paint.fill, 0.25);
   const float outline = context.style.outline_px;
   switch (shape.kind) {
-    case ShapeKind::Disc:
-      layer.discs.push_back({.centre = to_point(to_world(pose, shape.vertices.front())),
+    case ShapeKind::Disc: {
+      const Vec2 centre = to_world(pose, shape.vertices.front());
+      // Discs are drawn after polygons; a bump of the ground has to come before it. 64 corners are round
+      // to a tenth of a pixel up to this size.
+      if (shape.radius * context.camera.pixels_per_metre() < 80 &&
+          sticks_in_ground(context.world, grounds, record)) {
+        std::vector<render::Point> corners;
+        for (int k = 0; k < 64; ++k) {
+          const SinCos sc = sin_cos(2 * kPi * k / 64);
+          corners.push_back(to_point(centre + shape.radius * Vec2{sc.cos, sc.sin}));
+        }
+        layer.polygon(corners.data(), corners.size(), paint.fill, paint.outline, 0, outline);
+        break;
+      }
+      layer.discs.push_back({.centre = to_point(centre),
                              .radius = shape.radius,
                              .fill = paint.fill,
                              .outline = paint.outline,
@@ -69,6 +98,7 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
                              .angle = angle,
                              .spoke = context.world.bodies().type[record.body.index] != BodyType::Static});
       break;
+    }
     case ShapeKind::Capsule:
       layer.capsules.push_back({.from = to_point(to_world(pose, shape.vertices[0])),
                                 .to = to_point(to_world(pose, shape.vertices[1])),
@@ -227,6 +257,9 @@ render::Paint paint_of(const OverlayContext& context, std::size_t body) {
 void draw_world(const OverlayContext& context, render::DrawList& list) {
   list.background = context.style.background;
   draw_grid(context, list[Layer::Background]);
+  Grounds grounds;
+  for (const ShapeRecord& shape : context.world.shapes())
+    if (shape.alive && shape.shape.kind == ShapeKind::HalfPlane) grounds.push_back(&shape);
   // Static shapes, then the endless ground that they may stick in, then all that moves.
   enum class Turn { Static, Ground, Moving };
   for (const Turn turn : {Turn::Static, Turn::Ground, Turn::Moving}) {
@@ -239,7 +272,8 @@ void draw_world(const OverlayContext& context, render::DrawList& list) {
                                                                 : Turn::Moving;
       if (its != turn) continue;
       const BodyState shown = context.demo.shown(body);
-      draw_shape(context, shape, shown.pose(), paint_of(context, body), shown.angle, list[Layer::Bodies]);
+      draw_shape(context, shape, shown.pose(), paint_of(context, body), shown.angle, grounds,
+                 list[Layer::Bodies]);
     }
   }
   for (const JointRecord& joint : context.world.joints())

@@ -67,14 +67,17 @@ void draw_islands(const OverlayContext& context, render::DrawList& list) {
     for (const Vec2 corner : convex_hull(all)) corners.push_back(to_point(corner));
     // More than 64 corners would be finer than a pixel at any size that fits into the picture.
     if (corners.size() < 3 || corners.size() > 64) continue;
-    // The number that the inspector and the matrix call it by, above its middle.
-    double left = corners[0].x, right = left, top = corners[0].y;
+    // The number that the inspector and the matrix call it by, above its highest side.
+    double top = corners[0].y, left = corners[0].x, right = left;
+    const double same = 1e-3 * context.camera.height;
     for (const render::Point p : corners) {
-      left = std::min(left, p.x);
-      right = std::max(right, p.x);
+      if (p.y < top - same) continue;
+      left = p.y > top + same ? p.x : std::min(left, p.x);
+      right = p.y > top + same ? p.x : std::max(right, p.x);
       top = std::max(top, p.y);
     }
-    context.labels.add({0.5 * (left + right), top}, std::to_string(island + 1), paint.outline);
+    context.labels.add({0.5 * (left + right), top}, std::to_string(island + 1), paint.outline,
+                       render::Anchor::Above);
     layer.polygon(corners.data(), corners.size(), render::faded(paint.fill, 0.35), paint.outline, 0,
                   1.5f * context.style.outline_px);
   }

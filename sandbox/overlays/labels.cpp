@@ -7,14 +7,14 @@
 
 namespace skerry::sandbox {
 
-bool LabelPlacer::add(Vec2 at, const std::string& text, render::Color color) {
+bool LabelPlacer::add(Vec2 at, const std::string& text, render::Color color, render::Anchor first) {
   const render::Point px = camera_.to_pixels(to_point(at));
   const double size = style_.small_text_px;
   const double width = render::text_width(text, size) * scale_, height = 1.1 * size * scale_;
   using render::Anchor;
   for (const float offset : {10.0f, 26.0f}) {
     const double gap = static_cast<double>(offset) * scale_;
-    for (const Anchor anchor : {Anchor::Right, Anchor::Left, Anchor::Above, Anchor::Below}) {
+    for (const Anchor anchor : {first, Anchor::Right, Anchor::Left, Anchor::Above, Anchor::Below}) {
       double x = px.x - 0.5 * width, y = px.y - 0.5 * height;
       if (anchor == Anchor::Right) x = px.x + gap;
       if (anchor == Anchor::Left) x = px.x - gap - width;

@@ -19,8 +19,10 @@ class LabelPlacer {
   LabelPlacer(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer)
       : camera_(camera), style_(style), layer_(layer), scale_(render::ui_scale(camera.height_px)) {}
 
+  /// @param first the side that is tried first
   /// @return whether there was room
-  bool add(Vec2 at, const std::string& text, render::Color color);
+  bool add(Vec2 at, const std::string& text, render::Color color,
+           render::Anchor first = render::Anchor::Right);
 
  private:
   struct Box {

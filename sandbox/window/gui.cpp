@@ -36,7 +36,8 @@ void show_message(const Gui& gui) {
 bool begin_side_panel(const Gui& gui, const char* title, float width_px) {
   const float margin = static_cast<float>(kMarginPx) * gui.scale;
   const float top = static_cast<float>(kHeaderPx) * gui.scale;
-  const float bottom = gui.height - static_cast<float>(kToolbarPx) * gui.scale - margin;
+  // The legend stays readable below it.
+  const float bottom = gui.height - static_cast<float>(kToolbarPx + kFooterPx) * gui.scale;
   ImGui::SetNextWindowPos({margin, top});
   ImGui::SetNextWindowSize({width_px * gui.scale, bottom - top});
   ImGui::SetNextWindowBgAlpha(1);
