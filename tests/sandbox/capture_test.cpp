@@ -350,7 +350,7 @@ TEST_F(Capture, ExportWritesTheFrameAndCurvesAsFigures) {
   ASSERT_EQ(outcome.code, kGood) << outcome.err;
   const std::string figure = read_file(svg);
   // Panels are text, not pixels.
-  for (const char* words : {"<svg ", "Four bodies, four contacts", "Island matrix W", "</svg>"})
+  for (const char* words : {"<svg ", "Four bodies, four contacts", "Matrix W and impulses", "</svg>"})
     EXPECT_THAT(figure, HasSubstr(words));
   EXPECT_THAT(read_file(plot), HasSubstr("angular momentum"));
   EXPECT_EQ(render::read_png(png).width, 1280);

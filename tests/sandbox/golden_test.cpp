@@ -114,9 +114,9 @@ TEST_F(Golden, StateAndPictureAreJudgedApart) {
   EXPECT_THAT(outcome.out, HasSubstr("early: picture as blessed, state moved"));
   EXPECT_THAT(outcome.out, HasSubstr("2 scenes: 0 pictures and 2 states are not as blessed"));
   // The same state in another picture.
-  std::string title = kDemo;
-  title.replace(title.find("Fall"), 4, "Drop");
-  folder_.write("demos/fall.lua", title);
+  std::string aside = kDemo;
+  aside.replace(aside.find("x = 0,"), 6, "x = 0.5,");
+  folder_.write("demos/fall.lua", aside);
   outcome = golden({});
   EXPECT_THAT(outcome.out, HasSubstr("early: picture differs, state as blessed"));
   EXPECT_THAT(outcome.out, HasSubstr("2 scenes: 2 pictures and 0 states are not as blessed"));
