@@ -210,10 +210,11 @@ TEST_F(Capture, AnUnchangedFrameIsNeitherDrawnNorConvertedAgain) {
 }
 
 TEST_F(Capture, SmallAndNarrowPicturesLeaveOutWhatHasNoRoom) {
-  const std::string demo = folder_.write("one.lua",
-                                         "demo{ title = 'One', lesson = 'A long lesson about one disc.',\n"
-                                         "      view = { x = 0, y = 0, height = 4 } }\n"
-                                         "disc{ at = {0, 0}, radius = 1.5, type = 'static', color = 'vermilion' }\n");
+  const std::string demo =
+      folder_.write("one.lua",
+                    "demo{ title = 'One', lesson = 'A long lesson about one disc.',\n"
+                    "      view = { x = 0, y = 0, height = 4 } }\n"
+                    "disc{ at = {0, 0}, radius = 1.5, type = 'static', color = 'vermilion' }\n");
   const std::string all = "energy,momentum,skips,profile,matrix,factor,solver,checks,compare,timeline";
   const render::Color fill = render::body_paint(render::style(render::Theme::Light), 3).fill;
   for (const auto& [width, height] : {std::pair{160, 90}, {16, 16}, {90, 160}, {96, 400}, {1080, 1920}}) {
