@@ -4,7 +4,7 @@
 // stepper and step length (or accuracy that was asked for), with the least and the median time of several
 // runs.
 //
-//   stepping_bench > stepping.csv && tests/bench/stepping_plot.py stepping.csv stepping.svg
+//   tests/bench/stepping.sh FOLDER
 #include <algorithm>
 #include <chrono>
 #include <cmath>
