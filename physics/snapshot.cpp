@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 6;
+constexpr std::uint32_t kSnapshotVersion = 7;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -74,6 +74,9 @@ void complete(WorldState& s) {
     if (b.alive[i] && b.type[i] == BodyType::Dynamic && !b.asleep[i]) s.awake.push_back(i);
     if (b.alive[i] && b.type[i] == BodyType::Kinematic) s.kinematic.push_back(i);
   }
+  s.springs = static_cast<int>(std::count_if(s.joints.begin(), s.joints.end(), [](const JointRecord& joint) {
+    return joint.alive && joint.def.stiffness > 0;
+  }));
   s.acceleration.resize(n);
   s.angular_acceleration.resize(n);
   s.travelled.resize(n);

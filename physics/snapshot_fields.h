@@ -186,6 +186,10 @@ inline void fields(Archive& a, JointEvent& v) {
   auto& [joint, body_a, body_b, force, torque] = v;
   a(joint, body_a, body_b, force, torque);
 }
+inline void fields(Archive& a, Containment& v) {
+  auto& [body, cause] = v;
+  a(body, cause);
+}
 inline void fields(Archive& a, ContactPointReport& v) {
   auto& [position, separation, feature, normal_impulse, friction_impulse, impact_impulse, impact_position] =
       v;
@@ -206,7 +210,7 @@ inline void fields(Archive& a, StepReport& v) {
                           worst_residual, error_estimate, inexact_islands, worst_penetration, contained,
                           kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
                           total_friction_impulse, state_hash, contacts_list, islands_list, events,
-                          motion_events, joint_events,
+                          motion_events, joint_events, containments,
                           traces  // large, and for an observer only
   ] = v;
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
@@ -215,7 +219,7 @@ inline void fields(Archive& a, StepReport& v) {
     bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach, worst_residual,
     error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
     angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
-    events, motion_events, joint_events);
+    events, motion_events, joint_events, containments);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.
@@ -230,12 +234,12 @@ inline void fields(WorldArchives a, WorldState& v) {
   // methods, looked up by name; the callbacks (prescribed, field), which only the caller has
   // (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
-         free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, broad_phase, pool,
-         island_builder, islands, graph_known, graph_bodies, graph_joints, table_changed, joints_changed,
-         links, contacts, memories, resting, step_memory, step_paths, paths_known, sleepers, ledger, awake,
-         kinematic, touched, last_h, rests, kept, active, active_joints, acceleration, angular_acceleration,
-         paths, reach, travelled, local_index, backup, pairs, box_updates, shape_moved, loose_shapes, scratch,
-         solver, impact_law, stepper, report, time, steps] = v;
+         free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, springs, broad_phase,
+         pool, island_builder, islands, graph_known, graph_bodies, graph_joints, table_changed,
+         joints_changed, links, contacts, memories, resting, step_memory, step_paths, paths_known, sleepers,
+         ledger, awake, kinematic, touched, last_h, rests, kept, active, active_joints, acceleration,
+         angular_acceleration, paths, reach, travelled, local_index, backup, pairs, box_updates, shape_moved,
+         loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
            touched, reach, drag);

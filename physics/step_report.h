@@ -113,6 +113,18 @@ struct IslandTrace {
   std::unique_ptr<SolveTrace> trace;  ///< may be null
 };
 
+enum class ContainmentCause : std::uint8_t {
+  TooFar,     ///< it would have moved more than 1e100 m in the step
+  NotFinite,  ///< its new position, angle or velocity was not a finite number
+};
+std::string_view to_string(ContainmentCause cause);
+
+/// A body that was put back to where the step found it, and stopped; the others are not concerned.
+struct Containment {
+  BodyId body;
+  ContainmentCause cause = ContainmentCause::NotFinite;
+};
+
 struct StepReport {
   std::uint64_t step = 0;  ///< number of steps made
   double time = 0;         ///< at the end of the step [s]
@@ -153,7 +165,7 @@ struct StepReport {
   double error_estimate = 0;  ///< largest of the islands' (see `IslandReport`)
   int inexact_islands = 0;
   double worst_penetration = 0;  ///< [m], >= 0
-  int contained = 0;             ///< bodies put back and stopped because their new state was not finite
+  int contained = 0;             ///< bodies put back and stopped, see `containments`
 
   // Conserved quantities at the end of the step, dynamic bodies only.
   double kinetic_energy = 0;    ///< [J]
@@ -170,6 +182,7 @@ struct StepReport {
   std::vector<ContactEvent> events;
   std::vector<MotionEvent> motion_events;  ///< by island, then in the order of time
   std::vector<JointEvent> joint_events;    ///< joints that broke at the end of the step, by slot
+  std::vector<Containment> containments;   ///< in the order in which they were found
   std::vector<IslandTrace> traces;         ///< only with `Observe::systems`
 };
 

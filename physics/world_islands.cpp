@@ -179,16 +179,19 @@ void Step::find_islands() {
     edges.push_back(
         {a, joint.def.b.index, !ground && is_dynamic(s_, a), is_dynamic(s_, joint.def.b.index), i, true});
   }
-  std::vector<Island> islands = s_.island_builder.build(s_.awake, edges);
-  s_.scratch.last_round.swap(s_.islands);
-  s_.islands.clear();
-  s_.islands.resize(islands.size());
-  for (std::size_t n = 0; n < islands.size(); ++n) {
-    for (std::size_t k = 0; k < islands[n].bodies.size(); ++k) {
-      s_.local_index[islands[n].bodies[k]] = static_cast<std::int32_t>(k);
-      s_.bodies.island[islands[n].bodies[k]] = static_cast<std::int32_t>(n);
+  // The lists of islands that are gone serve for the new ones.
+  std::vector<Island>& graph = s_.scratch.graph;
+  s_.island_builder.build(s_.awake, edges, graph);
+  if (rounds_ > 1) s_.scratch.last_round.swap(s_.islands);
+  s_.islands.resize(graph.size());
+  for (std::size_t n = 0; n < graph.size(); ++n) {
+    for (std::size_t k = 0; k < graph[n].bodies.size(); ++k) {
+      s_.local_index[graph[n].bodies[k]] = static_cast<std::int32_t>(k);
+      s_.bodies.island[graph[n].bodies[k]] = static_cast<std::int32_t>(n);
     }
-    s_.islands[n].island = std::move(islands[n]);
+    std::swap(s_.islands[n].island, graph[n]);
+    s_.islands[n].kept = false;
+    clear(s_.islands[n].result);
   }
   s_.graph_bodies = s_.awake;
   s_.graph_joints = s_.active_joints;

@@ -68,6 +68,7 @@ void remove_joint(WorldState& s, std::uint32_t i) {
     std::erase(s.joints_of[id.index], i);
   }
   s.joints_changed = true;
+  s.springs -= s.joints[i].def.stiffness > 0;
   const std::uint32_t generation = s.joints[i].generation;
   s.joints[i] = JointRecord{};
   s.joints[i].generation = generation + 1;
@@ -111,6 +112,7 @@ JointId World::create_joint(const JointDef& given) {
     if (end) touch(s, end.index);
   }
   s.joints_changed = true;
+  s.springs += def.stiffness > 0;
   if (def.a) s.joints_of[def.a.index].push_back(i);
   s.joints_of[b].push_back(i);
   return {i, joint.generation};
@@ -162,6 +164,7 @@ void World::set_motor(JointId id, double speed, std::optional<double> limit) {
 }
 
 double World::spring_energy() const {
+  if (state_->springs == 0) return 0;
   double sum = 0;
   for (const JointRecord& joint : state_->joints) {
     if (!joint.alive || !(joint.def.stiffness > 0)) continue;

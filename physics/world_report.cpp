@@ -276,6 +276,10 @@ void write_report(WorldState& s, double h) {
   note_broken_joints(s, h);
 }
 
+std::string_view to_string(ContainmentCause cause) {
+  return cause == ContainmentCause::TooFar ? "too far in one step" : "state not finite";
+}
+
 std::string_view stage_name(Stage stage) {
   static constexpr std::array<std::string_view, kStageCount> kNames{
       "forces", "broad phase", "narrow phase", "islands", "assemble", "solve", "impact", "apply", "report"};

@@ -74,6 +74,7 @@ struct StepScratch {
   std::vector<IslandMemory> memories;     ///< of the next step
   std::vector<LinkCount> counts;          ///< by chunk of contacts
   std::vector<IslandEdge> edges;
+  std::vector<Island> graph;  ///< islands in the making
 };
 
 struct WorldState {
@@ -98,6 +99,7 @@ struct WorldState {
   std::vector<std::uint32_t> free_shapes;
   std::vector<JointRecord> joints;
   std::vector<std::uint32_t> free_joints;
+  int springs = 0;  ///< joints that hold energy
 
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ThreadPool> pool;

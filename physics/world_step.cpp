@@ -29,6 +29,7 @@ void clear(StepReport& report) {
   keep(report.events, next.events);
   keep(report.motion_events, next.motion_events);
   keep(report.joint_events, next.joint_events);
+  keep(report.containments, next.containments);
   keep(report.traces, next.traces);
   report = std::move(next);
 }
@@ -178,7 +179,7 @@ void Step::begin(std::uint32_t i) {
     const MotionPath& path = s_.paths[i];
     s_.reach[i] = 1.5 * path.extent() + (path.turn() > 0 ? 1.5 * path.turn() * s_.radius[i] : 0);
   }
-  if (!(s_.reach[i] < kFarthest)) contain(i);
+  if (!(s_.reach[i] < kFarthest)) contain(i, ContainmentCause::TooFar);
 }
 
 void Step::begin(Contact& contact) const {
@@ -209,13 +210,14 @@ void Step::follow(std::size_t i) {
 }
 
 /// A body that is about to leave the numbers stops where it is.
-void Step::contain(std::size_t i) {
+void Step::contain(std::uint32_t i, ContainmentCause cause) {
   s_.bodies.velocity[i] = s_.backup[i].velocity = {};
   s_.bodies.omega[i] = s_.backup[i].omega = 0;
   s_.acceleration[i] = {};
   s_.angular_acceleration[i] = 0;
   s_.reach[i] = 0;
   ++s_.report.contained;
+  s_.report.containments.push_back({{i, s_.bodies.generation[i]}, cause});
 }
 
 void Step::restore(const std::vector<std::uint32_t>& bodies) {
@@ -253,7 +255,7 @@ void Step::finish() {
       continue;
     }
     restore({i});
-    contain(i);
+    contain(i, ContainmentCause::NotFinite);
   }
   s_.time += h_;
   ++s_.steps;

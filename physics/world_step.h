@@ -39,7 +39,7 @@ class Step {
   static void begin(JointRecord& joint);
   void follow(std::size_t body);
   bool is_where_it_was(std::uint32_t body) const;
-  void contain(std::size_t body);
+  void contain(std::uint32_t body, ContainmentCause cause);
   void restore(const std::vector<std::uint32_t>& bodies);
   void finish();
   void remember();

@@ -37,6 +37,9 @@ class IslandBuilder {
   /// @return islands in the order of their smallest body; edges between two bodies that are not dynamic
   /// belong to none
   std::vector<Island> build(const std::vector<std::uint32_t>& bodies, const std::vector<IslandEdge>& edges);
+  /// The same into the memory of other islands.
+  void build(const std::vector<std::uint32_t>& bodies, const std::vector<IslandEdge>& edges,
+             std::vector<Island>& islands);
 
  private:
   std::vector<std::uint32_t> parent_, number_;  ///< by slot; only those of the present bodies mean something

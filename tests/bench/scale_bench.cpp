@@ -2,7 +2,8 @@
 //
 // Whole steps of large scenes, ours and Box2D 2.4's, made from one description.
 //
-//   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--stepper NAME] [--awake] [SCENE...]
+//   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--stepper NAME] [--awake] [--fresh]
+//               [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
 // step [ms], of the mean pairs and narrow phase [ms], penetration [m], residual of the contact problem in the
@@ -35,7 +36,8 @@ struct Options {
   int threads = 1;
   std::string solver = "auto";
   std::string stepper = "time_stepping";
-  bool awake = false;
+  bool awake = false;  ///< nothing sleeps
+  bool fresh = false;  ///< nor are islands at rest kept: every step solves everything
 };
 
 /// What a run of one engine gave.
@@ -101,6 +103,7 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
   config.solver = options.solver;
   config.stepper = options.stepper;
   config.sleep = !options.awake;
+  config.reuse_resting = !options.fresh;
   World world(config);
   std::vector<BodyId> bodies;
   for (const Item& item : scene.items) {
@@ -299,6 +302,8 @@ int main(int argc, char** argv) {
       options.stepper = next, ++i;
     else if (word == "--awake")
       options.awake = true;
+    else if (word == "--fresh")
+      options.awake = options.fresh = true;
     else if (word[0] == '-')
       return usage("no option " + word);
     else

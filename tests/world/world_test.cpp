@@ -408,5 +408,36 @@ TEST(Determinism, EveryBroadPhaseGivesTheSameBits) {
   for (const BroadPhaseEntry& entry : broad_phases()) EXPECT_EQ(run(entry.name), expected) << entry.name;
 }
 
+TEST(World, ContainsABodyThatLeavesTheNumbersAndTellsWhenAndWhy) {
+  World world(weightless()), alone(weightless());
+  // A spin so fast that the angle overflows in the third step, and a speed beyond all lengths.
+  const BodyId spinner =
+      world.create_body({.position = {50, 0}, .omega = 0.8e308, .mass = 1.0, .inertia = 1.0});
+  const BodyId racer = add(world, {0, 500}, smooth(make_disc(0.5)), 1, {1e200, 0});
+  for (World* w : {&world, &alone}) test::add_row(*w, {1, 0, 0});
+  std::vector<Containment> found;
+  std::vector<std::uint64_t> steps;
+  for (int i = 0; i < 90; ++i) {
+    world.step(i < 3 ? 1.0 : 1.0 / 60);
+    alone.step(i < 3 ? 1.0 : 1.0 / 60);
+    for (const Containment& one : world.report().containments) {
+      found.push_back(one);
+      steps.push_back(world.report().step);
+    }
+    ASSERT_EQ(world.report().contained, static_cast<int>(world.report().containments.size()));
+  }
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].body, racer);
+  EXPECT_EQ(found[0].cause, ContainmentCause::TooFar);
+  EXPECT_EQ(steps[0], 1u);
+  EXPECT_EQ(found[1].body, spinner);
+  EXPECT_EQ(found[1].cause, ContainmentCause::NotFinite);
+  EXPECT_EQ(steps[1], 3u);
+  EXPECT_EQ(world.omega(spinner), 0);
+  EXPECT_EQ(world.velocity(racer), Vec2{});
+  // The rest does not notice.
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(world.bodies().position[k + 2], alone.bodies().position[k]);
+}
+
 }  // namespace
 }  // namespace skerry
