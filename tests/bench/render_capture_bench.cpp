@@ -81,6 +81,9 @@ struct Stage {
         history(demo, true, kFlashSeconds) {
     demo.observe(needs_of(names));
     painter.start(demo, names);
+    // Shaders are compiled with the first picture: once a program, not once a frame.
+    simulate();
+    draw();
   }
   void simulate() {
     demo.step();
@@ -122,7 +125,7 @@ void small_parts(const render::Image& picture, int frames) {
 
 // 10 000 bodies of about 10 pixels, half discs, half boxes: time until the picture is finished.
 void ten_thousand(int rounds, int frames) {
-  const render::EglContext context;
+  render::EglContext context;
   render::GlRenderer renderer;
   render::Target target(1280, 720);
   render::Camera camera;
