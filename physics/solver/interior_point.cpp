@@ -2,6 +2,7 @@
 #include "physics/solver/interior_point.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace skerry {
@@ -55,7 +56,6 @@ class InteriorPoint {
   void start();
   bool assemble(SolveWork& work);
   void correction(bool with_residuals, SolveWork& work);
-  double step_length(double weight) const;
   double add_correction(double least_weight);
   double mean_product(double step) const;
   template <class F>
@@ -191,28 +191,27 @@ void InteriorPoint::correction(bool with_residuals, SolveWork& work) {
   }
 }
 
-// Largest step along direction + weight * correction that keeps slacks and multipliers positive.
-double InteriorPoint::step_length(double weight) const {
-  double length = kInfinity;
-  each_side([&](const Side& s) {
-    const double d_slack = s.d_slack + weight * s.c_slack;
-    const double d_multiplier = s.d_multiplier + weight * s.c_multiplier;
-    if (d_slack < 0) length = std::min(length, -s.slack / d_slack);
-    if (d_multiplier < 0) length = std::min(length, -s.multiplier / d_multiplier);
-  });
-  return std::min(1.0, length);
-}
-
-// Adds the correction with the weight that allows the longest step; returns that step.
+// Adds the correction with the weight that allows the longest step that keeps slacks and multipliers
+// positive; returns that step. One pass looks at all weights: the falls, relative to what there is, are
+// linear in them.
 double InteriorPoint::add_correction(double least_weight) {
   constexpr int kTrials = 8;
+  std::array<double, kTrials + 1> weights, falls{};
+  for (int k = 0; k <= kTrials; ++k) weights[at(k)] = least_weight + (1 - least_weight) * k / kTrials;
+  const auto look = [&](double size, double direction, double correction) {
+    const double inverse = -1 / size, d = direction * inverse, c = correction * inverse;
+    for (int k = 0; k <= kTrials; ++k) falls[at(k)] = std::max(falls[at(k)], d + weights[at(k)] * c);
+  };
+  each_side([&](const Side& s) {
+    look(s.slack, s.d_slack, s.c_slack);
+    look(s.multiplier, s.d_multiplier, s.c_multiplier);
+  });
   double best = -1, weight = 0;
   for (int k = kTrials; k >= 0; --k) {
-    const double trial = least_weight + (1 - least_weight) * k / kTrials;
-    const double length = step_length(trial);
+    const double length = falls[at(k)] > 1 ? 1 / falls[at(k)] : 1;
     if (length > best) {
       best = length;
-      weight = trial;
+      weight = weights[at(k)];
     }
   }
   for (std::size_t i = 0; i < rows_.size(); ++i) d_[i] += weight * c_[i];

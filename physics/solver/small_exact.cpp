@@ -34,12 +34,13 @@ std::size_t at(int i) {
 // What islands must share to be solved side by side.
 struct Topology {
   struct Pair {
-    signed char a = -1, b = -1, normal = -1;
-    bool joint = false;
+    signed char a, b, normal;
+    bool joint;
     bool operator==(const Pair&) const = default;
   };
   int bodies = 0, rows = 0;
-  std::array<Pair, kSmallRows> row;
+  std::array<Pair, kSmallRows>
+      row;  // the first `rows` are set; clearing the rest would cost a tenth of a box
 
   bool operator==(const Topology& o) const {
     return bodies == o.bodies && rows == o.rows && std::equal(row.begin(), row.begin() + rows, o.row.begin());
@@ -288,17 +289,112 @@ SKERRY_ALWAYS_INLINE void solve_sticking(const Topology& t, Numbers<T>& n) {
   n.residual = worst / (scale > zero ? scale : one) + spoiled;
 }
 
+// The same for one body on the ground, the most frequent island of all: no graph, everything in registers.
+template <class T>
+SKERRY_ALWAYS_INLINE void solve_one_body(const Topology& t, Numbers<T>& n) {
+  const T one = T{} + 1.0, zero{};
+  T D[kSmallRows], g[kSmallRows], k[kSmallRows];
+  const auto jacobian = [&](int i) -> const T(&)[3] { return t.row[at(i)].b >= 0 ? n.Jb[i] : n.Ja[i]; };
+  const T m0 = n.inverse_mass[0][0], m1 = n.inverse_mass[0][1], m2 = n.inverse_mass[0][2];
+  T h00 = one / m0, h10{}, h11 = one / m1, h20{}, h21{}, h22 = one / m2;
+  for (int i = 0; i < t.rows; ++i) {
+    const T(&J)[3] = jacobian(i);
+    D[i] = J[0] * J[0] * m0 + J[1] * J[1] * m1 + J[2] * J[2] * m2;
+    g[i] = one / (kEta * D[i]);
+    const T s0 = g[i] * J[0], s1 = g[i] * J[1], s2 = g[i] * J[2];
+    h00 += s0 * J[0];
+    h10 += s1 * J[0];
+    h11 += s1 * J[1];
+    h20 += s2 * J[0];
+    h21 += s2 * J[1];
+    h22 += s2 * J[2];
+    n.lambda[i] = zero;
+  }
+  // LDL^T of the one block.
+  const T i0 = one / h00, l10 = h10 * i0, l20 = h20 * i0;
+  const T i1 = one / (h11 - l10 * h10), e = h21 - l20 * h10, l21 = e * i1;
+  const T i2 = one / (h22 - l20 * h20 - l21 * e);
+  T v0{}, v1{}, v2{};
+  for (int step = 0; step < kSteps; ++step) {
+    T x0{}, x1{}, x2{};
+    for (int i = 0; i < t.rows; ++i) {
+      const T(&J)[3] = jacobian(i);
+      k[i] = g[i] * (n.b[i] - (J[0] * v0 + J[1] * v1 + J[2] * v2));
+      x0 += J[0] * k[i];
+      x1 += J[1] * k[i];
+      x2 += J[2] * k[i];
+    }
+    x1 -= l10 * x0;
+    x2 -= l20 * x0 + l21 * x1;
+    x2 *= i2;
+    x1 = x1 * i1 - l21 * x2;
+    x0 = x0 * i0 - l10 * x1 - l20 * x2;
+    v0 = v1 = v2 = zero;
+    for (int i = 0; i < t.rows; ++i) {
+      const T(&J)[3] = jacobian(i);
+      n.lambda[i] += k[i] - g[i] * (J[0] * x0 + J[1] * x1 + J[2] * x2);
+      // The bounds are looked at after the last step: zero for normal rows, the cone for friction and
+      // rolling.
+      if (step + 1 == kSteps) {
+        const Topology::Pair& row = t.row[at(i)];
+        if (row.normal >= 0) {
+          const T bound = n.mu[i] * n.lambda[row.normal];
+          clamp_to(n.lambda[i], T(-bound), bound);
+        } else if (!row.joint) {
+          n.lambda[i] = n.lambda[i] < zero ? zero : n.lambda[i];
+        }
+      }
+      v0 += J[0] * n.lambda[i];
+      v1 += J[1] * n.lambda[i];
+      v2 += J[2] * n.lambda[i];
+    }
+    v0 *= m0;
+    v1 *= m1;
+    v2 *= m2;
+  }
+  T worst{}, scale{}, spoiled{};
+  for (int i = 0; i < t.rows; ++i) {
+    const Topology::Pair& row = t.row[at(i)];
+    const T(&J)[3] = jacobian(i);
+    // D (lambda - clamp(lambda - w / D)) without the division.
+    const T w = J[0] * v0 + J[1] * v1 + J[2] * v2 - n.b[i];
+    T violation = w;
+    if (row.normal >= 0) {
+      const T bound = n.mu[i] * n.lambda[row.normal];
+      clamp_to(violation, T(D[i] * (n.lambda[i] - bound)), T(D[i] * (n.lambda[i] + bound)));
+    } else if (!row.joint) {
+      const T most = D[i] * n.lambda[i];
+      violation = violation > most ? most : violation;
+    }
+    T size = n.b[i];
+    make_absolute(violation);
+    make_absolute(size);
+    raise(worst, violation);
+    raise(scale, size);
+    spoiled += violation * 0.0;
+  }
+  n.residual = worst / (scale > zero ? scale : one) + spoiled;
+}
+
+template <class T>
+SKERRY_ALWAYS_INLINE void solve_small(const Topology& t, Numbers<T>& n) {
+  if (t.bodies == 1)
+    solve_one_body(t, n);
+  else
+    solve_sticking(t, n);
+}
+
 void solve_one(const Topology& t, Numbers<double>& n) {
-  solve_sticking(t, n);
+  solve_small(t, n);
 }
 void solve_eight_portable(const Topology& t, Numbers<Vec8>& n) {
-  solve_sticking(t, n);
+  solve_small(t, n);
 }
 SKERRY_AVX2 void solve_eight_avx2(const Topology& t, Numbers<Vec8>& n) {
-  solve_sticking(t, n);
+  solve_small(t, n);
 }
 SKERRY_AVX512 void solve_eight_avx512(const Topology& t, Numbers<Vec8>& n) {
-  solve_sticking(t, n);
+  solve_small(t, n);
 }
 
 bool cpu_has_avx512() {

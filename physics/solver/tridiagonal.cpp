@@ -105,7 +105,35 @@ bool order_rows(const Neighbours& neighbours, int n, std::vector<int>& order) {
   return static_cast<int>(order.size()) == n;
 }
 
+/// The path whose rows stand in their order already, in one pass over them; false for any other.
+bool make_natural_path(const IslandSystem& system, Path& path) {
+  const int n = system.size();
+  path.row.resize(n);
+  for (auto* values : {&path.diagonal, &path.next, &path.b, &path.lower, &path.upper}) values->resize(n);
+  // Twice the last row of each body, plus one if it is its second.
+  std::vector<int> last(system.bodies.size(), -1);
+  for (int k = 0; k < n; ++k) {
+    const Row& row = system.rows[k];
+    if (is_scaled(row)) return false;
+    for (const int body : {row.a, row.b}) {
+      if (body < 0 || (system.bodies[body].linear == 0 && system.bodies[body].angular == 0)) continue;
+      if (last[body] >= 0 && last[body] != 2 * (k - 1)) return false;
+      last[body] = last[body] < 0 ? 2 * k : 2 * k + 1;
+    }
+    path.row[k] = k;
+    path.diagonal[k] = coupling(system, row, row) + (system.compliance.empty() ? 0 : system.compliance[k]);
+    path.next[k] = 0;
+    if (k > 0) path.next[k - 1] = coupling(system, system.rows[k - 1], row);
+    path.b[k] = system.b[k];
+    path.lower[k] = row.lower;
+    path.upper[k] = row.upper;
+  }
+  return true;
+}
+
 bool make_path(const IslandSystem& system, Path& path) {
+  if (make_natural_path(system, path)) return true;
+  path.row.clear();
   const int n = system.size();
   for (const Row& row : system.rows) {
     if (is_scaled(row)) return false;
@@ -125,18 +153,19 @@ bool make_path(const IslandSystem& system, Path& path) {
   return true;
 }
 
-/// Solves the free pieces of the path; rows at bounds keep their bound.
+/// Solves the free pieces of the path among rows `first` to `last`, which no free row outside touches; rows
+/// at bounds keep their bound.
 /// @return false at a pivot that is not positive to rounding: the rows are dependent
-bool solve_pieces(const Path& path, const std::vector<RowState>& states, std::vector<double>& pivot,
-                  std::vector<double>& lambda) {
+bool solve_pieces(const Path& path, const std::vector<RowState>& states, int first, int last,
+                  std::vector<double>& pivot, std::vector<double>& lambda) {
   const int n = static_cast<int>(path.row.size());
-  for (int k = 0; k < n; ++k) {
+  for (int k = first; k <= last; ++k) {
     if (states[k] != RowState::Free) {
       lambda[k] = states[k] == RowState::Lower ? path.lower[k] : path.upper[k];
     }
   }
   // Forward: lambda holds the eliminated right-hand side.
-  for (int k = 0; k < n; ++k) {
+  for (int k = first; k <= last; ++k) {
     if (states[k] != RowState::Free) continue;
     double d = path.diagonal[k], y = path.b[k];
     if (k > 0) {
@@ -153,7 +182,7 @@ bool solve_pieces(const Path& path, const std::vector<RowState>& states, std::ve
     pivot[k] = d;
     lambda[k] = y;
   }
-  for (int k = n - 1; k >= 0; --k) {
+  for (int k = last; k >= first; --k) {
     if (states[k] != RowState::Free) continue;
     double y = lambda[k];
     if (k + 1 < n && states[k + 1] == RowState::Free) y -= path.next[k] * lambda[k + 1];
@@ -193,15 +222,40 @@ bool search(const Path& path, const SolveOptions& options, std::vector<RowState>
   const double slack = 4 * kRoundingUnit * largest_magnitude(path.b);
   const int rounds = options.max_iterations > 0 ? options.max_iterations : 100 + 2 * n;
   int fewest = n + 1, patience = 8;
-  std::vector<std::pair<int, RowState>> changes;
+  std::vector<std::pair<int, RowState>> changes, applied;
+  std::vector<std::pair<int, int>> spans;
   while (solution.iterations < rounds) {
     ++solution.iterations;
     ++solution.work.factorisations;
-    if (!solve_pieces(path, states, pivot, lambda)) return false;
     changes.clear();
-    for (int k = 0; k < n; ++k) {
-      const RowState wanted = wanted_state(path, states[k], lambda, k, slack);
-      if (wanted != states[k]) changes.emplace_back(k, wanted);
+    if (applied.empty() || patience == 0) {
+      if (!solve_pieces(path, states, 0, n - 1, pivot, lambda)) return false;
+      for (int k = 0; k < n; ++k) {
+        const RowState wanted = wanted_state(path, states[k], lambda, k, slack);
+        if (wanted != states[k]) changes.emplace_back(k, wanted);
+      }
+    } else {
+      // Only the pieces beside a change are others than before.
+      spans.clear();
+      for (std::size_t c = 0; c < applied.size();) {
+        int first = applied[c].first, last = first;
+        while (first > 0 && states[first - 1] == RowState::Free) --first;
+        for (; c < applied.size() && applied[c].first <= last + 1; ++c) {
+          last = std::max(last, applied[c].first);
+          while (last + 1 < n && states[last + 1] == RowState::Free) ++last;
+        }
+        if (!solve_pieces(path, states, first, last, pivot, lambda)) return false;
+        spans.emplace_back(first, last);
+      }
+      // The rows at bounds on both sides feel them, too.
+      int looked = -1;
+      for (const auto& [first, last] : spans) {
+        for (int k = std::max(looked + 1, first - 1); k <= std::min(n - 1, last + 1); ++k) {
+          const RowState wanted = wanted_state(path, states[k], lambda, k, slack);
+          if (wanted != states[k]) changes.emplace_back(k, wanted);
+          looked = k;
+        }
+      }
     }
     if (changes.empty()) return true;
     const int count = static_cast<int>(changes.size());
@@ -214,6 +268,7 @@ bool search(const Path& path, const SolveOptions& options, std::vector<RowState>
     if (patience == 0) changes = {changes.back()};
     for (const auto& [k, state] : changes) states[k] = state;
     solution.work.pivots += static_cast<int>(changes.size());
+    applied.swap(changes);
   }
   return true;
 }

@@ -97,6 +97,14 @@ TEST(Solvers, AgreeWithEnumerationOnSixContactsWithTheGround) {
                            test_scale(20), {{"lemke", 1}, {"sparse_contact", 1}});
 }
 
+TEST(Solvers, AgreeWithEnumerationOnEightContacts) {
+  compare_with_enumeration({.bodies = 4, .contacts = 8}, {.friction = 0, .noise = 1}, test_scale(200),
+                           {{"lemke", 1}, {"body_space", 1}, {"auto", 1}});
+  // 65536 states each.
+  compare_with_enumeration({.bodies = 4, .contacts = 8}, {.friction = 0.3, .noise = 1}, test_scale(2),
+                           {{"lemke", 1}, {"auto", 1}});
+}
+
 TEST(Solvers, ClosedFormAgreesWithEnumerationIncludingPainleve) {
   for (const double mu : {0.0, 0.3, 1.0, 5.0}) {
     for (const double rolling : {0.0, 0.2}) {
@@ -261,6 +269,13 @@ TEST(Registry, NamesAreUniqueAndUnknownOnesAreListed) {
     EXPECT_NE(std::string(error.what()).find("magic"), std::string::npos);
     EXPECT_NE(std::string(error.what()).find("lemke"), std::string::npos);
   }
+}
+
+TEST(TgsSoft, LeavesAnExactWarmStartAsItIs) {
+  const scenes::Scene scene = scenes::stack(10);
+  const Solution exact = find_solver("auto").solve(scene.system, {}, {}, nullptr);
+  const Solution soft = find_solver("tgs_soft").solve(scene.system, exact.lambda, {}, nullptr);
+  EXPECT_LE(soft.residual, 1e-12);
 }
 
 }  // namespace
