@@ -49,8 +49,13 @@ const Scene kScenes[] = {
          const Shape shape = i % 3 == 0   ? make_disc(0.4)
                              : i % 3 == 1 ? make_box({0.7, 0.5})
                                           : make_capsule({-0.3, 0}, {0.3, 0}, 0.2);
-         add(w, {i % 5 + 0.3 * number(), 1 + 1.1 * (i / 5)}, rough(shape, 0.3, i % 4 == 0 ? 0.3 : 0),
-             0.5 + number(), {number() - 0.5, 0}, number(), 6 * number());
+         // One after the other: compilers evaluate arguments in different orders.
+         const double angle = 6 * number();
+         const double omega = number();
+         const double speed = number() - 0.5;
+         const double mass = 0.5 + number();
+         const Vec2 at{i % 5 + 0.3 * number(), 1 + 1.1 * (i / 5)};
+         add(w, at, rough(shape, 0.3, i % 4 == 0 ? 0.3 : 0), mass, {speed, 0}, omega, angle);
        }
      }},
     {"cradle",
