@@ -145,8 +145,8 @@ inline Scene washer() {
   Item drum{BodyType::Kinematic, {0, 10}, 0, {}, 25 * pi / 180, {}};
   for (int i = 0; i < 40; ++i) {
     const double angle = 2 * pi * i / 40;
-    drum.parts.push_back({{0.25, 1.3}, {15 * std::cos(angle), 15 * std::sin(angle)}, angle});
-    if (i % 5 == 0) drum.parts.push_back({{0.75, 0.2}, {14 * std::cos(angle), 14 * std::sin(angle)}, angle});
+    drum.parts.push_back({{0.25, 1.5}, {17 * std::cos(angle), 17 * std::sin(angle)}, angle});
+    if (i % 5 == 0) drum.parts.push_back({{0.75, 0.2}, {16 * std::cos(angle), 16 * std::sin(angle)}, angle});
   }
   s.items.push_back(drum);
   for (int i = 0; i < 90; ++i) {
