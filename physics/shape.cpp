@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "physics/narrowphase/chain_tree.h"
+
 namespace skerry {
 namespace {
 
@@ -76,6 +78,17 @@ double turn_angle(double sine, double cosine) {
   double sum = 0;
   for (int k = 25; k >= 1; k -= 2) sum = 1.0 / k - z * sum;
   return std::ldexp(t * sum, halvings);
+}
+
+/// The rectangle that four corners make, within a few roundings of their coordinates.
+Shape::Rectangle rectangle_of(const std::vector<Vec2>& v, const std::vector<Vec2>& n) {
+  if (v.size() != 4) return {};
+  const Vec2 middle = 0.5 * (v[0] + v[2]), skew = (v[0] + v[2]) - (v[1] + v[3]);
+  double scale = 0;
+  for (const Vec2 p : v) scale = std::max({scale, std::abs(p.x), std::abs(p.y)});
+  const bool right = std::abs(dot(n[0], n[1])) <= 1e-15;
+  if (!right || std::abs(skew.x) + std::abs(skew.y) > 2e-15 * scale) return {};
+  return {middle, {0.5 * dot(n[0], v[1] - v[2]), 0.5 * dot(n[1], v[1] - v[0])}};
 }
 
 AreaProperties rounded_polygon_properties(const Shape& shape) {
@@ -193,6 +206,7 @@ Shape make_polygon(std::span<const Vec2> corners, double rounding) {
       }
     }
   }
+  shape.rectangle = rectangle_of(shape.vertices, shape.normals);
   return shape;
 }
 
@@ -246,12 +260,16 @@ Shape make_chain(std::span<const Vec2> corners, bool closed) {
     }
     shape.normals.push_back(perp(edge / len));
   }
+  shape.tree = narrow::chain_tree(shape);
   return shape;
 }
 
 Shape translated(const Shape& shape, Vec2 offset) {
   Shape moved = shape;
   for (Vec2& v : moved.vertices) v += offset;
+  // Rounding keeps order, so the moved boxes are those of the moved corners.
+  for (Vec2& v : moved.tree) v += offset;
+  if (moved.rectangle.half != Vec2{}) moved.rectangle.middle += offset;
   return moved;
 }
 

@@ -34,9 +34,17 @@ struct Shape {
   std::vector<Vec2> vertices;  ///< disc: centre; capsule: two ends; polygon: counter-clockwise corners of the
                                ///< core; half-plane: a point of its line; chain: the corners in order
   std::vector<Vec2>
-      normals;          ///< polygon: outward unit normal of the edge from vertex i to i+1; capsule: two;
-                        ///< half-plane: its outward normal; chain: left normal (the solid is on the right)
-  bool closed = false;  ///< chain: the last vertex joins the first
+      normals;             ///< polygon: outward unit normal of the edge from vertex i to i+1; capsule: two;
+                           ///< half-plane: its outward normal; chain: left normal (the solid is on the right)
+  bool closed = false;     ///< chain: the last vertex joins the first
+  std::vector<Vec2> tree;  ///< chain: boxes around runs of segments (see narrowphase/chain_tree.h)
+
+  /// What pairs of rectangles are searched by; the other shapes have none.
+  struct Rectangle {
+    Vec2 middle;
+    Vec2 half;  ///< half widths along normals 0 and 1 [m]; 0: not a rectangle
+    friend bool operator==(const Rectangle&, const Rectangle&) = default;
+  } rectangle;
 
   friend bool operator==(const Shape&, const Shape&) = default;
 };

@@ -43,9 +43,13 @@ inline void fields(Archive& a, Filter& v) {
   auto& [category, mask, group] = v;
   a(category, mask, group);
 }
+inline void fields(Archive& a, Shape::Rectangle& v) {
+  auto& [middle, half] = v;
+  a(middle, half);
+}
 inline void fields(Archive& a, Shape& v) {
-  auto& [kind, radius, vertices, normals, closed] = v;
-  a(kind, radius, vertices, normals, closed);
+  auto& [kind, radius, vertices, normals, closed, tree, rectangle] = v;
+  a(kind, radius, vertices, normals, closed, tree, rectangle);
 }
 
 // --- World
@@ -107,8 +111,8 @@ inline void fields(Archive& a, PointMemory& v) {
     total_impact, impact_position);
 }
 inline void fields(Archive& a, SatCache& v) {
-  auto& [axis, partner, valid, exchanged, slack, reach, offset, turn] = v;
-  a(axis, partner, valid, exchanged, slack, reach, offset, turn);
+  auto& [axis, partner, state, exchanged, slack, reach, reach_b, offset, turn, turn_b] = v;
+  a(axis, partner, state, exchanged, slack, reach, reach_b, offset, turn, turn_b);
 }
 inline void fields(Archive& a, ManifoldPoint& v) {
   auto& [position, separation, feature] = v;

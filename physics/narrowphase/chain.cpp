@@ -5,6 +5,7 @@
 #include <string>
 
 #include "physics/narrowphase/chain_segment.h"
+#include "physics/narrowphase/chain_tree.h"
 
 namespace skerry {
 namespace narrow {
@@ -114,6 +115,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   if (stats != nullptr) stats->axes_tested += 1;
   if (low > limit || dot(n, middle / other.count - s.v[1]) < 0) return none;
   axis.separation = low;
+  axis.n = n;
   axis.scale = scale;
 
   // Edges of the other shape whose push a corner of the segment may answer.
@@ -129,6 +131,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
     if (separation > axis.separation + kAxisBias * scale) {
       axis.separation = separation;
       axis.index = ~j;
+      axis.n = m;
       axis.support = corner;
       at_start = start;
     }
@@ -190,14 +193,28 @@ int chain_segment_count(const Shape& chain) {
 
 void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& box, std::vector<int>& out) {
   out.clear();
+  if (chain.kind != ShapeKind::Chain) return;
   const int corners = static_cast<int>(chain.vertices.size());
-  for (int i = 0; i < chain_segment_count(chain); ++i) {
-    const int next = i + 1 < corners ? i + 1 : 0;
-    const Vec2 p = to_world(pose, chain.vertices[static_cast<std::size_t>(i)]);
-    const Vec2 q = to_world(pose, chain.vertices[static_cast<std::size_t>(next)]);
-    const Aabb own{{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
-    if (overlap(own, box)) out.push_back(i);
+  // The box in the chain's frame, grown by what roundings may hide.
+  Aabb wanted{{-kInfinity, -kInfinity}, {kInfinity, kInfinity}};
+  const Vec2 middle = 0.5 * (box.lower + box.upper), half = 0.5 * (box.upper - box.lower);
+  const double scale =
+      narrow::magnitude(box.lower) + narrow::magnitude(box.upper) + narrow::magnitude(pose.p);
+  if (scale < 1e100) {
+    const Vec2 c = to_local(pose, middle);
+    const double noise = 1e-14 * scale, co = std::abs(pose.q.c), si = std::abs(pose.q.s);
+    const Vec2 reach{co * half.x + si * half.y + noise, si * half.x + co * half.y + noise};
+    wanted = {c - reach, c + reach};
   }
+  narrow::visit_segments(
+      chain, [&](const Aabb& part) { return overlap(part, wanted); },
+      [&](int i) {
+        const int next = i + 1 < corners ? i + 1 : 0;
+        const Vec2 p = to_world(pose, chain.vertices[static_cast<std::size_t>(i)]);
+        const Vec2 q = to_world(pose, chain.vertices[static_cast<std::size_t>(next)]);
+        const Aabb own{{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
+        if (overlap(own, box)) out.push_back(i);
+      });
 }
 
 Manifold collide_chain_segment(const Shape& chain, int segment, const Transform& pose_chain,

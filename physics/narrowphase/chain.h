@@ -14,7 +14,9 @@ namespace skerry {
 /// Number of segments of a chain: its corners, less one if it is open.
 int chain_segment_count(const Shape& chain);
 
-/// Finds the segments whose boxes overlap `box` (world frame). @param out cleared, then filled, ascending
+/// Finds the segments that may meet `box` (world frame): all that do, and none whose own box does not overlap
+/// it. O(log n + hits) for chains whose neighbours in order are neighbours in space, as on terrain.
+/// @param out  cleared, then filled, ascending
 void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& box, std::vector<int>& out);
 
 /// Finds where one segment of a chain and a convex shape touch, or come within `margin` of each other.

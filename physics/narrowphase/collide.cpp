@@ -3,7 +3,8 @@
 
 #include <stdexcept>
 
-#include "physics/narrowphase/hull.h"
+#include "physics/narrowphase/clip_edges.h"
+#include "physics/narrowphase/sat_search.h"
 
 namespace skerry {
 namespace {
@@ -34,12 +35,22 @@ void discs(const Shape& a, const Transform& pose_a, const Shape& b, const Transf
   m.points[0].feature = make_feature(corner_code(0), corner_code(0));
 }
 
-/// True if the cached axis separates the shapes by more than the margin beyond doubt: then the full search
-/// would find them apart too.
+/// True if the pair cannot have come within `limit` of each other (cores) on the axis that held them apart.
+bool still_apart(const SatCache& cache, const Transform& pose_a, const Transform& pose_b, double limit) {
+  using narrow::load, narrow::Two;
+  const Two d = load(pose_b.p) - load(pose_a.p);
+  const Two moved = magnitude(d - load(cache.offset)) +
+                    (Two::both(cache.reach) * magnitude(load(pose_a.q) - load(cache.turn)) +
+                     Two::both(cache.reach_b) * magnitude(load(pose_b.q) - load(cache.turn_b)));
+  return cache.slack - (moved.low() + moved.high()) > limit;
+}
+
+/// True if the cached axis separates the cores by more than `limit` beyond doubt: then the full search would
+/// find them apart too. Notes by how much.
 bool apart_on_cached_axis(const Hull& a, const Transform& pose_a, const Hull& b, const Transform& pose_b,
-                          double margin, std::int32_t axis) {
-  const bool on_a = axis >= 0;
-  const int edge = on_a ? axis : ~axis;
+                          double limit, SatCache& cache) {
+  const bool on_a = cache.axis >= 0;
+  const int edge = on_a ? cache.axis : ~cache.axis;
   const Hull& own = on_a ? a : b;
   const Hull& other = on_a ? b : a;
   if (edge >= own.count) return false;
@@ -54,55 +65,93 @@ bool apart_on_cached_axis(const Hull& a, const Transform& pose_a, const Hull& b,
   }
   const Vec2 d = pose_other.p - pose_own.p;
   const double face = dot(own.n[edge], own.v[edge]);
-  const double noise = narrow::kNoise * (narrow::magnitude(d) + std::abs(low) + std::abs(face));
-  return dot(n, d) + low - face > margin + a.radius + b.radius + noise;
+  const double noise = 2 * narrow::kNoise * (narrow::magnitude(d) + std::abs(low) + std::abs(face));
+  const double separation = dot(n, d) + low - face - noise;
+  if (!(separation > limit)) return false;
+  // In the frame of the edge's owner a turn of the other core moves its corners by their reach, one of the
+  // owner all that lies between its origin and them.
+  const double reach = narrow::reach_of(other), far = reach + narrow::magnitude(d);
+  cache.slack = separation;
+  cache.reach = on_a ? far : reach;
+  cache.reach_b = on_a ? reach : far;
+  cache.offset = pose_b.p - pose_a.p;
+  cache.turn = pose_a.q;
+  cache.turn_b = pose_b.q;
+  return true;
 }
 
-void dispatch(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b, double margin,
-              SatCache* cache, NarrowPhaseStats* stats, Manifold& m) {
-  if (a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc) return discs(a, pose_a, b, pose_b, margin, m);
+/// Two polygons or capsules that the cache knows to have been apart.
+[[gnu::noinline]] bool apart_again(const Shape& shape_a, const Transform& pose_a, const Shape& shape_b,
+                                   const Transform& pose_b, double limit, SatCache& cache,
+                                   NarrowPhaseStats* stats) {
+  const Hull a = narrow::hull_of(shape_a), b = narrow::hull_of(shape_b);
+  if (!apart_on_cached_axis(a, pose_a, b, pose_b, limit, cache)) return false;
+  if (stats != nullptr) {
+    stats->axes_tested += 1;
+    stats->axes_skipped += static_cast<std::uint64_t>(a.count + b.count - 1);
+  }
+  return true;
+}
+
+/// Two polygons or capsules.
+[[gnu::always_inline]] inline void cores(const Shape& shape_a, const Transform& pose_a, const Shape& shape_b,
+                                         const Transform& pose_b, double margin, SatCache* cache,
+                                         NarrowPhaseStats* stats, Manifold& m) {
+  const Vec2 d = pose_b.p - pose_a.p;
+  if (!(narrow::magnitude(d) < kFarAway)) return;
+  const double limit = margin + shape_a.radius + shape_b.radius;
+  if (cache != nullptr && cache->state == SatCache::State::Apart &&
+      apart_again(shape_a, pose_a, shape_b, pose_b, limit, *cache, stats)) {
+    return;
+  }
+  const bool exchange = narrow::second_comes_first(shape_a, pose_a, shape_b, pose_b);
+  const Transform& frame = exchange ? pose_b : pose_a;
+  const Transform relative = narrow::relative_pose(frame, exchange ? pose_a : pose_b);
+  narrow::Output out{m, frame, exchange, {}};
+  const Hull first = narrow::hull_of(exchange ? shape_b : shape_a);
+  const Hull second = narrow::hull_of(exchange ? shape_a : shape_b);
+  // The cache speaks of a and b, the search of first and second.
+  const std::int32_t flip = exchange ? -1 : 0;
+  if (cache != nullptr) {
+    // What is known of a settled pair is in the frame of its first shape.
+    if (cache->exchanged != exchange) cache->state = SatCache::State::Empty;
+    cache->exchanged = exchange;
+    cache->axis ^= flip;
+    cache->partner ^= flip;
+  }
+  narrow::Placed placed;
+  const bool boxes = first.rectangle != nullptr && second.rectangle != nullptr;
+  const narrow::Axis axis = boxes ? narrow::search<4, 4>(first, second, relative, limit, placed, cache, stats)
+                                  : narrow::find_axis(first, second, relative, limit, placed, cache, stats);
+  if (cache != nullptr) {
+    cache->axis ^= flip;
+    cache->partner ^= flip;
+  }
+  if (axis.apart) return;
+  if (axis.separation >= -narrow::kNoise * axis.scale) {
+    return narrow::clip_touching(first, second, placed, axis, margin, out);
+  }
+  narrow::clip_overlap(first, second, placed, axis, margin, out);
+}
+
+/// Pairs with a half-plane, or with a disc and something else.
+void others(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b, double margin,
+            NarrowPhaseStats* stats, Manifold& m) {
   if (a.kind == ShapeKind::Chain || b.kind == ShapeKind::Chain) {
     throw std::invalid_argument("collide: a chain is met segment by segment (collide_chain_segment)");
   }
-  const Vec2 d = pose_b.p - pose_a.p;
-  if (!(narrow::magnitude(d) < kFarAway)) return;
-  const Hull hulls[2] = {narrow::hull_of(a), narrow::hull_of(b)};
   const int rank_a = narrow::rank_of(a.kind), rank_b = narrow::rank_of(b.kind);
-  bool exchange = rank_a < rank_b;
-  if (rank_a == rank_b) {
-    if (rank_a == 2) return;
-    if (cache != nullptr && cache->valid && cache->slack <= 0 &&
-        apart_on_cached_axis(hulls[0], pose_a, hulls[1], pose_b, margin, cache->axis)) {
-      if (stats != nullptr) {
-        stats->axes_tested += 1;
-        stats->axes_skipped += static_cast<std::uint64_t>(hulls[0].count + hulls[1].count - 1);
-      }
-      return;
-    }
-    exchange = narrow::second_comes_first(a, pose_a, b, pose_b);
-  } else {
-    cache = nullptr;
-  }
+  if (rank_a == rank_b || !(narrow::magnitude(pose_b.p - pose_a.p) < kFarAway)) return;
+  const bool exchange = rank_a < rank_b;
   const Transform& frame = exchange ? pose_b : pose_a;
-  const Transform& other = exchange ? pose_a : pose_b;
   narrow::Output out{m, frame, exchange, {}};
-  const Transform relative = narrow::relative_pose(frame, other);
-  const Hull& first = hulls[exchange ? 1 : 0];
-  const Hull& second = hulls[exchange ? 0 : 1];
-  if (cache == nullptr) return narrow::meet(first, second, relative, margin, nullptr, stats, out);
-  if (cache->exchanged != exchange) {
-    // The search's first shape was the other one: what it knows is in the wrong frame.
-    cache->slack = -1;
-    cache->valid = false;
-    cache->exchanged = exchange;
-  }
-  // The cache speaks of a and b, the search of first and second.
-  const std::int32_t flip = exchange ? -1 : 0;
-  cache->axis ^= flip;
-  cache->partner ^= flip;
-  narrow::meet(first, second, relative, margin, cache, stats, out);
-  cache->axis ^= flip;
-  cache->partner ^= flip;
+  const Transform relative = narrow::relative_pose(frame, exchange ? pose_a : pose_b);
+  narrow::meet(narrow::hull_of(exchange ? b : a), narrow::hull_of(exchange ? a : b), relative, margin,
+               nullptr, stats, out);
+}
+
+constexpr bool has_edges(ShapeKind kind) {
+  return kind == ShapeKind::Polygon || kind == ShapeKind::Capsule;
 }
 
 }  // namespace
@@ -110,7 +159,21 @@ void dispatch(const Shape& a, const Transform& pose_a, const Shape& b, const Tra
 Manifold collide(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
                  double margin, SatCache* cache, NarrowPhaseStats* stats) {
   Manifold m;
-  dispatch(a, pose_a, b, pose_b, margin, cache, stats, m);
+  if (cache != nullptr && cache->state == SatCache::State::Apart &&
+      still_apart(*cache, pose_a, pose_b, margin + a.radius + b.radius)) {
+    if (stats != nullptr) {
+      stats->pairs += 1;
+      stats->axes_skipped += a.vertices.size() + b.vertices.size();
+    }
+    return m;
+  }
+  if (has_edges(a.kind) && has_edges(b.kind)) {
+    cores(a, pose_a, b, pose_b, margin, cache, stats, m);
+  } else if (a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc) {
+    discs(a, pose_a, b, pose_b, margin, m);
+  } else {
+    others(a, pose_a, b, pose_b, margin, stats, m);
+  }
   if (stats != nullptr) {
     stats->pairs += 1;
     stats->manifolds += m.count > 0 ? 1 : 0;

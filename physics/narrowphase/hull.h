@@ -36,11 +36,13 @@ struct Hull {
   const Vec2* n = nullptr;
   int count = 0;
   double radius = 0;
+  const Shape::Rectangle* rectangle = nullptr;  ///< null if the core is none
 };
 
 inline Hull hull_of(const Shape& shape) {
-  return {shape.kind, shape.vertices.data(), shape.normals.data(), static_cast<int>(shape.vertices.size()),
-          shape.radius};
+  return {shape.kind,           shape.vertices.data(),
+          shape.normals.data(), static_cast<int>(shape.vertices.size()),
+          shape.radius,         shape.rectangle.half.x > 0 ? &shape.rectangle : nullptr};
 }
 
 /// The rotation that takes vectors of frame `b` to frame `a`: inverse(a) b.
@@ -88,6 +90,7 @@ struct Axis {
   bool apart = false;     ///< some axis separates by more than the limit; nothing else is valid then
   int index = 0;          ///< edge of the first core (>= 0) or of the second as ~edge
   double separation = 0;  ///< of the cores [m]
+  Vec2 n;                 ///< outward normal of the edge, in the first core's frame
   int support = 0;        ///< corner of the other core that lies deepest below the edge
   double scale = 0;       ///< magnitude of the coordinates that went in [m]
 };
@@ -127,6 +130,7 @@ struct Closest {
   Vec2 normal;
   double distance = 0;  ///< of the cores [m]
   NormalFrom from = NormalFrom::First;
+  int corner_a = 0, corner_b = 0;  ///< that meet; an edge by its first corner
 };
 Closest closest(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis);
 

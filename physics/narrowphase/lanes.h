@@ -8,6 +8,8 @@
 #include <emmintrin.h>
 #endif
 
+#include "physics/math.h"
+
 namespace skerry::narrow {
 
 #if defined(__SSE2__)
@@ -18,33 +20,77 @@ struct Two {
   static Two both(double x) { return {_mm_set1_pd(x)}; }
   static Two load(const double* two) { return {_mm_loadu_pd(two)}; }
   void store(double* out) const { _mm_storeu_pd(out, v); }
+  /// Lane k of a where bit pattern k of `mask` (from `at_least`) is set, else that of b.
+  friend Two chosen(Two mask, Two a, Two b) {
+    return {_mm_or_pd(_mm_and_pd(mask.v, a.v), _mm_andnot_pd(mask.v, b.v))};
+  }
+  friend Two at_least(Two a, Two b) { return {_mm_cmpge_pd(a.v, b.v)}; }
+  friend unsigned bits(Two mask) { return static_cast<unsigned>(_mm_movemask_pd(mask.v)); }
   friend Two operator+(Two a, Two b) { return {_mm_add_pd(a.v, b.v)}; }
   friend Two operator-(Two a, Two b) { return {_mm_sub_pd(a.v, b.v)}; }
   friend Two operator*(Two a, Two b) { return {_mm_mul_pd(a.v, b.v)}; }
+  friend Two operator/(Two a, Two b) { return {_mm_div_pd(a.v, b.v)}; }
   /// a < b ? a : b
   friend Two lesser(Two a, Two b) { return {_mm_min_pd(a.v, b.v)}; }
   friend Two greater(Two a, Two b) { return {_mm_max_pd(a.v, b.v)}; }
+  friend Two magnitude(Two a) { return {_mm_andnot_pd(_mm_set1_pd(-0.0), a.v)}; }
+  friend Two negated(Two a) { return {_mm_xor_pd(_mm_set1_pd(-0.0), a.v)}; }
+  /// The first, or the second, of each.
+  friend Two lows(Two a, Two b) { return {_mm_unpacklo_pd(a.v, b.v)}; }
+  friend Two highs(Two a, Two b) { return {_mm_unpackhi_pd(a.v, b.v)}; }
+  double low() const { return _mm_cvtsd_f64(v); }
+  double high() const { return _mm_cvtsd_f64(_mm_unpackhi_pd(v, v)); }
 };
 
 #else
 
 struct Two {
-  double low, high;
-  static Two of(double a, double b) { return {a, b}; }
-  static Two both(double x) { return {x, x}; }
-  static Two load(const double* two) { return {two[0], two[1]}; }
-  void store(double* out) const { out[0] = low, out[1] = high; }
-  friend Two operator+(Two a, Two b) { return {a.low + b.low, a.high + b.high}; }
-  friend Two operator-(Two a, Two b) { return {a.low - b.low, a.high - b.high}; }
-  friend Two operator*(Two a, Two b) { return {a.low * b.low, a.high * b.high}; }
+  double v[2];
+  static Two of(double a, double b) { return {{a, b}}; }
+  static Two both(double x) { return {{x, x}}; }
+  static Two load(const double* two) { return {{two[0], two[1]}}; }
+  void store(double* out) const { out[0] = v[0], out[1] = v[1]; }
+  friend Two chosen(Two mask, Two a, Two b) {
+    return {{mask.v[0] != 0 ? a.v[0] : b.v[0], mask.v[1] != 0 ? a.v[1] : b.v[1]}};
+  }
+  friend Two at_least(Two a, Two b) { return {{a.v[0] >= b.v[0] ? 1.0 : 0.0, a.v[1] >= b.v[1] ? 1.0 : 0.0}}; }
+  friend unsigned bits(Two mask) { return (mask.v[0] != 0 ? 1u : 0u) | (mask.v[1] != 0 ? 2u : 0u); }
+  friend Two operator+(Two a, Two b) { return {{a.v[0] + b.v[0], a.v[1] + b.v[1]}}; }
+  friend Two operator-(Two a, Two b) { return {{a.v[0] - b.v[0], a.v[1] - b.v[1]}}; }
+  friend Two operator/(Two a, Two b) { return {{a.v[0] / b.v[0], a.v[1] / b.v[1]}}; }
+  friend Two operator*(Two a, Two b) { return {{a.v[0] * b.v[0], a.v[1] * b.v[1]}}; }
   friend Two lesser(Two a, Two b) {
-    return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
+    return {{a.v[0] < b.v[0] ? a.v[0] : b.v[0], a.v[1] < b.v[1] ? a.v[1] : b.v[1]}};
   }
   friend Two greater(Two a, Two b) {
-    return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
+    return {{a.v[0] > b.v[0] ? a.v[0] : b.v[0], a.v[1] > b.v[1] ? a.v[1] : b.v[1]}};
   }
+  friend Two magnitude(Two a) { return {{a.v[0] < 0 ? -a.v[0] : a.v[0], a.v[1] < 0 ? -a.v[1] : a.v[1]}}; }
+  friend Two negated(Two a) { return {{-a.v[0], -a.v[1]}}; }
+  friend Two lows(Two a, Two b) { return {{a.v[0], b.v[0]}}; }
+  friend Two highs(Two a, Two b) { return {{a.v[1], b.v[1]}}; }
+  double low() const { return v[0]; }
+  double high() const { return v[1]; }
 };
 
 #endif
+
+inline Two load(const Vec2& v) {
+  return Two::load(&v.x);
+}
+inline Two load(const Rot& q) {
+  return Two::load(&q.c);
+}
+inline Two exchanged(Two a) {
+  return Two::of(a.high(), a.low());
+}
+inline double smallest(Two a) {
+  const double low = a.low(), high = a.high();
+  return low < high ? low : high;
+}
+inline double largest(Two a) {
+  const double low = a.low(), high = a.high();
+  return low > high ? low : high;
+}
 
 }  // namespace skerry::narrow

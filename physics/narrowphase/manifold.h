@@ -37,31 +37,45 @@ constexpr std::uint32_t mirrored(std::uint32_t feature) {
 struct Manifold {
   Vec2 normal;                          ///< unit vector from shape a towards shape b, world frame
   std::array<ManifoldPoint, 2> points;  ///< the first `count` are valid, in an order that features decide
-  int count = 0;                        ///< 0: farther apart than the margin
+  int count;                            ///< 0: farther apart than the margin
+
+  // Written out, as the compiler would clear the whole as a block with an instruction that takes longer than
+  // colliding two discs.
+  Manifold() : points{ManifoldPoint{{}, 0, 0}, ManifoldPoint{{}, 0, 0}}, count(0) {}
 };
 
 /// The manifold of the same contact with the two shapes exchanged.
-constexpr Manifold mirrored(Manifold m) {
+inline Manifold mirrored(Manifold m) {
   m.normal = -m.normal;
   for (ManifoldPoint& point : m.points) point.feature = mirrored(point.feature);
   return m;
 }
 
-/// What a pair keeps between steps so that most steps test one axis only. Opaque to callers; a
+/// What a pair keeps between steps so that most steps test one axis or none. Opaque to callers; a
 /// default-constructed one is empty. It never changes a manifold, it only saves work.
 ///
-/// For a pair of polygons or capsules it holds the two best axes of the last full search, by how much all
+/// Settled: a pair of polygons or capsules in reach of each other. It holds the best axis of the last full
+/// search and one that tied with it (faces that lie on each other are the best axis twice), by how much all
 /// others were worse, and the relative pose then. While the pair has moved less than that, no other axis can
-/// be the best. Two axes, because faces that lie on each other are the best axis twice.
+/// be the best.
+///
+/// Apart: an axis and how far it separated the pair at the poses then. While the pair has moved less than
+/// what is to spare, it is apart, and no axis is looked at.
 struct SatCache {
-  std::int32_t axis = -1;     ///< edge of a (>= 0), or edge of b as ~edge
-  std::int32_t partner = -1;  ///< the second axis, coded in the same way
-  bool valid = false;         ///< `axis` is an axis of this pair
-  bool exchanged = false;     ///< the search ran with b as its first shape
-  double slack = -1;          ///< no other axis can win before the pair has moved by this [m]; < 0: unknown
-  double reach = 0;           ///< largest distances of the corners from the bodies' origins, summed [m]
-  Vec2 offset;                ///< relative pose of the search: position [m] and rotation of the second in the
-  Rot turn;                   ///< first shape's frame
+  enum class State : std::uint8_t { Empty, Settled, Apart };
+  std::int32_t axis = -1;      ///< edge of a (>= 0), or edge of b as ~edge
+  std::int32_t partner = -1;   ///< settled: the second axis, coded in the same way; may be the same
+  State state = State::Empty;  ///< what the rest speaks of
+  bool exchanged = false;      ///< settled: the search ran with b as its first shape
+  double slack = -1;           ///< settled: no other axis can win before the pair has moved by this [m]
+                               ///< apart: separation of the cores along the axis; not positive: unknown
+  double reach = 0;            ///< settled: largest distances of the corners from the origins, summed [m]
+                               ///< apart: what a unit of a's turn can move, at most [m]
+  double reach_b = 0;          ///< apart: and of b's
+  Vec2 offset;                 ///< settled: position of the second in the first shape's frame [m]
+                               ///< apart: position of b less that of a, world frame
+  Rot turn;                    ///< settled: rotation of the second in the first shape's frame; apart: of a
+  Rot turn_b;                  ///< apart: rotation of b
 };
 
 /// Counters of the narrow phase, summed into the step report.

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "physics/narrowphase/queries.h"
 
+#include <bit>
+#include <cstdint>
 #include <stdexcept>
 
 #include "physics/narrowphase/chain.h"
 #include "physics/narrowphase/chain_segment.h"
+#include "physics/narrowphase/chain_tree.h"
 #include "physics/narrowphase/hull.h"
+#include "physics/narrowphase/lanes.h"
 #include "physics/narrowphase/time_of_impact.h"
 
 namespace skerry {
@@ -53,16 +57,27 @@ ClosestPoints closest_to_chain(const Shape& chain, const Transform& pose_chain, 
                                const Transform& pose_other) {
   ClosestPoints best;
   best.distance = kInfinity;
-  for (int i = 0; i < chain_segment_count(chain); ++i) {
+  // The other shape lies in a disc around its origin; boxes farther than the best so far cannot be closer.
+  double reach = 0;
+  for (int i = 0; i < other.count; ++i) reach = std::max(reach, length(other.v[i]));
+  reach += other.radius;
+  const Vec2 c = to_local(pose_chain, pose_other.p);
+  const auto wanted = [&](const Aabb& box) {
+    const Vec2 nearest{std::clamp(c.x, box.lower.x, box.upper.x), std::clamp(c.y, box.lower.y, box.upper.y)};
+    const double bound = length(c - nearest) - reach;
+    const double noise = 1e-13 * (narrow::magnitude(c) + narrow::magnitude(nearest) + reach);
+    return !(bound - noise > best.distance);
+  };
+  narrow::visit_segments(chain, wanted, [&](int i) {
     // Coordinates from the segment's start: a long chain is as exact as a short one.
     const Vec2 start = chain.vertices[static_cast<std::size_t>(i)];
     const Segment segment(chain, i, start);
     Transform relative = narrow::relative_pose(pose_chain, pose_other);
     relative.p -= start;
     const Transform frame{to_world(pose_chain, start), pose_chain.q};
-    const ClosestPoints c = closest(segment.hull(), other, frame, relative);
-    if (c.distance < best.distance) best = c;
-  }
+    const ClosestPoints near = closest(segment.hull(), other, frame, relative);
+    if (near.distance < best.distance) best = near;
+  });
   return best;
 }
 
@@ -92,29 +107,49 @@ void hit_circle(Vec2 origin, Vec2 direction, Vec2 centre, double radius, LocalHi
   best.normal = (m + t * direction) / radius;
 }
 
-/// Clips the ray with the half-planes of all edges [Cyrus, Beck 1978].
-LocalHit hit_sharp_polygon(const Hull& hull, Vec2 origin, Vec2 direction) {
-  LocalHit hit;
-  double enter = 0, leave = kInfinity;
-  int edge = -1;
-  for (int i = 0; i < hull.count; ++i) {
-    const double height = dot(hull.n[i], origin - hull.v[i]), rate = dot(hull.n[i], direction);
-    // The ray is behind the line where height + rate t <= 0.
-    if (rate < 0) {
-      if (height > -rate * enter) {
-        enter = height / -rate;
-        edge = i;
-      }
-    } else if (rate > 0) {
-      if (height > -rate * leave) leave = -height / rate;
-    } else if (height > 0) {
-      return hit;
-    }
-    if (leave < enter) return hit;
+/// Bit i: corner i lies to the left of the ray's line, or on it if `closed`.
+std::uint64_t corners_left(const Hull& hull, Vec2 origin, Vec2 direction, bool closed) {
+  using narrow::load, narrow::Two;
+  const Two ox = Two::both(origin.x), oy = Two::both(origin.y), zero = Two::both(0);
+  const Two dx = Two::both(direction.x), dy = Two::both(direction.y);
+  std::uint64_t left = 0;
+  for (int i = 0; i < hull.count; i += 2) {
+    const Two v0 = load(hull.v[i]), v1 = load(hull.v[i + 1 < hull.count ? i + 1 : i]);
+    const Two side = dx * (highs(v0, v1) - oy) - dy * (lows(v0, v1) - ox);
+    const unsigned two = closed ? bits(at_least(side, zero)) : ~bits(at_least(zero, side)) & 3u;
+    left |= static_cast<std::uint64_t>(two) << i;
   }
-  hit.t = enter;
-  hit.normal = edge >= 0 ? hull.n[edge] : -direction / length(direction);
-  return hit;
+  return hull.count < 64 ? left & ((std::uint64_t{1} << hull.count) - 1) : left;
+}
+
+/// A line enters a convex polygon at the edge whose first corner is to its left and the second to its right:
+/// one division, and no branch on how the edges lie, which cannot be foreseen.
+LocalHit hit_sharp_polygon(const Hull& hull, Vec2 origin, Vec2 direction) {
+  const auto crossing = [&](std::uint64_t from) {
+    const std::uint64_t next = from >> 1 | (from & 1) << (hull.count - 1);
+    return from & ~next;
+  };
+  std::uint64_t left = corners_left(hull, origin, direction, true);
+  std::uint64_t enters = crossing(left);
+  if (enters == 0) {
+    // All on one side; those to the left may still touch the line.
+    if (left == 0) return {};
+    left = corners_left(hull, origin, direction, false);
+    enters = crossing(left);
+    if (enters == 0) return {};
+  }
+  const int edge = std::countr_zero(enters);
+  const Vec2 n = hull.n[edge];
+  const double height = dot(n, origin - hull.v[edge]), rate = dot(n, direction);
+  if (height > 0) {
+    if (!(rate < 0)) return {};
+    return {height / -rate, n};
+  }
+  // Behind the edge where the line enters: inside unless also beyond the one where it leaves.
+  const std::uint64_t all = hull.count < 64 ? (std::uint64_t{1} << hull.count) - 1 : ~std::uint64_t{0};
+  const int exit = std::countr_zero(crossing(~left & all));
+  if (dot(hull.n[exit], origin - hull.v[exit]) > 0) return {};
+  return {0, -direction / length(direction)};
 }
 
 LocalHit hit_round_hull(const Hull& hull, Vec2 origin, Vec2 direction) {
@@ -139,28 +174,43 @@ LocalHit hit_round_hull(const Hull& hull, Vec2 origin, Vec2 direction) {
   return best;
 }
 
-LocalHit hit_disc(const Hull& hull, Vec2 origin, Vec2 direction) {
-  const Vec2 m = origin - hull.v[0];
-  if (length_squared(m) <= hull.radius * hull.radius) return {0, -direction / length(direction)};
-  LocalHit best;
-  hit_circle(origin, direction, hull.v[0], hull.radius, best);
-  return best;
+/// Does the ray meet a box before `t_max`, give or take roundings?
+bool may_meet(const Aabb& box, Vec2 origin, Vec2 direction, double t_max) {
+  double enter = 0, leave = t_max;
+  const auto slab = [&](double from, double to, double start, double rate) {
+    const double noise = 1e-14 * (std::abs(from) + std::abs(to) + std::abs(start));
+    const double low = (from - noise) - start, high = (to + noise) - start;
+    if (rate == 0) {
+      if (low > 0 || high < 0) leave = -1;
+      return;
+    }
+    const double first = (rate > 0 ? low : high) / rate, last = (rate > 0 ? high : low) / rate;
+    enter = std::max(enter, first * (1 - 1e-14));
+    leave = std::min(leave, last * (1 + 1e-14));
+  };
+  slab(box.lower.x, box.upper.x, origin.x, direction.x);
+  slab(box.lower.y, box.upper.y, origin.y, direction.y);
+  return enter <= leave;
 }
 
-LocalHit hit_chain(const Shape& chain, Vec2 origin, Vec2 direction) {
+LocalHit hit_chain(const Shape& chain, Vec2 origin, Vec2 direction, double t_max) {
   LocalHit best;
   const std::size_t corners = chain.vertices.size();
-  for (std::size_t i = 0; i < chain.normals.size(); ++i) {
+  const auto visit = [&](int segment) {
+    const std::size_t i = static_cast<std::size_t>(segment);
     const Vec2 p = chain.vertices[i], q = chain.vertices[i + 1 < corners ? i + 1 : 0], n = chain.normals[i];
     const double rate = dot(n, direction), height = dot(n, origin - p);
-    if (!(rate < 0 && height >= 0)) continue;
+    if (!(rate < 0 && height >= 0)) return;
     const double t = height / -rate;
-    if (!(t < best.t)) continue;
+    if (!(t < best.t)) return;
     // The sides of the ray's line on which the ends lie; a ray through a shared corner hits at least one.
     const double side_p = cross(direction, p - origin), side_q = cross(direction, q - origin);
-    if ((side_p > 0 && side_q > 0) || (side_p < 0 && side_q < 0)) continue;
+    if ((side_p > 0 && side_q > 0) || (side_p < 0 && side_q < 0)) return;
     best = {t, n};
-  }
+  };
+  narrow::visit_segments(
+      chain, [&](const Aabb& box) { return may_meet(box, origin, direction, std::min(best.t, t_max)); },
+      visit);
   return best;
 }
 
@@ -199,36 +249,79 @@ bool contains(const Shape& shape, const Transform& pose, Vec2 point) {
   return closest_point(shape, pose, point).distance <= 0;
 }
 
-std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
-  if (!is_finite(ray.origin) || !is_finite(ray.direction) || !(length_squared(ray.direction) > 0) ||
-      !(ray.t_max >= 0)) {
-    throw std::invalid_argument("ray_cast: the ray must be finite, its direction not zero and t_max >= 0");
-  }
+namespace {
+
+[[noreturn, gnu::cold]] void refuse_ray() {
+  throw std::invalid_argument("ray_cast: the ray must be finite, its direction not zero and t_max >= 0");
+}
+
+/// The slabs of a rectangle, both in the lanes; its normals are turned into the world, so the hit is there at
+/// once. @return false, if the ray runs along a slab and `hit` says nothing
+inline bool hit_rectangle(const Shape& shape, const Transform& pose, const Ray& ray, LocalHit& hit) {
+  using narrow::smallest, narrow::Two;
+  const Shape::Rectangle& r = shape.rectangle;
+  const Vec2 n = shape.normals[0], u = rotate(pose.q, n), o = ray.origin - pose.p, d = ray.direction;
+  const Two at = Two::of(dot(u, o) - dot(n, r.middle), cross(u, o) - cross(n, r.middle));
+  const Two rate = Two::of(dot(u, d), cross(u, d)), half = Two::of(r.half.x, r.half.y);
+  if (bits(at_least(Two::both(0), magnitude(rate))) != 0) return false;
+  const Two low = negated(half + at) / rate, high = (half - at) / rate;
+  const Two enter = lesser(low, high), leave = greater(low, high);
+  const double first = enter.low(), second = enter.high(), end = smallest(leave);
+  const double t = second > first ? second : first;
+  if (end < t || end < 0) return true;
+  hit.t = t > 0 ? t : 0;
+  const Vec2 side = second > first ? perp(u) : u;
+  const double sign = (second > first ? rate.high() : rate.low()) > 0 ? -1 : 1;
+  hit.normal = t > 0 ? sign * side : -d / length(d);
+  return true;
+}
+
+[[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& shape, const Transform& pose,
+                                                      const Ray& ray) {
   const Vec2 origin = to_local(pose, ray.origin), direction = inverse_rotate(pose.q, ray.direction);
   const Hull hull = narrow::hull_of(shape);
   LocalHit hit;
-  switch (shape.kind) {
-    case ShapeKind::Disc:
-      hit = hit_disc(hull, origin, direction);
-      break;
-    case ShapeKind::HalfPlane: {
-      const double rate = dot(hull.n[0], direction), height = dot(hull.n[0], origin - hull.v[0]);
-      if (height <= 0) {
-        hit = {0, -direction / length(direction)};
-      } else if (rate < 0) {
-        hit = {height / -rate, hull.n[0]};
-      }
-      break;
+  if (shape.kind == ShapeKind::Polygon && shape.radius == 0) {
+    hit = hit_sharp_polygon(hull, origin, direction);
+  } else if (shape.kind == ShapeKind::HalfPlane) {
+    const double rate = dot(hull.n[0], direction), height = dot(hull.n[0], origin - hull.v[0]);
+    if (height <= 0) {
+      hit = {0, -direction / length(direction)};
+    } else if (rate < 0) {
+      hit = {height / -rate, hull.n[0]};
     }
-    case ShapeKind::Chain:
-      hit = hit_chain(shape, origin, direction);
-      break;
-    default:
-      hit = hull.radius == 0 ? hit_sharp_polygon(hull, origin, direction)
-                             : hit_round_hull(hull, origin, direction);
+  } else if (shape.kind == ShapeKind::Chain) {
+    hit = hit_chain(shape, origin, direction, ray.t_max);
+  } else {
+    hit = hit_round_hull(hull, origin, direction);
   }
-  if (!(hit.t <= ray.t_max)) return std::nullopt;
+  if (!(hit.t <= ray.t_max && hit.t < kInfinity)) return std::nullopt;
   return RayHit{hit.t, ray.origin + hit.t * ray.direction, rotate(pose.q, hit.normal)};
+}
+
+}  // namespace
+
+std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
+  const double speed = length_squared(ray.direction), sum = narrow::magnitude(ray.origin) + speed;
+  if (!(sum < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray();
+  if (shape.kind != ShapeKind::Disc) {
+    LocalHit hit;
+    if (!(shape.rectangle.half.x > 0 && shape.radius == 0 && hit_rectangle(shape, pose, ray, hit))) {
+      return ray_cast_hull(shape, pose, ray);
+    }
+    if (!(hit.t <= ray.t_max && hit.t < kInfinity)) return std::nullopt;
+    return RayHit{hit.t, ray.origin + hit.t * ray.direction, hit.normal};
+  }
+  // A disc needs no turning. It is met where m + t d has the length of the radius.
+  const double radius = shape.radius;
+  const Vec2 d = ray.direction, m = (ray.origin - pose.p) - rotate(pose.q, shape.vertices[0]);
+  const double along = dot(m, d), miss = cross(m, d);
+  const double height = dot(m, m) - radius * radius, square = speed * (radius * radius) - miss * miss;
+  if (height <= 0) return RayHit{0, ray.origin, -d / std::sqrt(speed)};
+  if (!(along < 0 && square >= 0)) return std::nullopt;
+  const double t = height / (std::sqrt(square) - along);
+  if (!(t <= ray.t_max)) return std::nullopt;
+  return RayHit{t, ray.origin + t * d, (1 / radius) * (m + t * d)};
 }
 
 std::optional<RayHit> shape_cast(const Shape& moving, const Transform& pose_moving, Vec2 translation,

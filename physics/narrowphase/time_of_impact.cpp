@@ -7,6 +7,7 @@
 
 #include "physics/narrowphase/chain.h"
 #include "physics/narrowphase/chain_segment.h"
+#include "physics/narrowphase/chain_tree.h"
 #include "physics/narrowphase/hull.h"
 
 namespace skerry {
@@ -17,6 +18,9 @@ using narrow::NormalFrom;
 using narrow::Segment;
 
 constexpr int kMaxIterations = 1000;
+// Guesses at the impact, each of which may cost a look in vain, and Newton's steps in each.
+constexpr int kMaxGuesses = 3;
+constexpr int kMaxNewton = 8;
 // Gaps below this, relative to the coordinates, are touching: a few roundings of the distance.
 constexpr double kTouchingNoise = 2.0e-15;
 // Where touching corners neither part nor approach, time goes on by what cannot sink them deeper than this,
@@ -130,9 +134,10 @@ class Flight {
  private:
   void look(double t);
   bool approaches() const;
-  double safe_step(double t) const;
+  double safe_step(double t, double on_fixed_axis) const;
   double step_of_discs() const;
-  double step_on_fixed_axis(double gap) const;
+  double step_on_fixed_axis(double gap, double longest, double direction = 1) const;
+  double root_of_features(double t) const;
   double step_on_turning_edge(double gap, double span) const;
   double jump_to_discs_contact() const;
   bool is_neighbours_contact() const;
@@ -154,6 +159,7 @@ class Flight {
   NormalFrom from_ = NormalFrom::First;
   Vec2 n_;
   double gap_ = 0, scale_ = 0;
+  int corner_a_ = -1, corner_b_ = -1;  // of the features that are closest; -1: not known
 };
 
 void Flight::look(double t) {
@@ -173,6 +179,8 @@ void Flight::look(double t) {
     gap_ = c.distance - a_.hull.radius - b_.hull.radius - target_;
     n_ = rotate(qa_, c.normal);
     from_ = c.from;
+    corner_a_ = c.corner_a;
+    corner_b_ = c.corner_b;
     if (gap_ > kTouchingNoise * scale_) return;
     narrow::clip(a_.hull, b_.hull, placed, axis, 1e100, out);
   } else {
@@ -219,22 +227,22 @@ double Flight::step_of_discs() const {
   return first_root(distance - sweep_, dot(along, v_), dot(along, acceleration_));
 }
 
-/// Step along the present normal, kept fixed in the world.
-double Flight::step_on_fixed_axis(double gap) const {
-  if (!a_.turns && !b_.turns) return first_root(gap, dot(n_, v_), dot(n_, acceleration_));
+/// Step along the present normal, kept fixed in the world. @param direction  -1: back in time
+double Flight::step_on_fixed_axis(double gap, double longest, double direction) const {
+  if (!a_.turns && !b_.turns) return first_root(gap, direction * dot(n_, v_), dot(n_, acceleration_));
   if (!bounded_ && a_.turns) return 0;
   const double curvature = std::min(0.0, dot(n_, acceleration_)) - a_.turning_bound() - b_.turning_bound();
   // Heights of b's corners over its lowest, and of a's highest over its others, with their rates.
   Lines up_a, up_b;
-  fill_lines(b_.hull, inverse_rotate(qb_, n_), b_.omega_at(t_), up_b.line);
+  fill_lines(b_.hull, inverse_rotate(qb_, n_), direction * b_.omega_at(t_), up_b.line);
   int count_a = 1;
   up_a.line[0] = {0, 0};
   if (a_.turns) {
     count_a = a_.hull.count;
-    fill_lines(a_.hull, inverse_rotate(qa_, -n_), a_.omega_at(t_), up_a.line);
+    fill_lines(a_.hull, inverse_rotate(qa_, -n_), direction * a_.omega_at(t_), up_a.line);
   }
-  const Line base{gap, dot(n_, v_)};
-  double s = t_max_ - t_;
+  const Line base{gap, direction * dot(n_, v_)};
+  double s = longest;
   // As in first_root of lines; the lowest sum is the sum of the lowest.
   const auto lowest_at = [&](const Line* lines, int count, double time) {
     Line best = lines[0];
@@ -287,12 +295,50 @@ double Flight::step_on_turning_edge(double gap, double span) const {
   return first_root(lines.line, other.hull.count, curvature, span);
 }
 
-double Flight::safe_step(double t) const {
-  const double gap = std::max(gap_, 0.0), longest = t_max_ - t;
-  const double s = step_on_fixed_axis(gap);
+/// Step that is safe whatever the features do, given that on the fixed axis.
+double Flight::safe_step(double t, double on_fixed_axis) const {
+  const double gap = std::max(gap_, 0.0), longest = t_max_ - t, s = on_fixed_axis;
   if (s >= longest) return s;
   // The bound on accelerations grows with the span that it is for, so the span is one that is worth having.
   return std::max(s, step_on_turning_edge(gap, s > 0 ? std::min(8 * s, longest) : longest));
+}
+
+/// When the features that are closest now would touch, if they stayed so: Newton's method on the distance of
+/// a corner from an edge or from a corner. Infinite if it finds nothing.
+double Flight::root_of_features(double t) const {
+  if (corner_a_ < 0) return kInfinity;
+  const Vec2 pa = a_.hull.v[corner_a_], pb = b_.hull.v[corner_b_];
+  const double radii = a_.hull.radius + b_.hull.radius + target_;
+  double gap = gap_, tau = t;
+  Rot qa = qa_, qb = qb_;
+  Vec2 d = d_, v = v_;
+  for (int round = 0; round < kMaxNewton; ++round) {
+    const double wa = a_.omega_at(tau), wb = b_.omega_at(tau);
+    const Vec2 ra = rotate(qa, pa), rb = rotate(qb, pb), between = (d + rb) - ra;
+    const Vec2 closing = v + wb * perp(rb) - wa * perp(ra);
+    double rate;
+    if (from_ == NormalFrom::Corners) {
+      const double distance = length(between);
+      if (!(distance > 0)) return kInfinity;
+      if (round > 0) gap = distance - radii;
+      rate = dot(between, closing) / distance;
+    } else {
+      const bool first = from_ == NormalFrom::First;
+      const Vec2 n = first ? rotate(qa, a_.hull.n[corner_a_]) : -rotate(qb, b_.hull.n[corner_b_]);
+      if (round > 0) gap = dot(n, between) - radii;
+      rate = dot(n, closing) + (first ? wa : wb) * dot(perp(n), between);
+    }
+    if (round > 0 && std::abs(gap) <= 0.25 * kTouchingNoise * scale_) return tau;
+    const double next = tau - gap / rate;
+    if (!(rate < 0 && next >= t && next <= t_max_)) return kInfinity;
+    if (next == tau) return tau;
+    tau = next;
+    qa = a_.rotation_at(tau);
+    qb = b_.rotation_at(tau);
+    d = offset_ + tau * (velocity_ + (0.5 * tau) * acceleration_);
+    v = velocity_ + tau * acceleration_;
+  }
+  return tau;
 }
 
 /// Time at which the bounding discs first touch when they fly straight: the smaller root of
@@ -332,7 +378,7 @@ double Flight::step_past_neighbours_contact() {
   const double height = low - b_.hull.radius - target_, noise = 10 * kTouchingNoise * scale_;
   if (height < -noise) return kInfinity;
   if (height <= noise && rate < -1e-12 * (narrow::magnitude(v_) + b_.top_omega * b_.reach)) return kInfinity;
-  const double s = step_on_fixed_axis(std::max(height, 0.0));
+  const double s = step_on_fixed_axis(std::max(height, 0.0), t_max_ - t_);
   return std::max(s, 1e-6 * t_max_);
 }
 
@@ -360,6 +406,7 @@ ImpactTime Flight::run() {
     }
     if (first > 0) move_to(first);
   }
+  int guesses = kMaxGuesses;
   while (result.iterations < kMaxIterations) {
     if (bounded_ && !straight) {
       // Far apart the bounding discs are enough to look at.
@@ -380,7 +427,34 @@ ImpactTime Flight::run() {
       result.t = t;
       return result;
     }
-    double s = ghost ? step_past_neighbours_contact() : safe_step(t);
+    double s = 0;
+    if (ghost) {
+      s = step_past_neighbours_contact();
+    } else {
+      const double fixed = step_on_fixed_axis(std::max(gap_, 0.0), t_max_ - t), clear = t + fixed;
+      const bool turns = a_.turns || b_.turns;
+      const double guess = turns && segment_ == nullptr && !touching && guesses > 0 && clear < t_max_
+                               ? root_of_features(t)
+                               : kInfinity;
+      if (guess > clear && guess <= t_max_) {
+        // A guess at the impact itself. It counts if it touches and nothing can have touched before: forth
+        // from here until `clear`, and back from there, as far as the same bound reaches.
+        --guesses;
+        ++result.iterations;
+        const double here = t;
+        move_to(guess);
+        look(t);
+        if (std::abs(gap_) <= kTouchingNoise * scale_ && approaches() &&
+            guess - step_on_fixed_axis(0, guess, -1) < clear) {
+          result.hit = true;
+          result.t = guess;
+          return result;
+        }
+        move_to(here);
+        look(t);
+      }
+      s = safe_step(t, fixed);
+    }
     if (touching && !ghost) {
       const double bound = narrow::magnitude(acceleration_) + a_.turning_bound() + b_.turning_bound();
       if (bound > 0) s = std::max(s, std::sqrt(2 * kTouchingSlip * scale_ / bound));
@@ -413,6 +487,23 @@ ImpactTime fly_at_segment(const Shape& chain, int index, const Motion& motion_ch
       .run();
 }
 
+/// A box of the chain's frame that `other` does not leave in its flight; everything if the chain turns.
+Aabb swept_box(const Motion& motion_chain, const Shape& other, const Motion& motion, double t_max,
+               double target) {
+  const Aabb everything{{-kInfinity, -kInfinity}, {kInfinity, kInfinity}};
+  if (motion_chain.omega != 0 || motion_chain.alpha != 0) return everything;
+  const Rot q = Rot::from_angle(motion_chain.angle0);
+  const Vec2 start = motion.p0 - motion_chain.p0, a = motion.a - motion_chain.a;
+  const Vec2 end = start + t_max * ((motion.v - motion_chain.v) + (0.5 * t_max) * a);
+  // A parabola leaves its chord by |a| t^2 / 8.
+  const double size = bounding_radius(other) + std::abs(target) + 0.125 * t_max * t_max * length(a);
+  const double scale = narrow::magnitude(start) + narrow::magnitude(end) + size;
+  if (!(scale < 1e100)) return everything;
+  const Vec2 p = inverse_rotate(q, start), r = inverse_rotate(q, end);
+  return grown({{std::min(p.x, r.x), std::min(p.y, r.y)}, {std::max(p.x, r.x), std::max(p.y, r.y)}},
+               size + 1e-12 * scale);
+}
+
 void require_usable(const Motion& motion_a, const Motion& motion_b, double t_max, double target) {
   std::array<char, 96> message{};
   if (!(t_max >= 0 && std::isfinite(t_max))) {
@@ -437,16 +528,20 @@ ImpactTime time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b
     const bool exchange = a.kind != ShapeKind::Chain;
     const Shape& chain = exchange ? b : a;
     ImpactTime first{false, t_max, 0, true};
-    for (int i = 0; i < chain_segment_count(chain); ++i) {
+    const Aabb swept = exchange ? swept_box(motion_b, a, motion_a, t_max, target)
+                                : swept_box(motion_a, b, motion_b, t_max, target);
+    const auto visit = [&](int i) {
       // Later segments need to be looked at only until the first hit.
       const ImpactTime impact = exchange ? fly_at_segment(b, i, motion_b, a, motion_a, first.t, target)
                                          : fly_at_segment(a, i, motion_a, b, motion_b, first.t, target);
       first.iterations += impact.iterations;
-      if (!impact.hit || (first.hit && impact.t >= first.t)) continue;
+      if (!impact.hit || (first.hit && impact.t >= first.t)) return;
       first.hit = true;
       first.t = impact.t;
       first.converged = impact.converged;
-    }
+    };
+    narrow::visit_segments(
+        chain, [&](const Aabb& box) { return overlap(box, swept); }, visit);
     return first;
   }
   const Hull hull_a = narrow::hull_of(a), hull_b = narrow::hull_of(b);

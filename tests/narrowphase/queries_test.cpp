@@ -97,6 +97,38 @@ TEST(RayCast, MeetsAChainOnItsFreeSideOnlyAndNeverSlipsThroughACorner) {
   EXPECT_NEAR(corner->t, 4.7, 1e-15);
 }
 
+TEST(RayCast, WithoutAnEndMissesWhatIsNotThere) {
+  const Ray up{{0, 5}, {0, 1}, kInfinity};
+  for (const Shape& shape :
+       {make_disc(1), make_capsule({-1, 0}, {1, 0}, 0.5), make_box({1, 1}), make_box({1, 1}, {}, 0.3, 0.1),
+        make_half_plane({0, 0}, {0, 1}), make_chain(std::vector<Vec2>{{1, 0}, {-1, 0}}),
+        make_polygon(std::vector<Vec2>{{-1, 0}, {1, 0}, {0, 1}})}) {
+    EXPECT_FALSE(ray_cast(shape, {}, up));
+    const auto down = ray_cast(shape, {}, {{0, 5}, {0, -1}, kInfinity});
+    EXPECT_EQ(down.has_value(), shape.kind != ShapeKind::Chain);
+  }
+}
+
+TEST(RayCast, AlongTheSideOfABoxAndThroughACornerTouchesIt) {
+  const Shape box = make_box({2, 2}), triangle = make_polygon(std::vector<Vec2>{{0, 0}, {2, 0}, {1, 1}});
+  for (const double side : {-1.0, 1.0}) {
+    const auto along = ray_cast(box, {}, {{-3, side}, {1, 0}, 10});
+    ASSERT_TRUE(along) << side;
+    EXPECT_EQ(along->t, 2);
+    EXPECT_EQ(along->normal, (Vec2{-1, 0}));
+    EXPECT_FALSE(ray_cast(box, {}, {{-3, side * 1.0000001}, {1, 0}, 10}));
+    // Through the upper corner of a triangle, from either side.
+    const auto corner = ray_cast(triangle, {}, {{1 + 3 * side, 1}, {-side, 0}, 10});
+    ASSERT_TRUE(corner) << side;
+    EXPECT_EQ(corner->t, 3);
+  }
+  const auto edge = ray_cast(triangle, {}, {{-1, 0}, {1, 0}, 10});
+  ASSERT_TRUE(edge);
+  EXPECT_EQ(edge->t, 1);
+  EXPECT_EQ(ray_cast(triangle, {}, {{1, 0.5}, {1, 0}, 10})->t, 0) << "from inside";
+  EXPECT_FALSE(ray_cast(triangle, {}, {{3, 0.5}, {1, 0}, 10})) << "behind it";
+}
+
 TEST(RayCast, RefusesAZeroDirection) {
   EXPECT_THROW(ray_cast(make_disc(1), {}, {{0, 0}, {0, 0}, 1}), std::invalid_argument);
 }

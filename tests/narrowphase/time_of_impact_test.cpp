@@ -213,6 +213,70 @@ TEST(TimeOfImpact, KeepsATargetDistance) {
   EXPECT_NEAR(impact.t, 1.75, 1e-15);
 }
 
+TEST(TimeOfImpact, AtItsWorkLimitStopsBeforeTheImpactAndSaysSo) {
+  // Two whisks that mesh: they turn against each other, a quarter turn apart, and miss by a hair twice a
+  // turn.
+  const Shape blade = make_box({2, 0.01});
+  for (const double hair : {1e-2, 1e-3, 1e-4}) {
+    for (const double omega : {1e5, -1e6, 1e9}) {
+      for (const double drift : {0.0, -1e-3}) {
+        const Motion left{.angle0 = 0.3, .omega = omega};
+        const Motion right{
+            .p0 = {1.005 + hair, 0}, .angle0 = kPi / 2 - 0.3, .v = {drift, 0}, .omega = -omega};
+        const ImpactTime impact = time_of_impact(blade, left, blade, right, 1);
+        ASSERT_TRUE(impact.hit) << hair << " " << omega;
+        ASSERT_FALSE(impact.converged) << hair << " " << omega;
+        ASSERT_LE(impact.iterations, 1010);
+        ASSERT_GT(impact.t, 0);
+        // What it has come past is free.
+        for (int i = 0; i <= 500; ++i) {
+          ASSERT_GT(distance_at(blade, left, blade, right, impact.t * i / 500), 0) << hair << " " << omega;
+        }
+      }
+    }
+  }
+  // The same whisks too close together: the impact is found within the first turn.
+  const Motion left{.angle0 = 0.3, .omega = 1e6};
+  const Motion right{.p0 = {1.004, 0}, .angle0 = kPi / 2 - 0.3, .omega = -1e6};
+  const ImpactTime impact = time_of_impact(blade, left, blade, right, 1);
+  ASSERT_TRUE(impact.hit && impact.converged);
+  EXPECT_LT(impact.t, 2 * kPi / 1e6);
+}
+
+TEST(TimeOfImpact, NeverPassesThroughWhateverTheSpin) {
+  // Fast spins with long steps, so that guesses at the impact and the work limit both occur.
+  const unsigned seed = 909;
+  Scenes scenes(seed);
+  int hits = 0, limits = 0;
+  for (int k = 0; k < test_scale(150); ++k) {
+    const Shape a = scenes.shape(1), b = scenes.shape(scenes.uniform(0.2, 1));
+    const double w = std::pow(10.0, scenes.uniform(0, 3));
+    Motion ma{.angle0 = scenes.angle(), .omega = scenes.uniform(-w, w)};
+    Motion mb{.p0 = scenes.uniform(1, 3) * scenes.direction(),
+              .angle0 = scenes.angle(),
+              .omega = scenes.uniform(-w, w)};
+    mb.v = scenes.uniform(-1, 3) * (scenes.direction() - mb.p0);
+    if (scenes.below(3) == 0) ma.alpha = scenes.uniform(-w, w);
+    if (distance_at(a, ma, b, mb, 0) <= 1e-9) continue;
+    const ImpactTime impact = time_of_impact(a, ma, b, mb, 1);
+    ASSERT_LE(impact.iterations, 1010);
+    // Dense samples until the answer: nothing touches before.
+    const int samples = 150;
+    for (int i = 0; i < samples; ++i) {
+      ASSERT_GT(distance_at(a, ma, b, mb, impact.t * i / samples), -1e-13)
+          << "case " << k << " seed " << seed << " t " << impact.t << " at " << i;
+    }
+    hits += impact.hit ? 1 : 0;
+    if (impact.hit && impact.converged) {
+      ASSERT_NEAR(static_cast<double>(distance_at(a, ma, b, mb, impact.t)), 0, 1e-12)
+          << "case " << k << " seed " << seed;
+    }
+    limits += impact.converged ? 0 : 1;
+  }
+  EXPECT_GT(hits, 10);
+  std::printf("%d hits, %d at the work limit\n", hits, limits);
+}
+
 TEST(TimeOfImpact, RefusesBadArguments) {
   const Shape disc = make_disc(1);
   EXPECT_THROW(time_of_impact(disc, {}, disc, {}, -1), std::invalid_argument);

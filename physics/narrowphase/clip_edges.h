@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+//
+// Inside the narrow phase: two edges that lie on each other, and the ends of their contact segment.
+#pragma once
+
+#include <algorithm>
+
+#include "physics/narrowphase/hull.h"
+#include "physics/narrowphase/lanes.h"
+
+namespace skerry::narrow {
+
+/// Order of points: ascending by the pair of codes without regard to who is first, then by the first's code.
+/// Exchanging the shapes or the reference face does not exchange the points.
+inline bool in_order(std::uint32_t f, std::uint32_t g) {
+  const auto key = [](std::uint32_t feature) {
+    const std::uint32_t high = feature >> 16, low = feature & 0xffffu;
+    return make_feature(std::min(high, low), std::max(high, low));
+  };
+  const std::uint32_t first = key(f), second = key(g);
+  return first != second ? first < second : f <= g;
+}
+
+/// The reference edge p0 -> p1 and the incident edge q0 -> q1 of an axis, and where they lie on each other.
+struct Edges {
+  bool reference_is_a;
+  int i0, i1, j0, j1;  // corners
+  Vec2 n;              // of the reference edge
+  const Vec2 *p0, *p1, *q0, *q1;
+  double len;  // of the reference edge
+  double x0, x1, y0,
+      y1;           // q0 and q1 along the tangent and the normal, from p0; x0 > x1 as the edges are opposed
+  double from_ref;  // middle between the surfaces: half the difference of the radii
+};
+
+[[gnu::always_inline]] inline Edges edges_of(const Hull& a, const Hull& b, const Placed& placed,
+                                             const Axis& axis) {
+  Edges e;
+  e.reference_is_a = axis.index >= 0;
+  const int edge = e.reference_is_a ? axis.index : ~axis.index;
+  // Which core is the reference is a coin toss, so it is selected by data and not by branches.
+  const Hull& ref = e.reference_is_a ? a : b;
+  const Hull& inc = e.reference_is_a ? b : a;
+  const Vec2* ref_v = e.reference_is_a ? a.v : placed.v;
+  const Vec2* inc_v = e.reference_is_a ? placed.v : a.v;
+  e.n = axis.n;
+  // Of the two edges at the deepest corner the one that faces the reference edge is incident.
+  const int before = axis.support > 0 ? axis.support - 1 : inc.count - 1;
+  const Vec2 back = inverse_rotate(placed.turn, e.n);
+  const Vec2 n_inc = {e.reference_is_a ? back.x : e.n.x, e.reference_is_a ? back.y : e.n.y};
+  const int incident = dot(n_inc, inc.n[before]) < dot(n_inc, inc.n[axis.support]) ? before : axis.support;
+  e.i0 = edge;
+  e.i1 = edge + 1 < ref.count ? edge + 1 : 0;
+  e.j0 = incident;
+  e.j1 = incident + 1 < inc.count ? incident + 1 : 0;
+  e.p0 = ref_v + e.i0;
+  e.p1 = ref_v + e.i1;
+  e.q0 = inc_v + e.j0;
+  e.q1 = inc_v + e.j1;
+  const Vec2 tangent = perp(e.n);
+  const double base = dot(e.n, *e.p0);
+  e.len = dot(tangent, *e.p1 - *e.p0);
+  const Two q0 = load(*e.q0), q1 = load(*e.q1), qx = lows(q0, q1), qy = highs(q0, q1);
+  const Two along =
+      Two::both(tangent.x) * (qx - Two::both(e.p0->x)) + Two::both(tangent.y) * (qy - Two::both(e.p0->y));
+  const Two above = (Two::both(e.n.x) * qx + Two::both(e.n.y) * qy) - Two::both(base);
+  e.x0 = along.low();
+  e.x1 = along.high();
+  e.y0 = above.low();
+  e.y1 = above.high();
+  e.from_ref = 0.5 * (ref.radius - inc.radius);
+  return e;
+}
+
+inline std::uint32_t feature_of(const Edges& e, std::uint32_t ref_code, std::uint32_t inc_code) {
+  const std::uint32_t feature = make_feature(ref_code, inc_code);
+  return e.reference_is_a ? feature : mirrored(feature);
+}
+
+inline void write_normal(const Edges& e, Vec2 n, NormalFrom from, Output& out) {
+  out.normal(e.reference_is_a ? n : -n, from);
+}
+inline NormalFrom reference_of(const Edges& e) {
+  return e.reference_is_a ? NormalFrom::First : NormalFrom::Second;
+}
+
+/// Writes the contact segment's ends: at the start of the reference edge corner q1 where that lies above the
+/// edge, else p0; at its other corner q0 or p1. Both at once, in the lanes, up to their places in the result.
+/// @param only  bit 0: the start is wanted, bit 1: the end
+[[gnu::always_inline]] inline void write_ends(const Edges& e, double label, double radii, double limit,
+                                              unsigned only, Output& out) {
+  const double slope = (e.y0 - e.y1) / (e.x0 - e.x1);
+  const Two over = Two::of(e.x1, e.len - e.x0), zero = Two::both(0);
+  const Two inside = at_least(over, zero);
+  const unsigned inc = bits(inside), both = bits(at_least(Two::both(label), magnitude(over)));
+  const Two y = Two::of(e.y1, e.y0) + Two::of(-slope, slope) * lesser(over, zero);
+  const unsigned keep = bits(at_least(Two::both(limit), y)) & only;
+  // Midway between the surfaces, from the corner that is the end.
+  const Two half = Two::both(0.5), offset = Two::both(e.from_ref) + chosen(inside, negated(half), half) * y;
+  const Two q0 = load(*e.q0), q1 = load(*e.q1), p0 = load(*e.p0), p1 = load(*e.p1);
+  const Two x = chosen(inside, lows(q1, q0), lows(p0, p1)) + offset * Two::both(e.n.x);
+  const Two z = chosen(inside, highs(q1, q0), highs(p0, p1)) + offset * Two::both(e.n.y);
+  const Two c = Two::both(out.frame.q.c), s = Two::both(out.frame.q.s);
+  const Two wx = Two::both(out.frame.p.x) + (c * x - s * z), wy = Two::both(out.frame.p.y) + (s * x + c * z);
+  const Two separation = y - Two::both(radii);
+  // A corner of the reference edge unless only the other core has one here, and the other way round.
+  const unsigned ref_corner = ~inc | both, inc_corner = inc | both;
+  const std::uint32_t edge = edge_code(e.i0), incident = edge_code(e.j0);
+  const std::uint32_t at_start = feature_of(e, (ref_corner & 1) != 0 ? corner_code(e.i0) : edge,
+                                            (inc_corner & 1) != 0 ? corner_code(e.j1) : incident);
+  const std::uint32_t at_end = feature_of(e, (ref_corner & 2) != 0 ? corner_code(e.i1) : edge,
+                                          (inc_corner & 2) != 0 ? corner_code(e.j0) : incident);
+  // Whether one or two are kept is hard to foresee, so both are written; one that is not counts for nothing.
+  const unsigned slot = keep == 3 ? (in_order(at_start, at_end) ? 0 : 1) : keep >> 1;
+  out.m.count = static_cast<int>((keep & 1) + (keep >> 1));
+  ManifoldPoint &start = out.m.points[slot], &end = out.m.points[slot ^ 1];
+  lows(wx, wy).store(&start.position.x);
+  highs(wx, wy).store(&end.position.x);
+  start.separation = separation.low();
+  end.separation = separation.high();
+  start.feature = out.exchange ? mirrored(at_start) : at_start;
+  end.feature = out.exchange ? mirrored(at_end) : at_end;
+}
+
+inline double overlap_of(const Edges& e) {
+  return std::min(e.len, e.x0) - std::max(0.0, e.x1);
+}
+inline double label_of(const Edges& e) {
+  return kCornerOnCorner * std::min(e.len, e.x0 - e.x1);
+}
+
+/// One corner above the edge, or so little overlap that a second point would be the same.
+void write_single(const Edges& e, double radii, double limit, Output& out);
+
+/// Cores that do not overlap: two corners may be closest.
+void clip_touching(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin,
+                   Output& out);
+
+/// Cores that overlap.
+[[gnu::always_inline]] inline void clip_overlap(const Hull& a, const Hull& b, const Placed& placed,
+                                                const Axis& axis, double margin, Output& out) {
+  const Edges e = edges_of(a, b, placed, axis);
+  const double radii = a.radius + b.radius, limit = margin + radii;
+  if (!(overlap_of(e) > kNoise * axis.scale)) return write_single(e, radii, limit, out);
+  write_normal(e, e.n, reference_of(e), out);
+  write_ends(e, label_of(e), radii, limit, 3, out);
+}
+
+}  // namespace skerry::narrow
