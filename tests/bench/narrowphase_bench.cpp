@@ -14,6 +14,7 @@
 #include <chipmunk/chipmunk.h>
 #endif
 
+#include "physics/narrowphase/chain.h"
 #include "physics/narrowphase/collide.h"
 #include "physics/narrowphase/queries.h"
 #include "physics/narrowphase/time_of_impact.h"
@@ -117,6 +118,51 @@ void BM_CollideStacked(benchmark::State& state) {
 }
 BENCHMARK(BM_CollideStacked)->ArgName("cached")->Arg(0)->Arg(1);
 
+/// Boxes that are apart although their bounding boxes overlap: what the broad phase leaves to be told apart.
+std::vector<PosePair> near_misses() {
+  const Shape box = make_box({1, 1});
+  std::mt19937_64 random(2027);
+  std::uniform_real_distribution<double> angle(-kPi, kPi), distance(1.0, 1.42);
+  std::vector<PosePair> out;
+  while (out.size() < kPoses) {
+    const SinCos sc = sin_cos(angle(random));
+    const double d = distance(random), ta = angle(random), tb = angle(random);
+    const PosePair pair{
+        {{3, 4}, Rot::from_angle(ta)}, {{3 + d * sc.cos, 4 + d * sc.sin}, Rot::from_angle(tb)}, ta, tb};
+    if (overlap(bounding_box(box, pair.a), bounding_box(box, pair.b)) &&
+        collide(box, pair.a, box, pair.b, 0.01).count == 0) {
+      out.push_back(pair);
+    }
+  }
+  return out;
+}
+
+void BM_CollideNearMiss(benchmark::State& state) {
+  const Shape box = make_box({1, 1});
+  const auto pairs = near_misses();
+  std::vector<SatCache> caches(kPoses);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    i = (i + 1) & (kPoses - 1);
+    benchmark::DoNotOptimize(
+        collide(box, pairs[i].a, box, pairs[i].b, 0.0, state.range(0) != 0 ? &caches[i] : nullptr));
+  }
+}
+BENCHMARK(BM_CollideNearMiss)->ArgName("cached")->Arg(0)->Arg(1);
+
+/// The same with a cache, while the second box moves on by more than the pair has to spare every time: each
+/// call tests the axis of the last one.
+void BM_CollideApartInMotion(benchmark::State& state) {
+  const Shape box = make_box({1, 1});
+  SatCache cache;
+  double x = 0;
+  for (auto _ : state) {
+    x = 1.1 - x;
+    benchmark::DoNotOptimize(collide(box, {}, box, {{x - 0.5, 1.3}, {}}, 0.0, &cache));
+  }
+}
+BENCHMARK(BM_CollideApartInMotion);
+
 struct Flights {
   std::vector<Motion> a, b;
 };
@@ -163,6 +209,26 @@ BENCHMARK(BM_TimeOfImpact)
     ->Args({4, 0})
     ->Args({4, 3})
     ->Args({8, 3});
+
+/// Segments of terrain near a box of 1 m, and a ray across it. Argument: segments.
+void BM_ChainSegmentsNear(benchmark::State& state) {
+  const int count = static_cast<int>(state.range(0));
+  std::vector<Vec2> corners;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> height(-0.1, 0.1), at(0, 0.25 * count);
+  for (int i = 0; i <= count; ++i) corners.push_back({0.25 * i, height(random)});
+  const Shape chain = make_chain(corners);
+  std::vector<double> places;
+  for (std::size_t i = 0; i < kPoses; ++i) places.push_back(at(random));
+  std::vector<int> near;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    i = (i + 1) & (kPoses - 1);
+    chain_segments_near(chain, {}, {{places[i] - 0.5, -0.5}, {places[i] + 0.5, 0.5}}, near);
+    benchmark::DoNotOptimize(near.data());
+  }
+}
+BENCHMARK(BM_ChainSegmentsNear)->ArgName("segments")->Arg(10)->Arg(1000)->Arg(100000);
 
 void BM_RayCast(benchmark::State& state) {
   const Shape shape = shape_of(static_cast<int>(state.range(0)));
@@ -255,6 +321,23 @@ void BM_Box2DCollideStacked(benchmark::State& state) {
   }
 }
 BENCHMARK(BM_Box2DCollideStacked);
+
+void BM_Box2DCollideNearMiss(benchmark::State& state) {
+  const b2PolygonShape polygon = b2_polygon(4);
+  std::vector<b2Transform> a, b;
+  for (const PosePair& p : near_misses()) {
+    a.push_back(b2_pose(p.a, p.angle_a));
+    b.push_back(b2_pose(p.b, p.angle_b));
+  }
+  std::size_t i = 0;
+  for (auto _ : state) {
+    i = (i + 1) & (kPoses - 1);
+    b2Manifold m;
+    b2CollidePolygons(&m, &polygon, a[i], &polygon, b[i]);
+    benchmark::DoNotOptimize(m);
+  }
+}
+BENCHMARK(BM_Box2DCollideNearMiss);
 
 b2Sweep b2_sweep(const Motion& m) {
   b2Sweep s{};
