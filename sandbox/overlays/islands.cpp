@@ -76,8 +76,9 @@ void draw_islands(const OverlayContext& context, render::DrawList& list) {
       right = p.y > top + same ? p.x : std::max(right, p.x);
       top = std::max(top, p.y);
     }
-    context.labels.add({0.5 * (left + right), top}, std::to_string(island + 1), paint.outline,
-                       render::Anchor::Above);
+    context.labels.add(
+        {0.5 * (left + right), top}, std::to_string(island + 1), paint.outline,
+        {render::Anchor::Above, render::Anchor::Right, render::Anchor::Left, render::Anchor::Below});
     layer.polygon(corners.data(), corners.size(), render::faded(paint.fill, 0.35), paint.outline, 0,
                   1.5f * context.style.outline_px);
   }

@@ -3,6 +3,7 @@
 // Labels in the scene that never cover each other.
 #pragma once
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -19,15 +20,22 @@ class LabelPlacer {
   LabelPlacer(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer)
       : camera_(camera), style_(style), layer_(layer), scale_(render::ui_scale(camera.height_px)) {}
 
-  /// @param first the side that is tried first
+  /// @param sides where the label may stand, best first  @param nearest distance from the point [px]
   /// @return whether there was room
   bool add(Vec2 at, const std::string& text, render::Color color,
-           render::Anchor first = render::Anchor::Right);
+           std::initializer_list<render::Anchor> sides = {render::Anchor::Right, render::Anchor::Left,
+                                                          render::Anchor::Above, render::Anchor::Below},
+           float nearest = 10);
+
+  /// Later labels stay off this line.
+  void avoid(Vec2 from, Vec2 to);
 
  private:
   struct Box {
     double left, top, right, bottom;
   };
+
+  bool covered(const Box& box) const;
 
   const render::Camera& camera_;
   const render::Style& style_;

@@ -8,6 +8,7 @@
 
 #include "sandbox/bridge_view.h"
 #include "sandbox/layout.h"
+#include "sandbox/overlays/labels.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
 
@@ -164,8 +165,10 @@ void draw_moments(const OverlayContext& context, const Bridge& bridge, render::D
       const double value = moments[m][static_cast<std::size_t>(i)];
       const Vec2 foot = a + (static_cast<double>(i) / kSections) * (b - a);
       const Vec2 tip = foot + scale * value * right;
-      if (i > 0)
+      if (i > 0) {
         layer.lines.push_back({.from = to_point(last), .to = to_point(tip), .color = color, .width_px = 2});
+        context.labels.avoid(last, tip);
+      }
       layer.lines.push_back({.from = to_point(foot),
                              .to = to_point(tip),
                              .color = render::faded(color, 0.35),
@@ -179,8 +182,8 @@ void draw_moments(const OverlayContext& context, const Bridge& bridge, render::D
   }
   std::string text = force_text(std::abs(at_value));
   text += " m";  // N m, kN m
-  add_label(context, layer, at_place, text, color,
-            at_value > 0 ? render::Anchor::Below : render::Anchor::Above);
+  const render::Anchor outside = at_value > 0 ? render::Anchor::Below : render::Anchor::Above;
+  context.labels.add(at_place, text, color, {outside, render::Anchor::Right, render::Anchor::Left}, 6);
   context.legend.swatch({render::faded(color, 0.35), color}, "bending moment, on the stretched side");
 }
 
@@ -207,8 +210,10 @@ void draw_forces(const OverlayContext& context, const Bridge& bridge, render::Dr
                             .color = style.force,
                             .width_px = style.arrow_px,
                             .head_px = style.arrow_head_px});
-    add_label(context, layer, tail, force_text(length(force)), style.force,
-              force.y >= 0 ? render::Anchor::Below : render::Anchor::Above, 4);
+    context.labels.avoid(tail, tip);
+    const render::Anchor behind = force.y >= 0 ? render::Anchor::Below : render::Anchor::Above;
+    context.labels.add(tail, force_text(length(force)), style.force,
+                       {behind, render::Anchor::Left, render::Anchor::Right, render::Anchor::Above}, 4);
   }
   context.legend.arrow(style.force, 24 * render::ui_scale(context.camera.height_px), "support reaction");
 }
@@ -236,9 +241,14 @@ void draw_peaks(const OverlayContext& context, const Bridge& bridge, bool number
                              .outline = piece.member == worst ? style.warning : style.text_dim,
                              .radius_px = piece.member == worst ? 5.5f : 3.0f});
     if (piece.member != worst) continue;
-    add_label(context, layer, middle,
-              "peak " + percent(state.peak_use) + (state.peak_use < 0 ? " compression" : " tension"),
-              style.text, render::Anchor::Above, numbers ? 17 : 9);
+    // The train is above a beam; below a bar are the diagonals.
+    const bool beam = bridge.def().structure.members[static_cast<std::size_t>(piece.member)].kind ==
+                      statics::MemberKind::Beam;
+    const render::Anchor first = beam ? render::Anchor::Below : render::Anchor::Above;
+    const render::Anchor second = beam ? render::Anchor::Above : render::Anchor::Below;
+    context.labels.add(middle,
+                       "peak " + percent(state.peak_use) + (state.peak_use < 0 ? " compression" : " tension"),
+                       style.text, {first, second}, numbers ? 17 : 9);
   }
 }
 
