@@ -4,10 +4,10 @@
 // is kept outside of the structures, so a change rebuilds the structure and nothing else: no pair is lost or
 // doubled.
 //
-// The rule is a model of the cost, fitted to tests/bench/broadphase_bench.cpp. Three of the implementations
-// are ever the best: testing every box that moved against all, where there are few boxes or where a handful
-// of a few hundred move; the neighbour list, where more than a quarter of the boxes moves; and the
-// hierarchical grid for all else, whatever the places, sizes, extent and share of sleepers.
+// The rule is a rough model of the cost (`broadphase_bench` checks it against the best). Three of the
+// implementations are ever the best: testing every box that moved against all, where there are few boxes or
+// where a handful of a few hundred move; the neighbour list, where more than a quarter of the boxes moves;
+// and the hierarchical grid for all else, whatever the places, sizes, extent and share of sleepers.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
