@@ -387,8 +387,8 @@ struct StructureSolver::State {
   double solve_redundants() {
     redundants.solve(p, strained ? &strain : nullptr, s);
     const double residual = residual_of(work);
-    // Self-stress states are in equilibrium to rounding of their own largest force. A correction costs as much
-    // as the solve; a tenth of the 1e-12 that forces are promised to is not worth one.
+    // Self-stress states are in equilibrium to rounding of their own largest force. A correction costs as
+    // much as the solve; a tenth of the 1e-12 that forces are promised to is not worth one.
     if (residual <= 1e-13) return residual;
     redundants.correct(work, s);
     return residual_of(work);

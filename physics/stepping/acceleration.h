@@ -56,8 +56,8 @@ class AccelerationProblem {
   /// @return false if the solver found no answer
   bool choose(ContactMode& mode, double elapsed, const State& y) const;
 
-  /// What the evaluations so far cost, in unknown forces: a dense elimination of n counts as n^3 / 100, a sparse
-  /// one as n. About 0.3 us each.
+  /// What the evaluations so far cost, in unknown forces: a dense elimination of n counts as n^3 / 100, a
+  /// sparse one as n. About 0.3 us each.
   double work() const { return work_; }
 
  private:

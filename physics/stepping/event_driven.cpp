@@ -29,8 +29,8 @@ using State = AccelerationProblem::State;
 constexpr int kMaxEvents = 16;
 // Local error of an inner step when no accuracy was asked for.
 constexpr double kFinest = 1e-13;
-// Work of the force solves of a step (see AccelerationProblem::work), and more for longer steps: what costs more
-// than about 0.2 s is for time stepping.
+// Work of the force solves of a step (see AccelerationProblem::work), and more for longer steps: what costs
+// more than about 0.2 s is for time stepping.
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
