@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+//
+// Box2D 3 through the large scenes, with its defaults: four sub-steps, sleeping, continuous collision.
+#include <box2d/box2d.h>
+#include <cmath>
+
+#include "tests/bench/scale_run.h"
+
+namespace skerry::scale {
+namespace {
+
+b2Vec2 convert(Vec2 v) {
+  return b2Vec2{static_cast<float>(v.x), static_cast<float>(v.y)};
+}
+
+b2BodyId create(b2WorldId world, const Item& item, double friction) {
+  b2BodyDef def = b2DefaultBodyDef();
+  def.type = item.type == BodyType::Static      ? b2_staticBody
+             : item.type == BodyType::Kinematic ? b2_kinematicBody
+                                                : b2_dynamicBody;
+  def.position = convert(item.at);
+  def.rotation = b2MakeRot(static_cast<float>(item.angle));
+  def.linearVelocity = convert(item.velocity);
+  def.angularVelocity = static_cast<float>(item.omega);
+  const b2BodyId body = b2CreateBody(world, &def);
+  b2ShapeDef shape = b2DefaultShapeDef();
+  shape.density = 1;
+  shape.material.friction = static_cast<float>(friction);
+  for (const Part& part : item.parts) {
+    if (part.half.y > 0) {
+      const b2Polygon box = b2MakeOffsetBox(static_cast<float>(part.half.x), static_cast<float>(part.half.y),
+                                            convert(part.at), b2MakeRot(static_cast<float>(part.angle)));
+      b2CreatePolygonShape(body, &shape, &box);
+    } else {
+      const b2Circle disc = {convert(part.at), static_cast<float>(part.half.x)};
+      b2CreateCircleShape(body, &shape, &disc);
+    }
+  }
+  return body;
+}
+
+}  // namespace
+
+Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
+  b2WorldDef def = b2DefaultWorldDef();
+  def.gravity = convert(scene.gravity);
+  def.enableSleep = !options.awake;
+  const b2WorldId world = b2CreateWorld(&def);
+  std::vector<b2BodyId> bodies;
+  for (const Item& item : scene.items) bodies.push_back(create(world, item, scene.friction));
+  for (const Hinge& hinge : scene.hinges) {
+    b2RevoluteJointDef pin = b2DefaultRevoluteJointDef();
+    pin.bodyIdA = bodies[static_cast<std::size_t>(hinge.a)];
+    pin.bodyIdB = bodies[static_cast<std::size_t>(hinge.b)];
+    pin.localAnchorA = b2Body_GetLocalPoint(pin.bodyIdA, convert(hinge.at));
+    pin.localAnchorB = b2Body_GetLocalPoint(pin.bodyIdB, convert(hinge.at));
+    b2CreateRevoluteJoint(world, &pin);
+  }
+  Run row{name, "Box2D 3", scene.items.size(), {}};
+  double collision = 0;
+  std::vector<b2ContactData> contacts;
+  measure(
+      options, row, [&] { b2World_Step(world, 1.0f / 60, 4); },
+      [&] {
+        const b2Profile profile = b2World_GetProfile(world);
+        collision += profile.pairs + profile.collide;
+        for (const b2BodyId body : bodies) {
+          contacts.resize(static_cast<std::size_t>(b2Body_GetContactCapacity(body)));
+          const int count = b2Body_GetContactData(body, contacts.data(), static_cast<int>(contacts.size()));
+          for (int k = 0; k < count; ++k) {
+            const b2Manifold& manifold = contacts[static_cast<std::size_t>(k)].manifold;
+            for (int i = 0; i < manifold.pointCount; ++i)
+              row.penetration =
+                  std::max(row.penetration, -static_cast<double>(manifold.points[i].separation));
+          }
+        }
+      });
+  row.collision = collision / static_cast<double>(row.ms.size());
+  for (const b2BodyId body : bodies)
+    row.asleep += b2Body_GetType(body) == b2_dynamicBody && !b2Body_IsAwake(body);
+  b2DestroyWorld(world);
+  return row;
+}
+
+}  // namespace skerry::scale

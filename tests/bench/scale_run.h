@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+//
+// What a run of an engine through a large scene is asked for and gives. Every engine has a file of its own:
+// Box2D 2.4 and 3 share their headers' names.
+#pragma once
+
+#include <algorithm>
+#include <ctime>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/bench/scale_scenes.h"
+
+namespace skerry::scale {
+
+struct Options {
+  int steps = 120;
+  double budget = 20;  ///< of one engine in one scene [s]
+  int threads = 1;
+  std::string solver = "auto";
+  std::string stepper = "time_stepping";
+  bool awake = false;  ///< nothing sleeps
+  bool fresh = false;  ///< nor are islands at rest kept: every step solves everything
+};
+
+/// What a run of one engine gave.
+struct Run {
+  std::string scene, engine;
+  std::size_t bodies = 0;
+  std::vector<double> ms;
+  double collision = 0;    ///< pairs and narrow phase, mean [ms]
+  double penetration = 0;  ///< largest [m]
+  double residual = -1;    ///< of the last step; < 0: unknown
+  int asleep = 0;
+
+  double mean(std::size_t steps) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < steps; ++i) sum += ms[i];
+    return sum / static_cast<double>(steps);
+  }
+  double median() const {
+    std::vector<double> sorted = ms;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[sorted.size() / 2];
+  }
+};
+
+/// Processor time of this thread where it does all the work, which neighbours on the machine do not change;
+/// else the time of the clock [s].
+inline double now(const Options& options) {
+  timespec t{};
+  clock_gettime(options.threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Calls `step` until the steps or the budget are spent, and `after` untimed.
+template <class Step, class After>
+void measure(const Options& options, Run& row, Step&& step, After&& after) {
+  double seconds = 0;
+  for (int i = 0; i < options.steps && seconds < options.budget; ++i) {
+    const double start = now(options);
+    step();
+    const double spent = now(options) - start;
+    row.ms.push_back(1e3 * spent);
+    seconds += spent;
+    after();
+  }
+}
+
+#ifdef SKERRY_WITH_BOX2D
+Run run_box2d(const char* name, const Scene& scene, const Options& options, bool continuous);
+#endif
+#ifdef SKERRY_WITH_BOX2D3
+/// Without a residual: its impulses are those of four sub-steps, each with its own softened contact problem.
+Run run_box2d3(const char* name, const Scene& scene, const Options& options);
+#endif
+
+}  // namespace skerry::scale
