@@ -14,9 +14,6 @@ namespace {
 constexpr int kRates[] = {30, 60, 120, 240, 480, 960, 1920};
 constexpr double kAccuracies[] = {1e-3, 1e-6, 1e-9, 1e-13};
 
-// Runs that take longer [s] are timed twice only.
-constexpr double kLong = 0.3;
-
 /// Seconds of all runs of an outcome, made again.
 double time_once(const Trial& trial, const Outcome& outcome) {
   double sum = 0;
@@ -37,7 +34,7 @@ double measure(const Options& options, const Problem& problem, const Trial& tria
   const double looked = thread_seconds() - start;
   std::vector<double> times;
   if (outcome.gave_up) times.push_back(looked);
-  const int runs = outcome.gave_up ? 1 : looked < kLong ? options.runs : std::min(options.runs, 2);
+  const int runs = outcome.gave_up ? 1 : options.runs;
   while (static_cast<int>(times.size()) < runs) times.push_back(time_once(trial, outcome));
   long steps = 0;
   for (const Replay& replay : outcome.runs) steps += replay.steps;

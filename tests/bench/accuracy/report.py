@@ -130,10 +130,15 @@ def precision_plot(scene, rows, path):
     save(figure, path)
 
 
-def compare(rows):
-    """(error ratio at equal time, time ratio at equal error) of ours against the best peer; infinite: no peer is as
-    fast, or none as accurate; None: nothing to compare."""
-    ours = [(p["median_s"], max(p["error"], FLOOR)) for p in rows if is_ours(p) and math.isfinite(p["error"])]
+def is_our_default(row):
+    return is_ours(row) and row["curve"] == "time_stepping" and abs(row["dt"] - 1 / 60) < 1e-4
+
+
+def compare(rows, counts=is_ours):
+    """(error ratio at equal time, time ratio at equal error) of that run of ours (of those that count) which stands best
+    against the best peer; infinite: no peer is as fast, or none as accurate; None: nothing to compare. Peers take part
+    with all their runs."""
+    ours = [(p["median_s"], max(p["error"], FLOOR)) for p in rows if counts(p) and math.isfinite(p["error"])]
     peers = [(p["median_s"], max(p["error"], FLOOR)) for p in rows if not is_ours(p) and math.isfinite(p["error"])]
     errors, times = [], []
     for t, e in ours:
@@ -240,20 +245,28 @@ def tables(data, engines):
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
 
     lines += ["", "### The aim: error 100 times smaller in equal time, or 10 times faster at equal error", "",
+              "The best of all runs of ours against the best of all runs of all peers; the last column does not let us "
+              "choose: our default (`time_stepping`, 1/60 s) alone against the same peers.", "",
               "| scene | error of the best peer in our time / our error | time of the fastest peer with our error / "
-              "our time | aim |", "| --- | --- | --- | --- |"]
-    reached = 0
+              "our time | aim | our default alone |", "| --- | --- | --- | --- | --- |"]
+
+    def verdict(ratios):
+        return ratios is not None and (ratios[0] >= 100 or (math.isfinite(ratios[1]) and ratios[1] >= 10))
+
+    reached = by_default = 0
     for name, rows in data.items():
         ratios = compare(rows)
         if ratios is None:
             continue
         error, time = ratios
-        good = error >= 100 or (math.isfinite(time) and time >= 10)
+        good, default = verdict(ratios), verdict(compare(rows, is_our_default))
         reached += good
+        by_default += default
         lines.append(f"| {name} | {text(error) if math.isfinite(error) else 'no peer is as fast'} | "
                      f"{text(time) if math.isfinite(time) else 'no peer gets there'} | "
-                     f"{'reached' if good else '**not reached**'} |")
-    lines += ["", f"Reached on {reached} of {len(data)} scenes. Errors below {FLOOR:g} count as {FLOOR:g}.", ""]
+                     f"{'reached' if good else '**not reached**'} | {'reached' if default else '**not reached**'} |")
+    lines += ["", f"Reached on {reached} of {len(data)} scenes, by our default alone on {by_default}. Errors below "
+              f"{FLOOR:g} count as {FLOOR:g}.", ""]
     return lines
 
 
