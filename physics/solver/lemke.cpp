@@ -261,7 +261,9 @@ struct Variable {
   Eigen::Index slack = -1;  ///< variable of the multiplier that is added to its complement
 };
 
-Formulation formulate(const Eigen::MatrixXd& W, const Eigen::VectorXd& b, const std::vector<Row>& rows) {
+/// @param sizes  diagonal of W before rows were eliminated: what is left of it may be rounding
+Formulation formulate(const Eigen::MatrixXd& W, const Eigen::VectorXd& b, const Eigen::VectorXd& sizes,
+                      const std::vector<Row>& rows) {
   const auto n = static_cast<Eigen::Index>(rows.size());
   std::vector<Variable> variables;
   std::vector<Eigen::Index> normal_variable(rows.size(), -1);
@@ -300,8 +302,7 @@ Formulation formulate(const Eigen::MatrixXd& W, const Eigen::VectorXd& b, const 
     const Variable& variable = variables[k];
     if (variable.row < 0) continue;
     lcp.map(variable.row, k) = variable.sign;
-    const double diagonal = W(variable.row, variable.row);
-    lcp.scale[k] = diagonal > 0 ? 1 / std::sqrt(diagonal) : 1;
+    lcp.scale[k] = sizes[variable.row] > 0 ? 1 / std::sqrt(sizes[variable.row]) : 1;
     if (variable.slack >= 0) {
       lcp.M(k, variable.slack) = 1;
       lcp.M(variable.slack, k) = -1;
@@ -373,7 +374,7 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
     return;
   }
 
-  Formulation lcp = formulate(reduced, reduced_b, rows);
+  Formulation lcp = formulate(reduced, reduced_b, W.diagonal()(C), rows);
   const double size =
       std::max(lcp.q.size() ? (lcp.scale.asDiagonal() * lcp.q).cwiseAbs().maxCoeff() : 0.0, 1e-300);
   const Eigen::MatrixXd M = lcp.scale.asDiagonal() * lcp.M * lcp.scale.asDiagonal();
