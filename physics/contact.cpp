@@ -37,8 +37,12 @@ ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Mot
 
 bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
                       const Transform& pose_b, double margin, const Skips& skips, NarrowPhaseStats& stats) {
-  if (skips.manifolds && margin == contact.margin && pose_a == contact.pose_a && pose_b == contact.pose_b)
-    return false;
+  if (skips.manifolds && pose_a == contact.pose_a && pose_b == contact.pose_b) {
+    const bool serves = contact.manifold.count == 1 && contact.manifold.points[0].separation <= margin &&
+                        meet_at_one_point(a, b);
+    if (serves) contact.margin = margin;
+    if (margin == contact.margin) return false;
+  }
   contact.manifold =
       contact_manifold(contact, a, pose_a, b, pose_b, margin, skips.axes ? &contact.cache : nullptr, &stats);
   contact.margin = margin;

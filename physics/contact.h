@@ -63,6 +63,13 @@ struct Contact {
 Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
                           const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats);
 
+/// True for two discs, or a disc and a half-plane: wherever they are, it is the same point that is nearest.
+inline bool meet_at_one_point(const Shape& a, const Shape& b) {
+  const auto is = [&](ShapeKind x, ShapeKind y) { return a.kind == x && b.kind == y; };
+  return is(ShapeKind::Disc, ShapeKind::Disc) || is(ShapeKind::Disc, ShapeKind::HalfPlane) ||
+         is(ShapeKind::HalfPlane, ShapeKind::Disc);
+}
+
 /// First time in [0, h] at which the pair touches under constant-acceleration motions.
 ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
                                const Motion& motion_b, double h);

@@ -149,13 +149,14 @@ class Rows {
  private:
   JointRow& add(JointRowKind kind, const Coordinate& c, double value) {
     JointRow& row = rows_[static_cast<std::size_t>(count_++)];
-    row = {};
     row.kind = kind;
     row.Ja = c.Ja;
     row.Jb = c.Jb;
     row.error = c.value - value;
     row.rate = rate_of(c, a_, b_);
     row.bias = c.bias;
+    row.speed = row.stiffness = row.damping = 0;
+    row.most = kInfinity;
     row.singular = c.singular;
     return row;
   }

@@ -29,17 +29,18 @@ struct JointEnd {
   double omega = 0;  ///< [rad/s]
 };
 
-/// One scalar row of a joint, with C(q) its coordinate: dC/dt = J v and d2C/dt2 = J a + bias.
+/// One scalar row of a joint, with C(q) its coordinate: dC/dt = J v and d2C/dt2 = J a + bias. Nothing is set
+/// before `joint_rows` does it: clearing six of them would cost as much as making two.
 struct JointRow {
-  JointRowKind kind = JointRowKind::Hold;
-  std::array<double, 3> Ja{}, Jb{};   ///< velocity Jacobian blocks [1, 1, m]
-  double error = 0;                   ///< C(q) [m or rad]; Limit: the slack, negative when exceeded
-  double rate = 0;                    ///< J v [m/s or rad/s]
-  double bias = 0;                    ///< (dJ/dt) v [m/s^2 or rad/s^2]
-  double speed = 0;                   ///< Motor [m/s or rad/s]
-  double most = kInfinity;            ///< Motor [N or N m]
-  double stiffness = 0, damping = 0;  ///< Spring
-  bool singular = false;              ///< the anchors coincide, so that their distance has no direction
+  JointRowKind kind;
+  std::array<double, 3> Ja, Jb;  ///< velocity Jacobian blocks [1, 1, m]
+  double error;                  ///< C(q) [m or rad]; Limit: the slack, negative when exceeded
+  double rate;                   ///< J v [m/s or rad/s]
+  double bias;                   ///< (dJ/dt) v [m/s^2 or rad/s^2]
+  double speed;                  ///< Motor [m/s or rad/s], else 0
+  double most;                   ///< Motor [N or N m], else infinity
+  double stiffness, damping;     ///< Spring, else 0
+  bool singular;                 ///< the anchors coincide, so that their distance has no direction
 };
 
 using JointRows = std::array<JointRow, kMaxJointRows>;

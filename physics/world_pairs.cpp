@@ -45,6 +45,7 @@ void Step::find_pairs() {
 /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
 void Step::merge_pairs(bool moved) {
   if (s_.pairs.empty() && !moved) return;
+  if (are_pairs_of_table()) return;
   std::vector<Contact>& wanted = s_.scratch.wanted;
   wanted.clear();
   for (const Pair& pair : s_.pairs) {
@@ -78,6 +79,16 @@ void Step::merge_pairs(bool moved) {
   s_.table_changed |= changed;
   // The same contacts: the old table serves.
   if (changed) s_.contacts.swap(next);
+}
+
+/// Every pair has its contact already, and every contact its pair: nothing comes or goes.
+bool Step::are_pairs_of_table() const {
+  return std::equal(s_.pairs.begin(), s_.pairs.end(), s_.contacts.begin(), s_.contacts.end(),
+                    [this](const Pair& pair, const Contact& contact) {
+                      return contact.shape_a == pair.low && contact.shape_b == pair.high &&
+                             s_.shapes[pair.low].shape.kind != ShapeKind::Chain &&
+                             s_.shapes[pair.high].shape.kind != ShapeKind::Chain && may_touch(pair);
+                    });
 }
 
 /// One contact, or one for each near segment of a chain.

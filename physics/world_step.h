@@ -49,6 +49,7 @@ class Step {
   // world_pairs.cpp: boxes that bound the motion within the step -> broad phase -> contact table.
   void find_pairs();
   void merge_pairs(bool moved);
+  bool are_pairs_of_table() const;
   void add_wanted(const Pair& pair);
   bool may_touch(const Pair& pair) const;
   Contact make_contact(const Pair& pair) const;

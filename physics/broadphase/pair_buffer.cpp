@@ -156,6 +156,7 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
   for (const PairBuffer& part : parts) total += part.size();
   pairs.resize(total);
   if (total == 0) return;
+  if (total == 1) return join_pairs(parts, pairs);
 
   // About one bucket a pair, but not more than there are numbers.
   const int low_bits = std::bit_width(limit > 0 ? limit - 1 : 0);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "physics/archive.h"
+#include "physics/solver/bilateral.h"
 #include "physics/solver/body_space.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/convex_step.h"
@@ -23,10 +24,10 @@ constexpr std::size_t kPivotingRows = 2000;
 constexpr double kPoor = 1e-2;
 
 struct AutoMemory : SolverMemory {
-  std::unique_ptr<SolverMemory> body_space, convex;
+  std::unique_ptr<SolverMemory> body_space, convex, bilateral;
 
   std::string_view solver() const override { return "auto"; }
-  void archive(Archive& a) override { a(body_space, convex); }
+  void archive(Archive& a) override { a(body_space, convex, bilateral); }
 };
 
 bool is_one_contact(const IslandSystem& system) {
@@ -94,6 +95,32 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     }
   }
 
+  std::unique_ptr<SolverMemory> local;
+  if (!memory) memory = &local;
+  if (is_bilateral(system)) {
+    // Small islands leave no memory behind.
+    const bool keeps = dynamic_cast<AutoMemory*>(memory->get()) != nullptr;
+    std::unique_ptr<SolverMemory> fresh;
+    std::unique_ptr<SolverMemory>& own = keeps ? static_cast<AutoMemory&>(**memory).bilateral : fresh;
+    solution = solve_bilateral(system, warm_start, options, &own);
+    if (fresh) {
+      auto all = std::make_unique<AutoMemory>();
+      all->bilateral = std::move(fresh);
+      *memory = std::move(all);
+    }
+    if (solution.status == SolveStatus::Solved) return solution;
+    // Rows that depend on each other nearly want smaller weights. Rows that contradict each other have no
+    // answer, and no impulse however large is one.
+    Solution other = solve_body_space(system, warm_start, options, nullptr);
+    if (other.residual < 0.5 * solution.residual) {
+      note(other, "no bounds, but nearly dependent rows");
+      other.work += solution.work;
+      return other;
+    }
+    solution.work += other.work;
+    return solution;
+  }
+
   const bool smooth = std::none_of(system.rows.begin(), system.rows.end(), is_scaled);
   if (smooth && is_chain(system)) {
     static const SolverEntry& tridiagonal = find_solver("tridiagonal");
@@ -109,8 +136,6 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     if (solution.status == SolveStatus::Solved) return solution;
   }
 
-  std::unique_ptr<SolverMemory> local;
-  if (!memory) memory = &local;
   if (!dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
   auto& kept = static_cast<AutoMemory&>(**memory);
   const auto begin = std::chrono::steady_clock::now();

@@ -11,8 +11,8 @@ namespace skerry {
 /// Solves an island by the first rung that fits and succeeds; `Solution::method` names it, notes in the trace
 /// say why:
 ///
-///   no rows | one contact: closed_form | chain without friction: tridiagonal | a few contacts, cold:
-///   small_exact | body_space | convex_step | nncg
+///   no rows | one contact: closed_form | no bounds: bilateral | chain without friction: tridiagonal |
+///   a few contacts, cold: small_exact | body_space | convex_step | nncg
 ///
 /// The last two are taken only where body_space did not reach the tolerance; of all answers the one of least
 /// residual is returned. Every answer is verified by its residual.

@@ -109,9 +109,10 @@ bool closed_impulses(const OneContact& contact, const std::array<int, kRows>& si
   return true;
 }
 
-Impulses solve_contact(const OneContact& contact, double tolerance) {
+/// @param best_violation  of the answer
+Impulses solve_contact(const OneContact& contact, double tolerance, double& best_violation) {
   Impulses best{};
-  double best_violation = violation(contact, best);
+  best_violation = violation(contact, best);
   const auto consider = [&](const std::array<int, kRows>& side) {
     Impulses lambda{};
     if (best_violation <= tolerance || !closed_impulses(contact, side, lambda)) return;
@@ -173,8 +174,15 @@ Solution solve_closed_form(const IslandSystem& system, std::span<const double>, 
       }
       if (!system.compliance.empty()) contact.W[p][p] += system.compliance[p];
     }
-    const Impulses lambda = solve_contact(contact, 8 * kRoundingUnit * scale);
+    double worst = 0;
+    const Impulses lambda = solve_contact(contact, 8 * kRoundingUnit * scale, worst);
     std::copy_n(lambda.begin(), contact.n, solution.lambda.begin());
+    // W is at hand, and so is the residual; a sum sees what is not a number.
+    if (scale > 0 && worst <= options.tolerance * scale && std::isfinite(lambda[0] + lambda[1] + lambda[2])) {
+      solution.status = SolveStatus::Solved;
+      solution.residual = worst / scale;
+      return solution;
+    }
   }
   conclude(system, options, solution);
   return solution;

@@ -9,6 +9,7 @@ namespace skerry {
 extern const SolverEntry kAutoEntry;
 extern const SolverEntry kClosedFormEntry;
 extern const SolverEntry kTridiagonalEntry;
+extern const SolverEntry kBilateralEntry;
 extern const SolverEntry kSmallExactEntry;
 extern const SolverEntry kBodySpaceEntry;
 extern const SolverEntry kConvexStepEntry;
@@ -25,9 +26,9 @@ namespace {
 std::span<const SolverEntry> table() {
   // Copied at the first call: other files may not be initialised when this one is.
   static const SolverEntry entries[] = {
-      kAutoEntry,       kClosedFormEntry, kTridiagonalEntry,     kSmallExactEntry,    kBodySpaceEntry,
-      kConvexStepEntry, kDenseLuEntry,    kIncrementalLdltEntry, kSparseContactEntry, kLemkeEntry,
-      kPgsEntry,        kNncgEntry,       kTgsSoftEntry,
+      kAutoEntry,      kClosedFormEntry, kTridiagonalEntry, kBilateralEntry,       kSmallExactEntry,
+      kBodySpaceEntry, kConvexStepEntry, kDenseLuEntry,     kIncrementalLdltEntry, kSparseContactEntry,
+      kLemkeEntry,     kPgsEntry,        kNncgEntry,        kTgsSoftEntry,
   };
   return entries;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "physics/joint_rows.h"
+#include "physics/spare.h"
 #include "physics/stepping/acceleration.h"
 #include "physics/stepping/flight_queue.h"
 #include "physics/stepping/free_flight.h"
@@ -719,8 +720,9 @@ class EventStep {
   /// Brings manifolds to the new poses and takes out what the integration left of drift.
   void arrive() {
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
-    project_positions(state_, island_, elapsed_, result_);
-    project_velocities(state_, island_, elapsed_, false, result_);
+    Spare<Assembly> rows;
+    project_positions(state_, island_, elapsed_, result_, &*rows);
+    project_velocities(state_, island_, elapsed_, false, result_, &*rows);
   }
 
   void clear_forces() {

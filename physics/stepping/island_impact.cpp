@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/island_impact.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "physics/solver/impact_law.h"
@@ -11,6 +12,15 @@
 
 namespace skerry {
 
+namespace {
+
+/// True if a joint may become taut or reach a limit.
+bool may_strike(const JointDef& def) {
+  return def.kind == JointKind::Rope || def.lower || def.upper;
+}
+
+}  // namespace
+
 ImpactOutcome apply_impact(WorldState& state, const Island& island, double elapsed,
                            const ImpactOptions& options, IslandResult& result) {
   ImpactOutcome outcome;
@@ -18,7 +28,8 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   Spare<std::vector<std::uint8_t>> spare;
   std::vector<std::uint8_t>& touching = *spare;
   touching.assign(island.contacts.size(), 0);
-  bool approaching = !island.joints.empty();  // a rope may have become taut
+  bool approaching = std::any_of(island.joints.begin(), island.joints.end(),
+                                 [&](std::uint32_t slot) { return may_strike(state.joints[slot].def); });
   for (std::size_t k = 0; k < touching.size(); ++k) {
     const Contact& contact = state.contacts[island.contacts[k]];
     for (int i = 0; i < contact.manifold.count; ++i) {
@@ -30,7 +41,8 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   }
   if (!approaching) return outcome;
 
-  Assembly assembly;
+  Spare<Assembly> spare_assembly;
+  Assembly& assembly = *spare_assembly;
   AssemblyRequest request;
   request.points = &touching;
   request.friction = true;

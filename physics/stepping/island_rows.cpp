@@ -26,12 +26,20 @@ bool moves_by_itself(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && state.bodies.type[body] == BodyType::Kinematic;
 }
 
-/// Adds a row between two bodies; what a body outside the island contributes moves into the drive.
-/// @param elapsed  since the beginning of the step [s]
-void add_row(const WorldState& state, double elapsed, std::uint32_t body_a, std::uint32_t body_b, Row row,
-             double drive, const RowOrigin& origin, Assembly& out) {
+/// Adds an empty row between two bodies. @return the row, to be filled before `finish_row`
+Row& begin_row(const WorldState& state, RowKind kind, std::uint32_t body_a, std::uint32_t body_b,
+               Assembly& out) {
+  Row& row = out.system.rows.emplace_back();
+  row.kind = kind;
   row.a = local_index(state, body_a);
   row.b = local_index(state, body_b);
+  return row;
+}
+
+/// What a body outside the island contributes to the last row moves into its drive.
+/// @param elapsed  since the beginning of the step [s]
+void finish_row(const WorldState& state, double elapsed, std::uint32_t body_a, std::uint32_t body_b, Row& row,
+                double drive, Assembly& out) {
   if (row.a < 0) {
     if (moves_by_itself(state, body_a)) drive += along(row.Ja, kinematic_velocity(state, body_a, elapsed));
     row.Ja = {};
@@ -40,8 +48,6 @@ void add_row(const WorldState& state, double elapsed, std::uint32_t body_a, std:
     if (moves_by_itself(state, body_b)) drive += along(row.Jb, kinematic_velocity(state, body_b, elapsed));
     row.Jb = {};
   }
-  out.system.rows.push_back(row);
-  out.origin.push_back(origin);
   out.drive.push_back(drive);
 }
 
@@ -61,6 +67,21 @@ JointEnd end_of(const WorldState& state, const AssemblyRequest& request, std::ui
   return end;
 }
 
+bool is_wanted(const AssemblyRequest& request, const JointRow& row) {
+  using enum AssemblyRequest::Actuators;
+  switch (row.kind) {
+    case JointRowKind::Hold:
+      return true;
+    case JointRowKind::Limit:
+      return row.error <= request.rope_slack;
+    case JointRowKind::Motor:
+      return request.actuators == All || (request.actuators == Rigid && row.most == kInfinity);
+    case JointRowKind::Spring:
+      return request.actuators == All;
+  }
+  return false;
+}
+
 void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, Assembly& out) {
   const JointRecord& joint = state.joints[slot];
   const std::uint32_t a = joint.def.a.index;
@@ -69,39 +90,18 @@ void add_joint(const WorldState& state, const AssemblyRequest& request, std::uin
   const int count = joint_rows(joint, end_of(state, request, a), end_of(state, request, b), geometry);
   for (int k = 0; k < count; ++k) {
     const JointRow& from = geometry[k];
-    Row row;
-    double drive = 0;
-    RowOrigin origin{RowKind::Joint, true, slot, k, from.error};
-    row.lower = -kInfinity;
-    switch (from.kind) {
-      case JointRowKind::Hold:
-        break;
-      case JointRowKind::Limit:
-        if (from.error > request.rope_slack) continue;
-        origin.kind = RowKind::Limit;
-        row.lower = 0;
-        break;
-      case JointRowKind::Motor: {
-        using enum AssemblyRequest::Actuators;
-        if (request.actuators == None || (request.actuators == Rigid && from.most < kInfinity)) continue;
-        origin.kind = RowKind::Motor;
-        row.lower = -from.most;
-        row.upper = from.most;
-        drive = -from.speed;
-        break;
-      }
-      case JointRowKind::Spring:
-        if (request.actuators != AssemblyRequest::Actuators::All) continue;
-        origin.kind = RowKind::Motor;
-        origin.stiffness = from.stiffness;
-        origin.damping = from.damping;
-        break;
-    }
-    row.kind = origin.kind;
+    if (!is_wanted(request, from)) continue;
+    const RowKind kind = from.kind == JointRowKind::Hold    ? RowKind::Joint
+                         : from.kind == JointRowKind::Limit ? RowKind::Limit
+                                                            : RowKind::Motor;
+    Row& row = begin_row(state, kind, a, b, out);
     row.Ja = from.Ja;
     row.Jb = from.Jb;
+    row.lower = kind == RowKind::Limit ? 0 : -from.most;
+    row.upper = from.most;
     row.source = (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
-    add_row(state, request.elapsed, a, b, row, drive, origin, out);
+    finish_row(state, request.elapsed, a, b, row, -from.speed, out);
+    out.origin.push_back({kind, true, slot, k, from.error, from.stiffness, from.damping});
   }
 }
 
@@ -114,34 +114,29 @@ void add_point(const WorldState& state, const AssemblyRequest& request, const Ma
   const Vec2 ra = point.position - pose_of(state, request, contact.body_a).p;
   const Vec2 rb = point.position - pose_of(state, request, contact.body_b).p;
 
-  Row row;
-  row.source = contact.source(i);
-  row.Ja = {-n.x, -n.y, -cross(ra, n)};
-  row.Jb = {n.x, n.y, cross(rb, n)};
+  const std::uint64_t source = contact.source(i);
   const int normal = out.system.size();
-  add_row(state, request.elapsed, contact.body_a, contact.body_b, row, 0,
-          {RowKind::Normal, false, index, i, point.separation}, out);
+  const auto add = [&](RowKind kind, const std::array<double, 3>& Ja, const std::array<double, 3>& Jb,
+                       double mu, double drive, double error) {
+    Row& row = begin_row(state, kind, contact.body_a, contact.body_b, out);
+    row.Ja = Ja;
+    row.Jb = Jb;
+    row.source = source;
+    if (kind != RowKind::Normal) {
+      row.lower = -kInfinity;
+      row.normal = normal;
+      row.mu = mu;
+    }
+    finish_row(state, request.elapsed, contact.body_a, contact.body_b, row, drive, out);
+    out.origin.push_back({kind, false, index, i, error});
+  };
+  add(RowKind::Normal, {-n.x, -n.y, -cross(ra, n)}, {n.x, n.y, cross(rb, n)}, 0, 0, point.separation);
   if (!request.friction) return;
-  if (contact.friction > 0 || !state.config.skips.smooth_rows) {
-    row.kind = RowKind::Friction;
-    row.lower = -kInfinity;
-    row.normal = normal;
-    row.mu = contact.friction;
-    row.Ja = {-t.x, -t.y, -cross(ra, t)};
-    row.Jb = {t.x, t.y, cross(rb, t)};
-    add_row(state, request.elapsed, contact.body_a, contact.body_b, row, -contact.surface_velocity,
-            {RowKind::Friction, false, index, i, 0}, out);
-  }
-  if (contact.rolling_resistance > 0) {
-    row.kind = RowKind::Rolling;
-    row.lower = -kInfinity;
-    row.normal = normal;
-    row.mu = contact.rolling_resistance;
-    row.Ja = {0, 0, -1};
-    row.Jb = {0, 0, 1};
-    add_row(state, request.elapsed, contact.body_a, contact.body_b, row, 0,
-            {RowKind::Rolling, false, index, i, 0}, out);
-  }
+  if (contact.friction > 0 || !state.config.skips.smooth_rows)
+    add(RowKind::Friction, {-t.x, -t.y, -cross(ra, t)}, {t.x, t.y, cross(rb, t)}, contact.friction,
+        -contact.surface_velocity, 0);
+  if (contact.rolling_resistance > 0)
+    add(RowKind::Rolling, {0, 0, -1}, {0, 0, 1}, contact.rolling_resistance, 0, 0);
 }
 
 }  // namespace

@@ -61,6 +61,8 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
     return {impact.hit ? impact.t : h};
   }
 
+  if (meet_at_one_point(state.shapes[contact.shape_a].shape, state.shapes[contact.shape_b].shape)) return {h};
+
   // One point rests and another may come down (a box that rocks onto its face): the root of that point's
   // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
   // of its own.

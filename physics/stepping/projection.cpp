@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/spare.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -25,15 +27,25 @@ bool carried_load(const WorldState& state, const RowOrigin& origin) {
 }
 
 /// Points that are near enough to be pushed into contact by a projection.
-std::vector<std::uint8_t> near_points(const WorldState& state, const Island& island) {
-  std::vector<std::uint8_t> points(island.contacts.size(), 0);
+void find_near_points(const WorldState& state, const Island& island, std::vector<std::uint8_t>& points) {
+  points.assign(island.contacts.size(), 0);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Manifold& manifold = state.contacts[island.contacts[k]].manifold;
     for (int i = 0; i < manifold.count; ++i) {
       if (manifold.points[i].separation <= state.config.contact_margin) points[k] |= 1u << i;
     }
   }
-  return points;
+}
+
+/// True if there is nothing but joints, and these have no limits, motors or springs: then the same rows serve
+/// positions and velocities.
+bool only_holds(const WorldState& state, const Island& island) {
+  return island.contacts.empty() &&
+         std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
+           const JointDef& def = state.joints[slot].def;
+           return def.kind != JointKind::Rope && !def.lower && !def.upper && !def.motor_speed &&
+                  !(def.stiffness > 0) && !(def.damping > 0);
+         });
 }
 
 /// True if a joint, an overlap or a loaded contact is farther off than rounding explains: a cheap look before
@@ -64,14 +76,16 @@ double position_error(const WorldState& state, const Assembly& assembly) {
   return worst;
 }
 
-void solve_rows(const WorldState& state, const IslandSystem& system, IslandResult& result,
-                std::vector<double>& lambda) {
+std::vector<double> solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& system,
+                               IslandResult& result) {
   SolveOptions options;
   options.tolerance = 1e-12;
-  Solution solution = state.solver->solve(system, {}, options, nullptr);
-  result.work.factorisations += solution.work.factorisations;
-  result.work.resolves += solution.work.resolves;
-  lambda = std::move(solution.lambda);
+  const std::uint64_t key = memory_key(purpose, system);
+  std::unique_ptr<SolverMemory> memory = take_memory(state, result, key);
+  Solution solution = state.solver->solve(system, {}, options, &memory);
+  keep_memory(state, result, key, std::move(memory));
+  result.work += solution.work;
+  return std::move(solution.lambda);
 }
 
 /// True if no loaded contact moves along its normal, nor a sticking one along its tangent, beyond rounding: a
@@ -134,17 +148,21 @@ void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vecto
   }
 }
 
-/// Newton's iteration of `project_positions`.
-void move_onto_constraints(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
+/// Newton's iteration of `project_positions`. @return whether `assembly` has the rows where the bodies are
+/// now
+bool move_onto_constraints(WorldState& state, const Island& island, double elapsed, Assembly& assembly,
+                           IslandResult& result) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
+  Spare<std::vector<std::uint8_t>> points;
+  Spare<std::vector<Velocity>> spare_shift;
+  std::vector<Velocity>& shift = *spare_shift;
+  AssemblyRequest request;
+  request.points = &*points;
+  request.rope_slack = state.config.contact_margin;
+  request.elapsed = elapsed;
   for (int round = 0; round < 5 && needs_projection(state, island); ++round) {
-    const std::vector<std::uint8_t> points = near_points(state, island);
-    Assembly assembly;
-    AssemblyRequest request;
-    request.points = &points;
-    request.rope_slack = state.config.contact_margin;
-    request.elapsed = elapsed;
+    find_near_points(state, island, *points);
     assemble(state, island, request, assembly);
     double extent = 0;
     for (const std::uint32_t body : island.bodies) {
@@ -152,7 +170,7 @@ void move_onto_constraints(WorldState& state, const Island& island, double elaps
     }
     const double error = position_error(state, assembly);
     // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding.
-    if (error <= position_floor(state, {extent, extent}) || error > 0.5 * last) return;
+    if (error <= position_floor(state, {extent, extent}) || error > 0.5 * last) return true;
     last = error;
 
     for (int i = 0; i < assembly.system.size(); ++i) {
@@ -163,10 +181,10 @@ void move_onto_constraints(WorldState& state, const Island& island, double elaps
       }
       assembly.system.b[i] = -assembly.origin[i].error;
     }
-    std::vector<double> lambda;
-    solve_rows(state, assembly.system, result, lambda);
-    std::vector<Velocity> shift(island.bodies.size(), Velocity{});
-    apply_impulses(assembly.system, lambda, shift);
+    const Spare<std::vector<double>> lambda(
+        solve_rows(state, SolvePurpose::Positions, assembly.system, result));
+    shift.assign(island.bodies.size(), Velocity{});
+    apply_impulses(assembly.system, *lambda, shift);
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island.bodies[k];
       all.position[body] += Vec2{shift[k][0], shift[k][1]};
@@ -179,17 +197,22 @@ void move_onto_constraints(WorldState& state, const Island& island, double elaps
     }
     result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
   }
+  return false;
 }
 
 }  // namespace
 
-void project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
+void project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
+                       Assembly* rows) {
   if (!needs_projection(state, island)) return;
   // Moving bodies changes their angular momentum; a free island gets it back as a common rotation, which no
   // contact feels.
   const bool free = is_free(state, island);
   const double momentum = free ? rigid_motion(state, island).momentum : 0;
-  move_onto_constraints(state, island, elapsed, result);
+  Spare<Assembly> own;
+  Assembly& assembly = rows != nullptr ? *rows : *own;
+  const bool current = move_onto_constraints(state, island, elapsed, assembly, result);
+  if (!current || !only_holds(state, island)) assembly.clear();
   if (!free) return;
   give_spin(state, island, momentum - rigid_motion(state, island).momentum);
 }
@@ -206,40 +229,29 @@ void give_spin(WorldState& state, const Island& island, double momentum) {
   }
 }
 
-double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
-                          IslandResult& result) {
-  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return 0;
-  std::vector<std::uint8_t> points(island.contacts.size(), 0);
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const Contact& contact = state.contacts[island.contacts[k]];
-    for (int i = 0; i < contact.manifold.count; ++i) {
-      if (contact.points[i].normal_impulse > 0 && is_touching(state, contact.manifold.points[i]))
-        points[k] |= 1u << i;
-    }
-  }
-  Assembly assembly;
-  AssemblyRequest request;
-  request.points = &points;
-  request.friction = true;
-  request.rope_slack = -1;
-  request.actuators = AssemblyRequest::Actuators::All;
-  request.elapsed = elapsed;
-  assemble(state, island, request, assembly);
+namespace {
 
-  const std::vector<Velocity> before = island_velocities(state, island);
-  double fastest = 0;
-  for (const Velocity& v : before)
-    fastest = std::max({fastest, std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+/// What slides or rolls at its bound changes with the load: a correction of the normal impulse brings its
+/// friction with it. Without that, sliding along a curve would be of first order only.
+struct Companion {
+  int row;       ///< of the full assembly
+  int normal;    ///< of the bilateral one
+  double share;  ///< of the normal impulse
+};
 
-  // Sliding and rolling rows are free here, and so are springs and motors that do not reach their speed; the
-  // rest holds in both directions.
-  IslandSystem& system = assembly.system;
-  Assembly bilateral;
+/// The rows of `full` that hold both ways: sliding and rolling rows are free here, and so are springs and
+/// motors that do not reach their speed.
+void select_bilateral(const WorldState& state, const Assembly& full, const std::vector<Velocity>& v,
+                      double fastest, Assembly& bilateral, std::vector<Companion>& companions) {
+  const IslandSystem& system = full.system;
+  bilateral.clear();
   bilateral.system.bodies = system.bodies;
   bilateral.system.positions = system.positions;
-  std::vector<int> bilateral_of(system.rows.size(), -1);
+  Spare<std::vector<int>> spare_of;
+  std::vector<int>& bilateral_of = *spare_of;
+  bilateral_of.assign(system.rows.size(), -1);
   for (int i = 0; i < system.size(); ++i) {
-    const RowOrigin& origin = assembly.origin[i];
+    const RowOrigin& origin = full.origin[i];
     if (origin.kind == RowKind::Rolling) continue;
     if (origin.kind == RowKind::Friction && !state.contacts[origin.index].points[origin.point].sticking)
       continue;
@@ -247,7 +259,7 @@ double project_velocities(WorldState& state, const Island& island, double elapse
     if (origin.kind == RowKind::Motor && system.rows[i].upper < kInfinity) {
       const double force = state.joints[origin.index].row_force[origin.point];
       const bool reaches = std::abs(force) < system.rows[i].upper * (1 - 1e-9) &&
-                           std::abs(row_velocity(assembly, i, before)) <= 1e-6 * (1 + fastest);
+                           std::abs(row_velocity(full, i, v)) <= 1e-6 * (1 + fastest);
       if (!reaches) continue;
     }
     Row row = system.rows[i];
@@ -259,18 +271,11 @@ double project_velocities(WorldState& state, const Island& island, double elapse
     row.mu = 0;
     bilateral.system.rows.push_back(row);
     bilateral.origin.push_back(origin);
-    bilateral.drive.push_back(assembly.drive[i]);
+    bilateral.drive.push_back(full.drive[i]);
   }
-  // What slides or rolls at its bound changes with the load: a correction of the normal impulse brings its
-  // friction with it. Without that, sliding along a curve would be of first order only.
-  struct Companion {
-    int row;       ///< of `assembly`
-    int normal;    ///< of `bilateral`
-    double share;  ///< of the normal impulse
-  };
-  std::vector<Companion> companions;
+  companions.clear();
   for (int i = 0; i < system.size(); ++i) {
-    const RowOrigin& origin = assembly.origin[i];
+    const RowOrigin& origin = full.origin[i];
     if (origin.joint || origin.kind == RowKind::Normal) continue;
     const PointMemory& memory = state.contacts[origin.index].points[origin.point];
     const double impulse =
@@ -278,44 +283,84 @@ double project_velocities(WorldState& state, const Island& island, double elapse
     if (std::abs(impulse) < system.rows[i].mu * memory.normal_impulse * (1 - 1e-12)) continue;
     companions.push_back({i, bilateral_of[system.rows[i].normal], impulse / memory.normal_impulse});
   }
+}
+
+}  // namespace
+
+double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
+                          IslandResult& result, Assembly* rows) {
+  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return 0;
+  Spare<Assembly> own, selected;
+  Spare<std::vector<Companion>> spare_companions;
+  std::vector<Companion>& companions = *spare_companions;
+  const bool ready = rows != nullptr && rows->system.size() > 0;
+  Assembly& full = ready ? *rows : *own;
+  if (!ready) {
+    Spare<std::vector<std::uint8_t>> spare_points;
+    std::vector<std::uint8_t>& points = *spare_points;
+    points.assign(island.contacts.size(), 0);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const Contact& contact = state.contacts[island.contacts[k]];
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        if (contact.points[i].normal_impulse > 0 && is_touching(state, contact.manifold.points[i]))
+          points[k] |= 1u << i;
+      }
+    }
+    AssemblyRequest request;
+    request.points = &points;
+    request.friction = true;
+    request.rope_slack = -1;
+    request.actuators = AssemblyRequest::Actuators::All;
+    request.elapsed = elapsed;
+    assemble(state, island, request, full);
+  }
+  const Spare<std::vector<Velocity>> before(island_velocities(state, island));
+  double fastest = 0;
+  for (const Velocity& v : *before)
+    fastest = std::max({fastest, std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+  if (!ready) select_bilateral(state, full, *before, fastest, *selected, companions);
+  const IslandSystem& system = full.system;
+  Assembly& bilateral = ready ? full : *selected;
   const auto violation = [&bilateral](const std::vector<Velocity>& v) {
     double worst = 0;
     for (int i = 0; i < bilateral.system.size(); ++i)
       worst = std::max(worst, std::abs(row_velocity(bilateral, i, v)));
     return worst;
   };
-  double error = violation(before), work = 0;
-  std::vector<Velocity> v = before;
-  std::vector<double> lambda;
+  double error = violation(*before), work = 0;
+  Spare<std::vector<Velocity>> v, next;
+  *v = *before;
   bilateral.system.b.resize(bilateral.system.rows.size());
   // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   for (int round = 0; round < 4 && error > kVelocityFloor * std::max(fastest, 1e-3); ++round) {
-    for (int i = 0; i < bilateral.system.size(); ++i) bilateral.system.b[i] = -row_velocity(bilateral, i, v);
-    solve_rows(state, bilateral.system, result, lambda);
+    for (int i = 0; i < bilateral.system.size(); ++i) bilateral.system.b[i] = -row_velocity(bilateral, i, *v);
+    const Spare<std::vector<double>> spare_lambda(
+        solve_rows(state, SolvePurpose::Velocities, bilateral.system, result));
+    const std::vector<double>& lambda = *spare_lambda;
     if (may_open && round == 0 && let_open(state, bilateral, lambda))
       return project_velocities(state, island, elapsed, may_open, result);
-    std::vector<Velocity> next = v;
-    apply_impulses(bilateral.system, lambda, next);
+    *next = *v;
+    apply_impulses(bilateral.system, lambda, *next);
     for (const Companion& companion : companions) {
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
-      if (row.a >= 0) push(system.bodies[row.a], row.Ja, impulse, next[row.a]);
-      if (row.b >= 0) push(system.bodies[row.b], row.Jb, impulse, next[row.b]);
+      if (row.a >= 0) push(system.bodies[row.a], row.Ja, impulse, (*next)[row.a]);
+      if (row.b >= 0) push(system.bodies[row.b], row.Jb, impulse, (*next)[row.b]);
     }
-    const double left = violation(next);
+    const double left = violation(*next);
     if (!(left < error)) break;
     for (const Companion& companion : companions) {
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
       // Each impulse works against the mean of the velocities before and after it.
-      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, v[row.a]) + along(row.Ja, next[row.a]));
-      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, v[row.b]) + along(row.Jb, next[row.b]));
+      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, (*v)[row.a]) + along(row.Ja, (*next)[row.a]));
+      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, (*v)[row.b]) + along(row.Jb, (*next)[row.b]));
     }
     error = left;
-    v = std::move(next);
+    std::swap(*v, *next);
     if (may_open) add_to_loads(state, bilateral, lambda);
   }
-  store_velocities(state, island, v);
+  store_velocities(state, island, *v);
   return work;
 }
 

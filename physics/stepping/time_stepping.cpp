@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "physics/hash.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flight_queue.h"
@@ -16,6 +15,8 @@
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/projection.h"
+#include "physics/stepping/sliding_stop.h"
+#include "physics/stepping/solver_memories.h"
 #include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
@@ -31,6 +32,8 @@ constexpr double kStablePieces = 256;
 // always.
 constexpr int kPieceBudget = 512;
 constexpr int kFewPieces = 4;
+// Ends of sliding that cut a step; further ones are of first order.
+constexpr int kMostStops = 4;
 // A piece in which nothing rests needs no solve and costs this much less.
 constexpr int kFlightShare = 32;
 
@@ -91,6 +94,11 @@ class IslandStep {
         after = solve_forces(length, before, last);
         hit = next_hit(length, before, after);
       }
+      // The end of sliding is an end of the piece.
+      if (stop_ < hit) {
+        hit = stop_;
+        ++stops_;
+      }
       spent += solved_ ? points : points / kFlightShare;
       if (state_.observe.paths) remember_start(last, after);
       const double start = elapsed_;
@@ -104,8 +112,10 @@ class IslandStep {
         StageTimer timer(state_, result_, Stage::Apply);
         const std::optional<IslandEnergy> carried =
             moving_ ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
-        project_positions(state_, island_, elapsed_, result_);
-        const double work = moving_ ? project_velocities(state_, island_, elapsed_, true, result_) : 0;
+        Spare<Assembly> rows;
+        project_positions(state_, island_, elapsed_, result_, &*rows);
+        const double work =
+            moving_ ? project_velocities(state_, island_, elapsed_, true, result_, &*rows) : 0;
         if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
         if (energy) energy->take_gain(state_, island_);
@@ -260,6 +270,7 @@ class IslandStep {
       }
     }
     moving_ = mid.system.size() == start.system.size() && mid.system.size() > 0;
+    stop_ = h;
     Assembly& assembly = moving_ ? mid : start;
     IslandSystem& system = assembly.system;
     solved_ = !system.rows.empty();
@@ -292,9 +303,8 @@ class IslandStep {
     }
 
     const Spare<std::vector<double>> warm(warm_start(assembly, h));
-    Fnv1a key;
-    for (const Row& row : system.rows) key.add(row.source);
-    std::unique_ptr<SolverMemory> memory = take_memory(key.value());
+    const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
+    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
     SolveOptions options = state_.config.solve;
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     Solution solution;
@@ -306,9 +316,10 @@ class IslandStep {
       // round at least one fewer is held.
       while (let_go(assembly, solution.lambda, held))
         solution = state_.solver->solve(system, solution.lambda, options, &memory);
+      if (!plastic && stops_ < kMostStops)
+        stop_ = slide_to_stop(state_, {start, assembly, before, after, h}, options, &memory, solution);
     }
-    if (memory != nullptr && state_.config.skips.factors)
-      result_.memories.push_back({key.value(), std::move(memory)});
+    keep_memory(state_, result_, key, std::move(memory));
     apply_impulses(system, solution.lambda, after);
     quieten(h, after);
     store_impulses(assembly, solution.lambda, h);
@@ -453,22 +464,6 @@ class IslandStep {
     return memory.normal_impulse > 0 ? 1 + memory.sticking : 0;
   }
 
-  std::unique_ptr<SolverMemory> take_memory(std::uint64_t key) {
-    if (!state_.config.skips.factors) return nullptr;
-    const auto own = std::find_if(result_.memories.begin(), result_.memories.end(),
-                                  [key](const IslandMemory& kept) { return kept.key == key; });
-    if (own != result_.memories.end()) {
-      std::unique_ptr<SolverMemory> memory = std::move(own->memory);
-      result_.memories.erase(own);
-      return memory;
-    }
-    const auto found =
-        std::lower_bound(state_.memories.begin(), state_.memories.end(), key,
-                         [](const IslandMemory& kept, std::uint64_t k) { return kept.key < k; });
-    if (found == state_.memories.end() || found->key != key) return nullptr;
-    return std::move(found->memory);
-  }
-
   /// Time until the next landing within the piece, or its length. Points that sink are made resting ones.
   double next_hit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after) {
     StageTimer timer(state_, result_, Stage::Narrow);
@@ -578,6 +573,8 @@ class IslandStep {
   bool told_;                          ///< something here moves as prescribed
 
   std::vector<std::uint8_t> modes_;  ///< of the contact points before a solve
+  double stop_ = 0;                  ///< when sliding ends in the piece, or its length [s]
+  int stops_ = 0;                    ///< of the step
   double elapsed_ = 0;               ///< since the beginning of the step [s]
   bool solved_ = false;              ///< the piece has contacts or joints that act
   bool moving_ = false;              ///< the geometry changes within the piece

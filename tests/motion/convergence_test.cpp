@@ -57,6 +57,17 @@ Vec2 cylinder(int steps, const char* stepper) {
   return run(world, disc, 1.5, steps);
 }
 
+/// Slides with backspin until it rolls.
+Vec2 spun_on_cylinder(int steps, const char* stepper) {
+  World world = by(stepper);
+  const auto fixed = world.create_body({.type = BodyType::Static});
+  world.add_shape(fixed, rough(make_disc(1), 0.2));
+  const double reach = 1.25;
+  const auto disc =
+      add(world, {reach * std::sin(0.1), reach * std::cos(0.1)}, rough(make_disc(0.25), 0.2), 1, {}, -6);
+  return run(world, disc, 0.6, steps);
+}
+
 Vec2 ladder(int steps, const char* stepper) {
   World world = by(stepper);
   const double t0 = 1, half = 1, r = 1e-4;
@@ -71,22 +82,37 @@ Vec2 ladder(int steps, const char* stepper) {
   return run(world, body, 0.6, steps);
 }
 
+/// Errors of time_stepping in 60 and in 960 steps; prints them with the order.
+struct Errors {
+  double coarse, fine, order;
+};
+Errors measure(const char* name, const Scene& scene) {
+  const Vec2 exact = scene(60, "event_driven");
+  const auto error = [&](int steps) {
+    double sum = 0;
+    for (int phase = 0; phase < 4; ++phase)
+      sum += length(scene(steps + steps * phase / 13, "time_stepping") - exact);
+    return sum / 4;
+  };
+  const double coarse = error(60), fine = error(960), order = std::log2(coarse / fine) / 4;
+  std::printf("%-26s error %.2e in 60 steps, %.2e in 960: order %.2f\n", name, coarse, fine, order);
+  return {coarse, fine, order};
+}
+
 TEST(Convergence, TimeSteppingIsOfSecondOrderAcrossSlipStickAndRelease) {
-  for (const auto& [name, scene] : {std::pair<const char*, Scene>("bowling", bowling),
-                                    {"stopping block", stopping_block},
-                                    {"roll-off from a cylinder", cylinder},
+  for (const auto& [name, scene] : {std::pair<const char*, Scene>("roll-off from a cylinder", cylinder),
+                                    {"spun on a cylinder", spun_on_cylinder},
                                     {"ladder", ladder}}) {
-    const Vec2 exact = scene(60, "event_driven");
-    const auto error = [&](int steps) {
-      double sum = 0;
-      for (int phase = 0; phase < 4; ++phase)
-        sum += length(scene(steps + steps * phase / 13, "time_stepping") - exact);
-      return sum / 4;
-    };
-    const double coarse = error(60), fine = error(960);
-    const double order = std::log2(coarse / fine) / 4;
-    std::printf("%-26s error %.2e in 60 steps, %.2e in 960: order %.2f\n", name, coarse, fine, order);
-    EXPECT_GT(order, 1.7) << name;
+    EXPECT_GT(measure(name, scene).order, 1.7) << name;
+  }
+}
+
+TEST(Convergence, TimeSteppingIsExactWhereForcesAreConstantBetweenStops) {
+  for (const auto& [name, scene] :
+       {std::pair<const char*, Scene>("bowling", bowling), {"stopping block", stopping_block}}) {
+    const Errors error = measure(name, scene);
+    EXPECT_LT(error.coarse, 1e-11) << name;
+    EXPECT_LT(error.fine, 1e-11) << name;
   }
 }
 

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/bilateral.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "physics/archive.h"
+#include "physics/solver/body_space_model.h"
+#include "physics/solver/contact_states.h"
+#include "physics/spare.h"
+
+namespace skerry {
+namespace {
+
+constexpr std::size_t kDenseRows = 12;
+constexpr std::size_t kDenseBodies = 16;
+// A pivot that cancellation has made this small against its diagonal is rounding: the row depends on others.
+constexpr double kDependent = 1e-11;
+// Weight of the proximal term relative to D. A step reduces the error to eta D / (least eigenvalue of W).
+constexpr double kEta = 1e-9;
+// Relative error that ends the refinement, and the most refinements.
+constexpr double kTarget = 1e-13;
+constexpr int kRefinements = 4;
+
+using Velocity = std::array<double, 3>;
+
+struct BilateralMemory : SolverMemory {
+  BodySpaceModel model;
+
+  std::string_view solver() const override { return "bilateral"; }
+  void archive(Archive& a) override { a(model); }
+};
+
+/// J_x M^-1 J_y^T of two rows.
+double coupling(const IslandSystem& system, const Row& x, const Row& y) {
+  double sum = 0;
+  const auto add = [&](int body, const Velocity& p, const Velocity& q) {
+    const InverseMass& mass = system.bodies[static_cast<std::size_t>(body)];
+    sum += mass.linear * (p[0] * q[0] + p[1] * q[1]) + mass.angular * p[2] * q[2];
+  };
+  if (x.a >= 0 && x.a == y.a) add(x.a, x.Ja, y.Ja);
+  if (x.a >= 0 && x.a == y.b) add(x.a, x.Ja, y.Jb);
+  if (x.b >= 0 && x.b == y.a) add(x.b, x.Jb, y.Ja);
+  if (x.b >= 0 && x.b == y.b) add(x.b, x.Jb, y.Jb);
+  return sum;
+}
+
+/// P W P^T = L D L^T with diagonal pivoting, until a pivot is rounding.
+class DenseFactor {
+ public:
+  explicit DenseFactor(const IslandSystem& system) : n_(system.rows.size()) {
+    std::array<double, kDenseRows> whole;
+    for (std::size_t i = 0; i < n_; ++i) {
+      order_[i] = i;
+      for (std::size_t j = 0; j <= i; ++j) A_[i][j] = coupling(system, system.rows[i], system.rows[j]);
+      if (!system.compliance.empty()) A_[i][i] += system.compliance[i];
+      whole[i] = A_[i][i];
+    }
+    for (; rank_ < n_; ++rank_) {
+      const std::size_t k = rank_;
+      std::size_t best = k;
+      for (std::size_t i = k + 1; i < n_; ++i)
+        if (A_[i][i] * whole[best] > A_[best][best] * whole[i]) best = i;
+      if (!(A_[best][best] > kDependent * whole[best])) return;
+      if (best != k) {
+        exchange(k, best);
+        std::swap(whole[k], whole[best]);
+      }
+      const double inverse = 1 / A_[k][k];
+      for (std::size_t i = k + 1; i < n_; ++i) {
+        const double l = A_[i][k] * inverse;
+        for (std::size_t j = k + 1; j <= i; ++j) A_[i][j] -= l * A_[j][k];
+        // Row k below the diagonal keeps L D until its column is done.
+        l_[i] = l;
+      }
+      for (std::size_t i = k + 1; i < n_; ++i) A_[i][k] = l_[i];
+      A_[k][k] = inverse;
+    }
+  }
+
+  bool regular() const { return rank_ == n_; }
+
+  /// lambda += x with W x = r. @pre `regular`
+  void add_solution(const std::array<double, kDenseRows>& r, double* lambda) const {
+    std::array<double, kDenseRows> x;
+    for (std::size_t i = 0; i < n_; ++i) {
+      x[i] = r[order_[i]];
+      for (std::size_t j = 0; j < i; ++j) x[i] -= A_[i][j] * x[j];
+    }
+    for (std::size_t i = n_; i-- > 0;) {
+      x[i] *= A_[i][i];
+      for (std::size_t j = i + 1; j < n_; ++j) x[i] -= A_[j][i] * x[j];
+      lambda[order_[i]] += x[i];
+    }
+  }
+
+ private:
+  void exchange(std::size_t k, std::size_t m) {
+    std::swap(order_[k], order_[m]);
+    for (std::size_t j = 0; j < k; ++j) std::swap(A_[k][j], A_[m][j]);
+    std::swap(A_[k][k], A_[m][m]);
+    for (std::size_t j = k + 1; j < m; ++j) std::swap(A_[j][k], A_[m][j]);
+    for (std::size_t i = m + 1; i < n_; ++i) std::swap(A_[i][k], A_[i][m]);
+  }
+
+  std::size_t n_, rank_ = 0;
+  std::array<std::array<double, kDenseRows>, kDenseRows> A_;  // lower triangle
+  std::array<double, kDenseRows> l_;
+  std::array<std::size_t, kDenseRows> order_;
+};
+
+/// r = b - W lambda by way of the bodies. @return its largest magnitude; NaN where it has one
+double remainder(const IslandSystem& system, const std::vector<double>& lambda,
+                 std::array<double, kDenseRows>& r) {
+  std::array<Velocity, kDenseBodies> v;
+  std::fill_n(v.begin(), system.bodies.size(), Velocity{});
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const Row& row = system.rows[i];
+    const auto a = static_cast<std::size_t>(row.a), b = static_cast<std::size_t>(row.b);
+    if (row.a >= 0) push(system.bodies[a], row.Ja, lambda[i], v[a]);
+    if (row.b >= 0) push(system.bodies[b], row.Jb, lambda[i], v[b]);
+  }
+  double worst = 0;
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const Row& row = system.rows[i];
+    double w = (system.compliance.empty() ? 0 : system.compliance[i] * lambda[i]) - system.b[i];
+    if (row.a >= 0) w += along(row.Ja, v[static_cast<std::size_t>(row.a)]);
+    if (row.b >= 0) w += along(row.Jb, v[static_cast<std::size_t>(row.b)]);
+    r[i] = -w;
+    // A comparison that NaN fails must not hide it.
+    if (!(std::abs(w) <= worst)) worst = std::abs(w);
+  }
+  return worst;
+}
+
+/// Refines by `step(error)`, which returns the largest |w| after it, until that is small or does not fall.
+template <class Step>
+double refine(double target, Step&& step) {
+  double error = kInfinity;
+  for (int k = 0; k <= kRefinements; ++k) {
+    const double next = step();
+    const bool falls = next < 0.5 * error;
+    error = next;
+    if (!falls || error <= target) break;
+  }
+  return error;
+}
+
+/// @return infinity if W is not regular to rounding
+double solve_dense(const IslandSystem& system, double target, Solution& solution) {
+  const DenseFactor factor(system);
+  if (!factor.regular()) return kInfinity;
+  std::array<double, kDenseRows> r;
+  std::copy(system.b.begin(), system.b.end(), r.begin());
+  solution.work.factorisations = 1;
+  return refine(target, [&] {
+    factor.add_solution(r, solution.lambda.data());
+    ++solution.work.resolves;
+    return remainder(system, solution.lambda, r);
+  });
+}
+
+double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& model, Solution& solution) {
+  model.assign(system, solution.work);
+  const std::size_t n = system.rows.size();
+  Spare<std::vector<double>> g, h, k, w, change;
+  for (std::vector<double>* numbers : {&*g, &*h, &*k, &*w, &*change}) numbers->assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const BodySpaceModel::RowInfo& row = model.info()[i];
+    if (!row.dead) (*g)[i] = 1 / (kEta * row.D + row.compliance);
+    (*w)[i] = -system.b[i];
+  }
+  if (!model.factor(g->data(), h->data(), solution.work)) return kInfinity;
+  return refine(target, [&] {
+    for (std::size_t i = 0; i < n; ++i) (*k)[i] = -(*g)[i] * (*w)[i];
+    model.solve(k->data(), g->data(), h->data(), change->data(), solution.work);
+    for (std::size_t i = 0; i < n; ++i) solution.lambda[i] += (*change)[i];
+    model.evaluate(solution.lambda.data(), w->data());
+    double worst = 0;
+    for (const double each : *w)
+      if (!(std::abs(each) <= worst)) worst = std::abs(each);
+    return worst;
+  });
+}
+
+}  // namespace
+
+bool is_bilateral(const IslandSystem& system) {
+  return std::all_of(system.rows.begin(), system.rows.end(), [](const Row& row) {
+    return row.normal < 0 && row.lower == -kInfinity && row.upper == kInfinity;
+  });
+}
+
+Solution solve_bilateral(const IslandSystem& system, std::span<const double>, const SolveOptions& options,
+                         std::unique_ptr<SolverMemory>* memory) {
+  Solution solution;
+  solution.method = "bilateral";
+  if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+  const std::size_t n = system.rows.size();
+  solution.lambda = take_spare<std::vector<double>>();
+  solution.lambda.assign(n, 0);
+  if (!is_bilateral(system)) {
+    solution.status = SolveStatus::Unsupported;
+    clamp_to_bounds(system.rows, solution.lambda);
+    solution.residual = natural_map_residual(system, solution.lambda);
+    return solution;
+  }
+  const double largest = largest_magnitude(system.b);
+  const double scale = largest > 0 ? largest : 1;
+  double error = largest == 0 ? 0 : kInfinity;
+  if (error > 0 && n <= kDenseRows && system.bodies.size() <= kDenseBodies) {
+    error = solve_dense(system, kTarget * scale, solution);
+    if (solution.trace && error < kInfinity) solution.trace->notes.emplace_back("no bounds: W, dense");
+  }
+  // Rows that depend on each other share their impulse there.
+  if (error == kInfinity) {
+    std::unique_ptr<SolverMemory> local;
+    if (memory == nullptr) memory = &local;
+    if (dynamic_cast<BilateralMemory*>(memory->get()) == nullptr)
+      *memory = std::make_unique<BilateralMemory>();
+    BodySpaceModel& model = static_cast<BilateralMemory&>(**memory).model;
+    if (solution.trace) solution.trace->notes.emplace_back("no bounds: body graph");
+    error = solve_sparse(system, kTarget * scale, model, solution);
+    if (solution.trace) solution.trace->ordering = model.pattern().order();
+  }
+  solution.iterations = solution.work.factorisations;
+  solution.residual = error / scale;
+  solution.status = SolveStatus::Solved;
+  // Beyond the tolerance only what rounding explains will do.
+  if (!(solution.residual <= options.tolerance)) conclude(system, options, solution);
+  return solution;
+}
+
+extern const SolverEntry kBilateralEntry;
+const SolverEntry kBilateralEntry = {
+    .name = "bilateral",
+    .summary = "joints and springs without bounds: one factorisation and its refinement",
+    .reference = "Golub & Van Loan 2013, sec. 3.5.3, 4.2.8; Rockafellar 1976",
+    .exact = true,
+    .friction = false,
+    .bilateral = true,
+    .solve = solve_bilateral,
+    .make_memory = []() -> std::unique_ptr<SolverMemory> { return std::make_unique<BilateralMemory>(); },
+};
+
+}  // namespace skerry

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// Islands of which every row holds both ways (joints without limits, springs, what a projection corrects):
+// the problem is linear, so one factorisation answers it.
+#pragma once
+
+#include "physics/solver/solver.h"
+
+namespace skerry {
+
+/// True if no row has a bound, neither its own nor a scaled one.
+bool is_bilateral(const IslandSystem& system);
+
+/// Solves W lambda = b by one factorisation and a few refinements.
+///
+/// Up to 12 rows, none of which depends on others: W itself, dense, on the stack, with diagonal pivoting.
+/// Else the body graph (body_space_model.h) with weights 1/(eta D), whose refinement is the proximal point
+/// iteration and gives dependent rows the smallest impulses. Impulses begin from zero, so the answer depends
+/// on `system` alone, to the bit.
+///
+/// @param warm_start  not looked at
+/// @param memory      keeps order and fill of the body graph
+/// @return Inexact where rows contradict each other, or depend on each other nearly; Unsupported with zero
+///         impulses if `is_bilateral` is false
+Solution solve_bilateral(const IslandSystem& system, std::span<const double> warm_start,
+                         const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
+
+}  // namespace skerry

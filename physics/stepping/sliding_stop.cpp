@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/sliding_stop.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/spare.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+constexpr std::size_t kMostRows = 24;
+// A second solution counts only if its stopping rows are at their bounds up to this.
+constexpr double kAtBound = 1 - 1e-9;
+
+bool has_friction(const IslandSystem& system) {
+  return std::any_of(system.rows.begin(), system.rows.end(),
+                     [](const Row& row) { return row.normal >= 0 && row.mu > 0; });
+}
+
+/// A row that stops within the piece.
+struct Stopping {
+  int row;
+  double from;    ///< its velocity at the beginning [m/s or rad/s]
+  double target;  ///< what its right-hand side was [m/s or rad/s]
+};
+
+}  // namespace
+
+double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const SolveOptions& options,
+                     std::unique_ptr<SolverMemory>* memory, Solution& solution) {
+  IslandSystem& system = piece.assembly.system;
+  if (system.rows.size() > kMostRows || !has_friction(system)) return piece.h;
+  Spare<std::vector<Velocity>> after;
+  *after = piece.free;
+  apply_impulses(system, solution.lambda, *after);
+  // What stops within this distance does not show.
+  const double shortest = 1e-3 * state.config.touch_tolerance;
+
+  Spare<std::vector<Stopping>> stopping;
+  stopping->clear();
+  for (int i = 0; i < system.size(); ++i) {
+    const Row& row = system.rows[i];
+    if (row.normal < 0 || !(row.mu > 0)) continue;
+    // What rolls has no velocity where it is, though it has one in the geometry half-way.
+    const double now = row_velocity(piece.start, i, piece.before);
+    const double from = row_velocity(piece.assembly, i, piece.before);
+    if (!(std::abs(now) * piece.h > shortest) || !(now * from > 0)) continue;
+    // The rounding of a solve counts as zero.
+    const double to = row_velocity(piece.assembly, i, *after);
+    const double normal = solution.lambda[row.normal];
+    if ((from > 0 ? to : -to) > 1e-9 * std::abs(from) || !(normal > 0)) continue;
+    stopping->push_back({i, from, system.b[i]});
+  }
+  if (stopping->empty()) return piece.h;
+
+  // To want more than the bounds can give is to be at the bound: backwards by four times what the largest
+  // friction changes.
+  for (const Stopping& stop : *stopping) {
+    const Row& row = system.rows[stop.row];
+    double D = 0;
+    if (row.a >= 0) D += inverse_mass_along(system.bodies[row.a], row.Ja);
+    if (row.b >= 0) D += inverse_mass_along(system.bodies[row.b], row.Jb);
+    const double change = std::abs(row_velocity(piece.assembly, stop.row, piece.free)) +
+                          4 * D * row.mu * solution.lambda[row.normal];
+    system.b[stop.row] += stop.from > 0 ? -change : change;
+  }
+  Solution sliding = state.solver->solve(system, solution.lambda, options, memory);
+  solution.work += sliding.work;
+  double first = piece.h;
+  bool holds = sliding.status == SolveStatus::Solved;
+  *after = piece.free;
+  apply_impulses(system, sliding.lambda, *after);
+  for (const Stopping& stop : *stopping) {
+    const Row& row = system.rows[stop.row];
+    const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
+    if (!(against >= kAtBound * row.mu * sliding.lambda[row.normal])) holds = false;
+    const double to = row_velocity(piece.assembly, stop.row, *after);
+    if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
+  }
+  if (!holds || !(first < piece.h)) {
+    // Where Coulomb's law has no such motion, or hardly one, the first solution stands.
+    for (const Stopping& stop : *stopping) system.b[stop.row] = stop.target;
+    return piece.h;
+  }
+  sliding.work = solution.work;
+  sliding.iterations += solution.iterations;
+  solution = std::move(sliding);
+  return first;
+}
+
+}  // namespace skerry

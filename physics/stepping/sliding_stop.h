@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+//
+// Contacts that slide or roll come to rest at a moment of their own, and what holds them from then on is not
+// what slowed them down.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "physics/solver/solver.h"
+#include "physics/stepping/island_rows.h"
+
+namespace skerry {
+
+/// One piece of a step whose force problem is solved.
+struct SolvedPiece {
+  const Assembly& start;                ///< rows where the piece begins
+  Assembly& assembly;                   ///< the same rows as they were solved, with the right-hand side
+  const std::vector<Velocity>& before;  ///< at the beginning of the piece
+  const std::vector<Velocity>& free;    ///< at its end without contact forces
+  double h;                             ///< its length [s]
+};
+
+/// Looks for rows of friction and rolling resistance that move at the beginning of the piece and, in
+/// `solution`, no longer or backwards at its end. If there are any, the piece is solved again with all of
+/// them at their bound throughout; their velocities then go linearly through zero.
+///
+/// Done for islands of at most 24 rows; in larger ones a stop costs more than the mu g h^2 / 8 that it is
+/// worth.
+///
+/// @param solution  replaced by the second one if a stop was found
+/// @return time of the first stop since the beginning of the piece, or `h` [s]
+double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const SolveOptions& options,
+                     std::unique_ptr<SolverMemory>* memory, Solution& solution);
+
+}  // namespace skerry
