@@ -35,6 +35,11 @@ struct Two {
   friend Two greater(Two a, Two b) { return {_mm_max_pd(a.v, b.v)}; }
   friend Two magnitude(Two a) { return {_mm_andnot_pd(_mm_set1_pd(-0.0), a.v)}; }
   friend Two negated(Two a) { return {_mm_xor_pd(_mm_set1_pd(-0.0), a.v)}; }
+  friend Two with_low_negated(Two a) { return {_mm_xor_pd(_mm_set_pd(0.0, -0.0), a.v)}; }
+  friend Two with_high_negated(Two a) { return {_mm_xor_pd(_mm_set_pd(-0.0, 0.0), a.v)}; }
+  friend Two exchanged(Two a) { return {_mm_shuffle_pd(a.v, a.v, 1)}; }
+  /// The sign bits of `mask` flip the signs of a.
+  friend Two flipped(Two a, Two mask) { return {_mm_xor_pd(a.v, _mm_and_pd(_mm_set1_pd(-0.0), mask.v))}; }
   /// The first, or the second, of each.
   friend Two lows(Two a, Two b) { return {_mm_unpacklo_pd(a.v, b.v)}; }
   friend Two highs(Two a, Two b) { return {_mm_unpackhi_pd(a.v, b.v)}; }
@@ -67,6 +72,12 @@ struct Two {
   }
   friend Two magnitude(Two a) { return {{a.v[0] < 0 ? -a.v[0] : a.v[0], a.v[1] < 0 ? -a.v[1] : a.v[1]}}; }
   friend Two negated(Two a) { return {{-a.v[0], -a.v[1]}}; }
+  friend Two with_low_negated(Two a) { return {{-a.v[0], a.v[1]}}; }
+  friend Two with_high_negated(Two a) { return {{a.v[0], -a.v[1]}}; }
+  friend Two exchanged(Two a) { return {{a.v[1], a.v[0]}}; }
+  friend Two flipped(Two a, Two mask) {
+    return {{std::signbit(mask.v[0]) ? -a.v[0] : a.v[0], std::signbit(mask.v[1]) ? -a.v[1] : a.v[1]}};
+  }
   friend Two lows(Two a, Two b) { return {{a.v[0], b.v[0]}}; }
   friend Two highs(Two a, Two b) { return {{a.v[1], b.v[1]}}; }
   double low() const { return v[0]; }
@@ -75,14 +86,24 @@ struct Two {
 
 #endif
 
+/// The square root; std::sqrt would ask whether it has to set an error number.
+inline double root(double x) {
+#if defined(__SSE2__)
+  return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set_sd(x)));
+#else
+  return std::sqrt(x);
+#endif
+}
 inline Two load(const Vec2& v) {
   return Two::load(&v.x);
 }
 inline Two load(const Rot& q) {
   return Two::load(&q.c);
 }
-inline Two exchanged(Two a) {
-  return Two::of(a.high(), a.low());
+/// The vector `v` turned by the rotation `q`, to the bit as `rotate`.
+inline Two turned(Two q, Two v) {
+  const Two x = lows(v, v), y = highs(v, v);
+  return x * q + y * with_low_negated(exchanged(q));
 }
 inline double smallest(Two a) {
   const double low = a.low(), high = a.high();

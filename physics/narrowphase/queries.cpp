@@ -113,13 +113,18 @@ std::uint64_t corners_left(const Hull& hull, Vec2 origin, Vec2 direction, bool c
   const Two ox = Two::both(origin.x), oy = Two::both(origin.y), zero = Two::both(0);
   const Two dx = Two::both(direction.x), dy = Two::both(direction.y);
   std::uint64_t left = 0;
-  for (int i = 0; i < hull.count; i += 2) {
-    const Two v0 = load(hull.v[i]), v1 = load(hull.v[i + 1 < hull.count ? i + 1 : i]);
+  const auto look = [&](const Two& v0, const Two& v1) {
     const Two side = dx * (highs(v0, v1) - oy) - dy * (lows(v0, v1) - ox);
-    const unsigned two = closed ? bits(at_least(side, zero)) : ~bits(at_least(zero, side)) & 3u;
-    left |= static_cast<std::uint64_t>(two) << i;
+    return closed ? bits(at_least(side, zero)) : ~bits(at_least(zero, side)) & 3u;
+  };
+  int i = 0;
+  for (; i + 1 < hull.count; i += 2) {
+    left |= static_cast<std::uint64_t>(look(load(hull.v[i]), load(hull.v[i + 1]))) << i;
   }
-  return hull.count < 64 ? left & ((std::uint64_t{1} << hull.count) - 1) : left;
+  if (i < hull.count) {
+    left |= static_cast<std::uint64_t>(look(load(hull.v[i]), load(hull.v[i])) & 1u) << i;
+  }
+  return left;
 }
 
 /// A line enters a convex polygon at the edge whose first corner is to its left and the second to its right:
@@ -255,27 +260,6 @@ namespace {
   throw std::invalid_argument("ray_cast: the ray must be finite, its direction not zero and t_max >= 0");
 }
 
-/// The slabs of a rectangle, both in the lanes; its normals are turned into the world, so the hit is there at
-/// once. @return false, if the ray runs along a slab and `hit` says nothing
-inline bool hit_rectangle(const Shape& shape, const Transform& pose, const Ray& ray, LocalHit& hit) {
-  using narrow::smallest, narrow::Two;
-  const Shape::Rectangle& r = shape.rectangle;
-  const Vec2 n = shape.normals[0], u = rotate(pose.q, n), o = ray.origin - pose.p, d = ray.direction;
-  const Two at = Two::of(dot(u, o) - dot(n, r.middle), cross(u, o) - cross(n, r.middle));
-  const Two rate = Two::of(dot(u, d), cross(u, d)), half = Two::of(r.half.x, r.half.y);
-  if (bits(at_least(Two::both(0), magnitude(rate))) != 0) return false;
-  const Two low = negated(half + at) / rate, high = (half - at) / rate;
-  const Two enter = lesser(low, high), leave = greater(low, high);
-  const double first = enter.low(), second = enter.high(), end = smallest(leave);
-  const double t = second > first ? second : first;
-  if (end < t || end < 0) return true;
-  hit.t = t > 0 ? t : 0;
-  const Vec2 side = second > first ? perp(u) : u;
-  const double sign = (second > first ? rate.high() : rate.low()) > 0 ? -1 : 1;
-  hit.normal = t > 0 ? sign * side : -d / length(d);
-  return true;
-}
-
 [[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& shape, const Transform& pose,
                                                       const Ray& ray) {
   const Vec2 origin = to_local(pose, ray.origin), direction = inverse_rotate(pose.q, ray.direction);
@@ -299,29 +283,79 @@ inline bool hit_rectangle(const Shape& shape, const Transform& pose, const Ray& 
   return RayHit{hit.t, ray.origin + hit.t * ray.direction, rotate(pose.q, hit.normal)};
 }
 
+[[gnu::noinline, gnu::cold]] std::optional<RayHit> starts_inside(const Ray& ray) {
+  return RayHit{0, ray.origin, -ray.direction / length(ray.direction)};
+}
+
+/// The slabs of a rectangle, both in the lanes; its normals are turned into the world, so the hit is there at
+/// once.
+[[gnu::always_inline]] inline std::optional<RayHit> ray_cast_rectangle(const Shape& shape,
+                                                                       const Transform& pose,
+                                                                       const Ray& ray) {
+  using narrow::load, narrow::smallest, narrow::Two;
+  const Two n = load(shape.normals[0]), middle = load(shape.rectangle.middle);
+  const Two origin = load(ray.origin), d = load(ray.direction);
+  const Two u = turned(load(pose.q), n), o = origin - load(pose.p);
+  // Scalar and cross product with u, and with n in the shape's frame.
+  const auto both_products = [](Two a, Two b) {
+    return lows(a, a) * b + highs(a, a) * with_high_negated(exchanged(b));
+  };
+  const Two at = both_products(u, o) - both_products(n, middle), rate = both_products(u, d);
+  const Two speed = magnitude(rate), half = load(shape.rectangle.half);
+  // Along a slab there is no entry.
+  if (bits(at_least(Two::both(0), speed)) != 0) [[unlikely]]
+    return ray_cast_hull(shape, pose, ray);
+  // Seen so that the ray comes from below in both slabs.
+  const Two from = flipped(at, rate), enter = negated(half + from) / speed, leave = (half - from) / speed;
+  const double end = smallest(leave);
+  // Which slab is entered last is hard to foresee, so it is selected.
+  const Two last = greater(enter, exchanged(enter)), first_enters = at_least(lows(enter, enter), last);
+  const double t = last.low();
+  if (end < t || end < 0) return std::nullopt;
+  if (!(t > 0)) [[unlikely]]
+    return starts_inside(ray);
+  if (!(t <= ray.t_max)) return std::nullopt;
+  const Two side = chosen(first_enters, u, with_low_negated(exchanged(u)));
+  const Two against = negated(chosen(first_enters, lows(rate, rate), highs(rate, rate)));
+  std::optional<RayHit> hit(std::in_place, t, Vec2{}, Vec2{});
+  (origin + last * d).store(&hit->point.x);
+  flipped(side, against).store(&hit->normal.x);
+  return hit;
+}
+
+/// A disc needs no turning. It is met where m + t d has the length of the radius.
+[[gnu::always_inline]] inline std::optional<RayHit> ray_cast_disc(const Shape& shape, const Transform& pose,
+                                                                  const Ray& ray, double speed) {
+  using narrow::load, narrow::Two;
+  const double radius = shape.radius;
+  const Two origin = load(ray.origin), d = load(ray.direction);
+  const Two m = (origin - load(pose.p)) - turned(load(pose.q), load(shape.vertices[0]));
+  const Two along_parts = m * d, miss_parts = m * exchanged(d), far_parts = m * m;
+  const double along = along_parts.low() + along_parts.high(), miss = miss_parts.low() - miss_parts.high();
+  const double height = (far_parts.low() + far_parts.high()) - radius * radius;
+  const double square = speed * (radius * radius) - miss * miss;
+  if (height <= 0) [[unlikely]]
+    return starts_inside(ray);
+  if (!(along < 0 && square >= 0)) return std::nullopt;
+  const double t = height / (narrow::root(square) - along);
+  if (!(t <= ray.t_max)) return std::nullopt;
+  const Two way = Two::both(t) * d;
+  std::optional<RayHit> hit(std::in_place, t, Vec2{}, Vec2{});
+  (origin + way).store(&hit->point.x);
+  (Two::both(1 / radius) * (m + way)).store(&hit->normal.x);
+  return hit;
+}
+
 }  // namespace
 
 std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
-  const double speed = length_squared(ray.direction), sum = narrow::magnitude(ray.origin) + speed;
-  if (!(sum < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray();
-  if (shape.kind != ShapeKind::Disc) {
-    LocalHit hit;
-    if (!(shape.rectangle.half.x > 0 && shape.radius == 0 && hit_rectangle(shape, pose, ray, hit))) {
-      return ray_cast_hull(shape, pose, ray);
-    }
-    if (!(hit.t <= ray.t_max && hit.t < kInfinity)) return std::nullopt;
-    return RayHit{hit.t, ray.origin + hit.t * ray.direction, hit.normal};
-  }
-  // A disc needs no turning. It is met where m + t d has the length of the radius.
-  const double radius = shape.radius;
-  const Vec2 d = ray.direction, m = (ray.origin - pose.p) - rotate(pose.q, shape.vertices[0]);
-  const double along = dot(m, d), miss = cross(m, d);
-  const double height = dot(m, m) - radius * radius, square = speed * (radius * radius) - miss * miss;
-  if (height <= 0) return RayHit{0, ray.origin, -d / std::sqrt(speed)};
-  if (!(along < 0 && square >= 0)) return std::nullopt;
-  const double t = height / (std::sqrt(square) - along);
-  if (!(t <= ray.t_max)) return std::nullopt;
-  return RayHit{t, ray.origin + t * d, (1 / radius) * (m + t * d)};
+  using narrow::load, narrow::Two;
+  const Two d = load(ray.direction), squares = d * d, distances = magnitude(load(ray.origin));
+  const double speed = squares.low() + squares.high();
+  if (!(distances.low() + distances.high() + speed < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray();
+  if (shape.kind == ShapeKind::Disc) return ray_cast_disc(shape, pose, ray, speed);
+  const bool is_rectangle = shape.rectangle.half.x > 0 && shape.radius == 0;
+  return is_rectangle ? ray_cast_rectangle(shape, pose, ray) : ray_cast_hull(shape, pose, ray);
 }
 
 std::optional<RayHit> shape_cast(const Shape& moving, const Transform& pose_moving, Vec2 translation,

@@ -233,11 +233,12 @@ BENCHMARK(BM_ChainSegmentsNear)->ArgName("segments")->Arg(10)->Arg(1000)->Arg(10
 void BM_RayCast(benchmark::State& state) {
   const Shape shape = shape_of(static_cast<int>(state.range(0)));
   const auto pairs = poses(2, 3);
+  std::vector<Ray> rays;
+  for (const PosePair& p : pairs) rays.push_back({p.b.p, 1.5 * (p.a.p - p.b.p), 1});
   std::size_t i = 0;
   for (auto _ : state) {
     i = (i + 1) & (kPoses - 1);
-    const Ray ray{pairs[i].b.p, 1.5 * (pairs[i].a.p - pairs[i].b.p), 1};
-    benchmark::DoNotOptimize(ray_cast(shape, pairs[i].a, ray));
+    benchmark::DoNotOptimize(ray_cast(shape, pairs[i].a, rays[i]));
   }
 }
 BENCHMARK(BM_RayCast)->ArgName("corners")->Arg(0)->Arg(1)->Arg(4)->Arg(8)->Arg(64);
