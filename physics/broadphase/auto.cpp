@@ -6,8 +6,9 @@
 //
 // The rule is a rough model of the cost (`broadphase_bench` checks it against the best). Three of the
 // implementations are ever the best: testing every box that moved against all, where there are few boxes or
-// where a handful of a few hundred move; the neighbour list, where more than a quarter of the boxes moves;
-// and the hierarchical grid for all else, whatever the places, sizes, extent and share of sleepers.
+// where a handful of a few hundred move; the hierarchical grid, where a handful of many move, whose pairs are
+// not worth a list; and the neighbour list for all else, whatever the places, sizes, extent and share of
+// sleepers.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -26,7 +27,7 @@ double grid_cost(double count, double moved) {
   return 4 * moved > count ? 500 + 42 * count : 100 + 130 * moved;
 }
 double list_cost(double count, double moved) {
-  return 4 * moved > count ? 400 + 26 * count : 200 + 300 * moved;
+  return 4 * moved > count ? 400 + 26 * count : 500 + 60 * moved;
 }
 /// Another one has to be this much cheaper, so that a scene on the border does not change with every step.
 constexpr double kWorthChanging = 0.7;

@@ -423,6 +423,19 @@ void HierarchicalGrid::query(const BoxSet& boxes, const Aabb& region, std::vecto
   for_each_overlap(boxes, region, unused, [&](ProxyIndex proxy) { found.push_back(proxy); });
 }
 
+void HierarchicalGrid::fetch(const Aabb& region) const {
+  constexpr std::size_t kLine = 4;  // boxes in a line of the cache
+  constexpr double kMostRows = 6;   // a large region is read long enough to fetch for itself
+  for (const GridLevel& level : levels_) {
+    if (region.upper.y - region.lower.y > kMostRows * level.size) continue;
+    for_each_range(level, region, [&](std::uint32_t first, std::uint32_t last) {
+      const std::size_t begin = start_[first],
+                        end = std::min<std::size_t>(start_[last + 1], begin + 8 * kLine);
+      for (std::size_t slot = begin; slot < end; slot += kLine) prefetch(&box_[slot]);
+    });
+  }
+}
+
 /// Row by row along the ray: in each, the columns of the stretch that boxes of this row can reach
 /// [Amanatides, Woo 1987, with runs of cells in place of single ones].
 void HierarchicalGrid::ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const {

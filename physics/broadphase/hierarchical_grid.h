@@ -78,6 +78,8 @@ class HierarchicalGrid final : public PairFinder {
   void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override;
   std::size_t bytes() const override;
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override;
+  /// Asks the processor to fetch what a query of `region` will look at.
+  void fetch(const Aabb& region) const;
 
  private:
   struct Search;

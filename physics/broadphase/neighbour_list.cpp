@@ -6,8 +6,13 @@
 // sorted [Verlet 1967, Computer "experiments" on classical fluids I, sec. on the table of neighbours]. A
 // hierarchical grid over the fat boxes makes the list; a box that leaves its margin gets a new one and its
 // new pairs join the list; where many leave, the list is made anew.
+//
+// While few boxes move, the list has the pairs of these only, and their margins reach ahead in the direction
+// of their flight, so that a few of them leave in each step.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "physics/broadphase/float_box.h"
 #include "physics/broadphase/hierarchical_grid.h"
@@ -22,6 +27,11 @@ namespace {
 constexpr double kMargin = 0.31;
 /// Margin of thin boxes, relative to their longer side.
 constexpr double kThinMargin = 0.03;
+/// The same where few boxes move. A box that moves by a tenth of its size a step leaves its margin after
+/// thirteen steps; reaching farther ahead costs more in tests of partners than it saves in searches.
+constexpr double kSmallMargin = 0.1;
+/// Steps that such a margin reaches ahead of a moving box.
+constexpr double kStepsAhead = 20;
 /// Larger margins would only overflow.
 constexpr double kLargestMargin = 1e300;
 /// Lists that live for one step only are worth nothing: no margins for so many steps then.
@@ -34,6 +44,8 @@ constexpr std::size_t kCandidatesPerThread = 50000;
 constexpr std::size_t kBlock = 2048;
 /// So many candidates ahead the processor is told which box will be needed.
 constexpr std::size_t kAhead = 24;
+/// The same for searches in the grid.
+constexpr std::size_t kSearchesAhead = 3;
 /// Places after a list, so that a look ahead needs no test for its end.
 constexpr std::size_t kPadding = kAhead + 4;
 
@@ -59,8 +71,16 @@ class NeighbourList final : public PairFinder {
 
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats&) override {
     tight_.resize(boxes.limit(), kNoFloatBox);
+    in_motion_.resize(boxes.limit(), kAtRest);
     left_.clear();
-    for (const ProxyIndex proxy : dirty) follow(boxes, proxy);
+    shifts_.clear();
+    for (std::size_t i = 0; i < dirty.size(); ++i) {
+      if (i + kAhead < dirty.size() && dirty[i + kAhead] < fat_.limit()) {
+        prefetch(&fat_.box(dirty[i + kAhead]));
+        prefetch(&tight_[dirty[i + kAhead]]);
+      }
+      follow(boxes, dirty[i]);
+    }
     // Where many left at once, the rest of those that move will follow soon: new margins for all of them.
     std::span<const ProxyIndex> outgrown = left_;
     if (many_left(boxes, left_.size())) {
@@ -69,16 +89,23 @@ class NeighbourList final : public PairFinder {
       outgrown = dirty;
     }
     updates_.clear();
-    for (const ProxyIndex proxy : outgrown) {
-      if (boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
+    const bool few = outgrown.data() == left_.data() && !moves_in_mass(boxes, dirty.size());
+    for (std::size_t i = 0; i < outgrown.size(); ++i) {
+      const ProxyIndex proxy = outgrown[i];
+      if (!boxes.is_present(proxy)) continue;
+      updates_.push_back({proxy, few ? with_margin_ahead(boxes, proxy, shifts_[i]) : fattened(boxes, proxy)});
+      rest(proxy);
     }
     fat_.update(updates_);
   }
 
   void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) override {
     const BoxSet& boxes = request.boxes;
-    in_order_ = request.all || 4 * boxes.moved().size() > boxes.size();
-    if (!in_order_) return find_moved(request, parts.front(), stats);
+    if (!request.all && !moves_in_mass(boxes, boxes.moved().size())) {
+      return find_moved(request, parts.front(), stats);
+    }
+    // From here on boxes may leave their margins unseen by the list of the few.
+    if (!request.all) forget_few();
     if (!is_complete_ || many_left(boxes, fat_.moved().size())) {
       list_all(parts, stats);
     } else if (!fat_.moved().empty()) {
@@ -91,7 +118,7 @@ class NeighbourList final : public PairFinder {
     test_list(request, parts, stats);
   }
   bool in_order() const override {
-    return in_order_;
+    return true;
   }
 
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
@@ -112,8 +139,10 @@ class NeighbourList final : public PairFinder {
   std::size_t bytes() const override {
     return fat_.bytes() + grid_->bytes() + tight_.capacity() * sizeof(FloatBox) +
            (list_.capacity() + more_.capacity() + found_.capacity()) * sizeof(Pair) +
-           left_.capacity() * sizeof(ProxyIndex) + updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() +
-           scratch_.bytes();
+           left_.capacity() * sizeof(ProxyIndex) + shifts_.capacity() * sizeof(Vec2) +
+           updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() + scratch_.bytes() +
+           in_motion_.capacity() + (few_.capacity() + old_few_.capacity()) * sizeof(Pair) +
+           few_keys_.front().bytes();
   }
 
   void visit_structure(const BoxSet&, StructureVisitor& visitor) const override {
@@ -125,6 +154,11 @@ class NeighbourList final : public PairFinder {
  private:
   static bool many_left(const BoxSet& boxes, std::size_t left) {
     return left > boxes.size() / kShareThatLeft + 4;
+  }
+
+  /// True if so many boxes move that the list is worth its upkeep.
+  static bool moves_in_mass(const BoxSet& boxes, std::size_t moved) {
+    return 4 * moved > boxes.size();
   }
 
   template <class Keep>
@@ -145,19 +179,40 @@ class NeighbourList final : public PairFinder {
     return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
   }
 
-  /// Brings the copy of one box up to date, and says in `left_` if it has left its margin.
+  /// The box with a small margin that reaches ahead. @param shift  how far the box moved in the last step
+  static Aabb with_margin_ahead(const BoxSet& boxes, ProxyIndex proxy, Vec2 shift) {
+    const Aabb& box = boxes.box(proxy);
+    const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
+    const double size = std::sqrt(width * height);
+    const double margin = std::max(kSmallMargin * size, kThinMargin * std::max(width, height));
+    Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
+    // One that flies farther than its size in a step would have to look at all that lies in its way.
+    if (std::abs(shift.x) + std::abs(shift.y) <= 0.5 * size) {
+      fat.lower += kStepsAhead * Vec2{std::min(shift.x, 0.0), std::min(shift.y, 0.0)};
+      fat.upper += kStepsAhead * Vec2{std::max(shift.x, 0.0), std::max(shift.y, 0.0)};
+    }
+    return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
+  }
+
+  /// Brings the copy of one box up to date, and says in `left_` and `shifts_` if it has left its margin.
   void follow(const BoxSet& boxes, ProxyIndex proxy) {
     if (!boxes.is_present(proxy)) {
       tight_[proxy] = kNoFloatBox;
+      rest(proxy);
       if (fat_.is_present(proxy)) fat_.remove(proxy);
       return;
     }
-    store(tight_[proxy], boxes.box(proxy), {});
+    const FloatBox before = tight_[proxy];
+    const Aabb& box = boxes.box(proxy);
+    store(tight_[proxy], box, {});
     if (fat_.is_present(proxy)) {
       if (fat_.is_fixed(proxy) == boxes.is_fixed(proxy)) {
-        if (!encloses(fat_.box(proxy), boxes.box(proxy))) left_.push_back(proxy);
+        if (encloses(fat_.box(proxy), box)) return;
+        left_.push_back(proxy);
+        shifts_.push_back({box.lower.x - double{before.v[0]}, box.lower.y - double{before.v[1]}});
         return;
       }
+      rest(proxy);
       // Pairs of two fixed boxes must not stay in the list.
       fat_.remove(proxy);
       is_complete_ = false;
@@ -236,7 +291,8 @@ class NeighbourList final : public PairFinder {
 
 #if defined(SKERRY_WIDE_TESTS)
   /// The same with four candidates in one instruction, where the processor has it.
-  template <bool by_mark>
+  /// @tparam few  neighbours in the list are not neighbours in memory
+  template <bool by_mark, bool few>
   __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) std::uint64_t* test_wide(
       const PairRequest& request, std::span<const Pair> candidates, std::uint64_t* at) const {
     const FloatBox* const tight = tight_.data();
@@ -252,7 +308,10 @@ class NeighbourList final : public PairFinder {
       high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[2].high].v), 2);
       low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[3].low].v), 3);
       high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[3].high].v), 3);
-      for (int k = 0; k < 4; ++k) prefetch(&tight[p[kAhead + static_cast<std::size_t>(k)].high]);
+      for (std::size_t k = 0; k < 4; ++k) {
+        prefetch(&tight[p[kAhead + k].high]);
+        if constexpr (few) prefetch(&tight[p[kAhead + k].low]);
+      }
       const __m512 limits = _mm512_castsi512_ps(
           _mm512_xor_si512(_mm512_castps_si512(_mm512_shuffle_ps(low, low, _MM_SHUFFLE(1, 0, 3, 2))),
                            _mm512_castps_si512(sign)));
@@ -284,9 +343,8 @@ class NeighbourList final : public PairFinder {
     return boxes.moved().size() - static_cast<std::size_t>(fixed) == least;
   }
 
-  void test(const PairRequest& request, std::span<const Pair> candidates, PairBuffer& out,
-            BroadPhaseStats& stats) const {
-    const bool by_mark = !request.all && !all_moved(request.boxes);
+  void test(const PairRequest& request, std::span<const Pair> candidates, bool by_mark, bool few,
+            PairBuffer& out, BroadPhaseStats& stats) const {
     const std::size_t before = out.size();
     for (std::size_t begin = 0; begin < candidates.size(); begin += kBlock) {
       const std::span<const Pair> block =
@@ -294,7 +352,10 @@ class NeighbourList final : public PairFinder {
       std::uint64_t* at = out.reserve(kBlock + 4);
 #if defined(SKERRY_WIDE_TESTS)
       if (has_wide_) {
-        at = by_mark ? test_wide<true>(request, block, at) : test_wide<false>(request, block, at);
+        at = few ? (by_mark ? test_wide<true, true>(request, block, at)
+                            : test_wide<false, true>(request, block, at))
+                 : (by_mark ? test_wide<true, false>(request, block, at)
+                            : test_wide<false, false>(request, block, at));
         out.advance_to(at);
         continue;
       }
@@ -309,12 +370,13 @@ class NeighbourList final : public PairFinder {
   void test_list(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
     const std::span<const Pair> candidates = candidates_of(list_);
     const std::size_t count = workers_->shares(candidates.size(), kCandidatesPerThread);
+    const bool by_mark = !request.all && !all_moved(request.boxes);
     if (parts.size() < count) parts.resize(count);
     work_.assign(count, {});
     workers_->run(count, [&](std::size_t part) {
       const std::size_t begin = candidates.size() * part / count;
       const std::size_t end = candidates.size() * (part + 1) / count;
-      test(request, candidates.subspan(begin, end - begin), parts[part], work_[part]);
+      test(request, candidates.subspan(begin, end - begin), by_mark, false, parts[part], work_[part]);
     });
     for (const BroadPhaseStats& work : work_) {
       stats.box_tests += work.box_tests;
@@ -329,7 +391,7 @@ class NeighbourList final : public PairFinder {
       parts[part].clear();
     }
     extra_.clear();
-    test(request, candidates_of(more_), extra_, stats);
+    test(request, candidates_of(more_), by_mark, false, extra_, stats);
     merged_.clear();
     std::uint64_t* to = merged_.reserve(front.size() + extra_.size());
     merged_.advance_to(std::set_union(front.data(), front.data() + front.size(), extra_.data(),
@@ -337,22 +399,76 @@ class NeighbourList final : public PairFinder {
     std::swap(merged_, front);
   }
 
-  /// Few boxes moved: a search in the grid around each, in proportion to their number.
-  void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) {
-    refresh_grid();
-    const BoxSet& boxes = request.boxes;
+  /// A box that moves again will be searched for anew.
+  void rest(ProxyIndex proxy) {
+    count_in_motion_ -= in_motion_[proxy] != kAtRest;
+    in_motion_[proxy] = kAtRest;
+  }
+  void forget_few() {
+    if (few_.empty()) return;
+    few_.clear();
+    std::fill(in_motion_.begin(), in_motion_.end(), kAtRest);
+    count_in_motion_ = 0;
+  }
+
+  /// Brings the list of the few up to date. It has the pairs of boxes in motion whose margins meet, and of a
+  /// margin with a box at rest: that one gets its own pairs when it begins to move.
+  void list_few(const BoxSet& boxes, BroadPhaseStats& stats) {
+    // Where most have come to rest the others start again.
+    if (count_in_motion_ > 2 * boxes.moved().size() + 16) forget_few();
+    anew_.clear();
     for (const ProxyIndex proxy : boxes.moved()) {
+      if (in_motion_[proxy] == kAtRest) {
+        in_motion_[proxy] = kAnew;
+        anew_.push_back(proxy);
+      }
+    }
+    count_in_motion_ += anew_.size();
+    if (anew_.empty()) return;
+    refresh_grid();
+    PairBuffer& keys = few_keys_.front();
+    keys.clear();
+    for (std::size_t i = 0; i < anew_.size(); ++i) {
+      if (i + kSearchesAhead < anew_.size()) grid_->fetch(fat_.box(anew_[i + kSearchesAhead]));
+      const ProxyIndex proxy = anew_[i];
+      const Aabb& fat = fat_.box(proxy);
+      const FloatLimits limits(fat, {});
       near_.clear();
-      grid_->query(fat_, boxes.box(proxy), near_);
+      grid_->query(fat_, fat, near_);
+      stats.box_tests += near_.size();
+      stats.false_pairs += near_.size();
       for (const ProxyIndex other : near_) {
-        ++stats.box_tests;
-        if (overlap(boxes.box(proxy), boxes.box(other))) {
-          if (request.reports(proxy, other)) out.add(proxy, other);
-        } else {
-          ++stats.false_pairs;
+        if (other == proxy || (fat_.is_fixed(proxy) && fat_.is_fixed(other))) continue;
+        const std::uint8_t motion = in_motion_[other];
+        if (motion == kAtRest ? limits.compare(tight_[other]).maybe : motion == kInMotion || proxy < other) {
+          keys.add(proxy, other);
         }
       }
     }
+    sort_pairs(few_keys_, boxes.limit(), scratch_, found_);
+    // What the list had of these boxes goes, and what was found joins it.
+    old_few_.swap(few_);
+    if (old_few_.empty()) old_few_.resize(kPadding);
+    found_.push_back({~ProxyIndex{0}, ~ProxyIndex{0}});
+    few_.resize(old_few_.size() + found_.size());
+    const Pair* next = found_.data();
+    Pair* to = few_.data();
+    for (const Pair& pair : candidates_of(old_few_)) {
+      while (*next < pair) *to++ = *next++;
+      *to = pair;
+      to += ((in_motion_[pair.low] | in_motion_[pair.high]) & kAnew) == 0 ? 1 : 0;
+    }
+    to = std::copy(next, std::as_const(found_).data() + found_.size() - 1, to);
+    few_.resize(static_cast<std::size_t>(to - few_.data()) + kPadding);
+    for (const ProxyIndex proxy : anew_) in_motion_[proxy] = kInMotion;
+  }
+
+  /// Few boxes moved: a look at the pairs that they may have, in proportion to their number.
+  void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) {
+    list_few(request.boxes, stats);
+    // Boxes in motion that did not move in this step are those beyond the ones that did.
+    const bool by_mark = count_in_motion_ != request.boxes.moved().size();
+    if (!few_.empty()) test(request, candidates_of(few_), by_mark, true, out, stats);
   }
 
   mutable BoxSet fat_;  ///< the boxes with their margins; marked as moved: those that the list does not know
@@ -361,8 +477,12 @@ class NeighbourList final : public PairFinder {
   std::vector<FloatBox> tight_;             ///< by proxy: the boxes themselves
   std::vector<Pair> list_;                  ///< pairs of fat boxes, sorted
   std::vector<Pair> more_;                  ///< those found since it was made, sorted
-  bool is_complete_ = false;                ///< false: the list has to be made anew
-  bool in_order_ = false;
+  std::vector<Pair> few_;                   ///< pairs of the boxes in motion while these are few, sorted
+  /// By proxy: its pairs are not in the list of the few, are to be found, or are in the list.
+  enum : std::uint8_t { kAtRest = 0, kAnew = 1, kInMotion = 2 };
+  std::vector<std::uint8_t> in_motion_;
+  std::size_t count_in_motion_ = 0;
+  bool is_complete_ = false;  ///< false: the list has to be made anew
 #if defined(SKERRY_WIDE_TESTS)
   bool has_wide_;
 #endif
@@ -370,6 +490,10 @@ class NeighbourList final : public PairFinder {
   int steps_without_margin_ = 0;
   // Kept between calls.
   std::vector<ProxyIndex> left_;
+  std::vector<Vec2> shifts_;  ///< of those in `left_` [m]
+  std::vector<ProxyIndex> anew_;
+  std::array<PairBuffer, 1> few_keys_;
+  std::vector<Pair> old_few_;
   std::vector<BoxUpdate> updates_;
   std::vector<Pair> found_;
   std::vector<ProxyIndex> near_;
