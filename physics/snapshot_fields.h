@@ -59,8 +59,8 @@ inline void fields(Archive& a, BroadPhaseOptions& v) {
   a(cell_size, axes, threads);
 }
 inline void fields(Archive& a, SolveOptions& v) {
-  auto& [tolerance, max_iterations, time_budget, trace] = v;
-  a(tolerance, max_iterations, time_budget, trace);
+  auto& [tolerance, max_iterations, work_limit, time_budget, trace] = v;
+  a(tolerance, max_iterations, work_limit, time_budget, trace);
 }
 inline void fields(Archive& a, Skips& v) {
   auto& [manifolds, axes, factors, smooth_rows, flight] = v;
@@ -175,8 +175,9 @@ inline void fields(Archive& a, NarrowPhaseStats& v) {
   a(pairs, axes_tested, axes_skipped, manifolds);
 }
 inline void fields(Archive& a, SolveWork& v) {
-  auto& [factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped] = v;
-  a(factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped);
+  auto& [factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped,
+         visits] = v;
+  a(factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped, visits);
 }
 inline void fields(Archive& a, ContactEvent& v) {
   auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, sensor] = v;

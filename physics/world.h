@@ -50,7 +50,9 @@ struct WorldConfig {
   std::string solver = "auto";
   std::string impact_law = "reflections";
   std::string stepper = "time_stepping";
-  SolveOptions solve{};
+  /// Of every solve; `work_limit` is the budget of an island and a step, and stands at about a second of one
+  /// core, which only a pathological island needs. 0: unlimited.
+  SolveOptions solve{.work_limit = 1e8};
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
   double rest_speed = 1e-6;       ///< approach speeds below this do not bounce [m/s]

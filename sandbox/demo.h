@@ -78,6 +78,7 @@ struct DemoOptions {
   std::optional<double> seconds{};  ///< length of the run
   std::optional<std::uint64_t> steps{};
   std::optional<double> accuracy{};  ///< `WorldConfig::accuracy`
+  std::optional<double> budget{};  ///< of an island and a step, millions of `SolveWork::visits`; 0: unlimited
   int threads = 1;
   std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
   std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed

@@ -35,9 +35,10 @@ std::string chosen(const Args& args, const char* key, const std::optional<std::s
 
 int demo(lua_State* L) {
   Script& script = script_of(L);
-  const Args args(L, "demo",
-                  {"title", "lesson", "seconds", "dt", "view", "gravity", "friction", "restitution",
-                   "rolling_resistance", "solver", "broad_phase", "impact_law", "stepper", "accuracy"});
+  const Args args(
+      L, "demo",
+      {"title", "lesson", "seconds", "dt", "view", "gravity", "friction", "restitution", "rolling_resistance",
+       "solver", "broad_phase", "impact_law", "stepper", "accuracy", "budget"});
   if (script.world) throw std::invalid_argument("demo: called a second time");
   script.title = args.text("title").value_or("");
   if (script.title.empty()) throw std::invalid_argument("demo: title expected a string, got nothing");
@@ -63,6 +64,8 @@ int demo(lua_State* L) {
   config.impact_law = chosen(args, "impact_law", given.impact_law, config.impact_law);
   config.stepper = chosen(args, "stepper", given.stepper, config.stepper);
   config.accuracy = given.accuracy ? given.accuracy : args.number("accuracy");
+  if (const auto budget = given.budget ? given.budget : args.number_from("budget", 0))
+    config.solve.work_limit = 1e6 * *budget;
   script.world.emplace(config);
   return 0;
 }

@@ -126,6 +126,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                     {"broad_phase", config.broad_phase},
                     {"impact_law", config.impact_law},
                     {"stepper", config.stepper},
+                    {"budget", config.solve.work_limit / 1e6},
                     {"accuracy", config.accuracy ? Json(*config.accuracy) : Json(nullptr)},
                     {"gravity", pair(config.gravity)}};
   Json parameters = Json::object();
@@ -146,6 +147,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
   json["angular_momentum"] = world.angular_momentum();
   json["accuracy"] = {{"worst_residual", report.worst_residual},
                       {"inexact_islands", report.inexact_islands},
+                      {"solver_visits", report.work.visits},
                       {"worst_penetration", report.worst_penetration},
                       {"contained", report.contained}};
   json["counts"] = {{"bodies", report.bodies},

@@ -63,6 +63,13 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
            "Wanted error after a second of motion, 1e-14 to 1e-2: each island picks its own inner steps")
       .range(1e-14, 1e-2)
       .group(group);
+  table
+      .add("--budget", demo.budget,
+           "Work of the solver an island and a step, in millions of row visits of some 10 ns (default 100; "
+           "0: no "
+           "limit); beyond it the best answer so far is taken, with its residual in the report")
+      .non_negative()
+      .group(group);
   table.add("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
       .range(1, 256)
       .group(group);

@@ -18,6 +18,11 @@ namespace {
 
 // Sweeps of the last rung; each costs about a tenth of a factorisation.
 constexpr int kLastSweeps = 100;
+// Shares of the work limit: of the exact search, and what the convex step and the sweeps get at least.
+constexpr double kExactShare = 0.6, kConvexShare = 0.25, kSweepShare = 0.1;
+// Rounds of the convex step, and the residual relative to the last round's above which it is given up.
+constexpr int kConvexRounds = 20;
+constexpr double kConvexProgress = 0.8;
 // Rows up to which complementary pivoting ends within seconds.
 constexpr std::size_t kPivotingRows = 2000;
 // A relative residual above which another start of the sweeps is tried.
@@ -141,35 +146,50 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   const auto begin = std::chrono::steady_clock::now();
   SolveOptions rest = options;
 
+  if (options.work_limit > 0) rest.work_limit = kExactShare * options.work_limit;
   solution = solve_body_space(system, warm_start, rest, &kept.body_space);
   if (solution.status == SolveStatus::Solved) return solution;
 
-  // What is left of the budget; the convex step is always granted a few factorisations.
-  const auto remaining = [&] {
+  // What is left of the budget; each rung is granted a share of its own, whatever the ones before took.
+  const auto remaining = [&](double share) {
     if (options.max_iterations > 0)
       rest.max_iterations = std::max(10, options.max_iterations - solution.work.factorisations);
+    if (options.work_limit > 0)
+      rest.work_limit = std::max(share * options.work_limit, options.work_limit - solution.work.visits);
     if (options.time_budget > 0) {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
       rest.time_budget = std::max(0.1 * options.time_budget, options.time_budget - spent.count());
     }
   };
   if (!smooth) {
-    remaining();
     note(solution, "convex step: friction bounds fixed");
-    const std::vector<double> bounds = warm_start.size() == system.rows.size()
-                                           ? std::vector<double>(warm_start.begin(), warm_start.end())
-                                           : solution.lambda;
-    take_better(solution, solve_convex_step(system, bounds, rest, &kept.convex));
+    std::vector<double> bounds = warm_start.size() == system.rows.size()
+                                     ? std::vector<double>(warm_start.begin(), warm_start.end())
+                                     : solution.lambda;
+    // Bounds from the normal impulses of the answer lead to Coulomb's law where the fixed point contracts.
+    double last = kInfinity;
+    for (int round = 0; round < kConvexRounds; ++round) {
+      remaining(round == 0 ? kConvexShare : 0);
+      if (options.work_limit > 0 && !(rest.work_limit > 0)) break;
+      Solution convex = solve_convex_step(system, bounds, rest, &kept.convex);
+      const double residual = convex.residual;
+      bounds = convex.lambda;
+      take_better(solution, std::move(convex));
+      if (solution.status == SolveStatus::Solved || !(residual < kConvexProgress * last)) break;
+      last = residual;
+    }
   }
   if (solution.status == SolveStatus::Inexact) {
     static const SolverEntry& sweeps = find_solver("nncg");
     note(solution, "sweeps from the best answer so far");
-    remaining();
+    remaining(kSweepShare);
     rest.max_iterations = kLastSweeps;
     take_better(solution, sweeps.solve(system, solution.lambda, rest, nullptr));
     // An iterate that was cut off by the budget can be worse than none: sweeps from nothing never are.
     if (solution.residual > kPoor) {
       note(solution, "sweeps from nothing");
+      remaining(kSweepShare);
+      rest.max_iterations = kLastSweeps;
       take_better(solution, sweeps.solve(system, {}, rest, nullptr));
     }
   }

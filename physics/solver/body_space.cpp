@@ -53,6 +53,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   if (n == 0 || warm) {
     solution.lambda = starting_impulses(system.rows, warm_start);
     solution.residual = natural_map_residual(system, solution.lambda);
+    solution.work.visits = static_cast<double>(n);
     if (solution.residual <= options.tolerance) {
       solution.status = SolveStatus::Solved;
       note(trace, "the warm start solves the problem already");
@@ -75,6 +76,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
 
   SolveBudget budget;
   budget.factorisations = options.max_iterations > 0 ? options.max_iterations : kFactorisationLimit;
+  if (options.work_limit > 0) budget.visits = options.work_limit;
   if (options.time_budget > 0) {
     const auto deadline =
         std::chrono::steady_clock::now() + std::chrono::duration<double>(options.time_budget);
@@ -121,8 +123,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   if (!solved && !warm && options.max_iterations == 0) {
     SolveBudget rest = budget;
     rest.factorisations = std::numeric_limits<int>::max();
-    rest.model = &model;
-    rest.visits = model.visits() + kPathVisits;
+    rest.visits = std::min(budget.visits, work.visits + kPathVisits);
     note(trace, "path following, one state at a time");
     if (!std::isfinite(active.best_residual())) active.offer(zero.data());
     solved = follow_paths(model, active, {.tolerance = options.tolerance}, rest, work, trace);

@@ -22,13 +22,11 @@ namespace skerry {
 
 /// Limits on the work of one solve, shared by the methods that it tries in turn.
 struct SolveBudget {
-  int factorisations = 0;                 ///< at most this many in all
-  double visits = kInfinity;              ///< counted work at most (`BodySpaceModel::visits`), or
-  const BodySpaceModel* model = nullptr;  ///< null: not counted
-  std::function<bool()> exhausted;        ///< asked before each factorisation; empty: never
+  int factorisations = 0;           ///< at most this many in all
+  double visits = kInfinity;        ///< counted work at most
+  std::function<bool()> exhausted;  ///< asked before each factorisation; empty: never
   bool spent(const SolveWork& work) const {
-    return work.factorisations >= factorisations || (model && model->visits() >= visits) ||
-           (exhausted && exhausted());
+    return work.factorisations >= factorisations || work.visits >= visits || (exhausted && exhausted());
   }
 };
 

@@ -27,7 +27,6 @@ SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
 
 double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
   const std::size_t n = system.rows.size();
-  visits_ = 0;
   bool same_rows = analysed_ && info_.size() == n && node_of_body_.size() == system.bodies.size();
 
   // Bodies that move are the nodes of the graph.
@@ -371,15 +370,15 @@ constexpr double kAssembleCost = 1, kBlockCost = 1, kUpdateCost = 0.5, kSolveCos
 
 void BodySpaceModel::count_solve(SolveWork& work) const {
   ++work.resolves;
-  visits_ += rows() + kSolveCost * (nodes_ + 2 * pattern_.blocks());
+  work.visits += rows() + kSolveCost * (nodes_ + 2 * pattern_.blocks());
 }
 
 bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
   bool general = false;
   for (int i = 0; i < rows() && !general; ++i) general = h[i] != 0;
   ++work.factorisations;
-  visits_ += (general ? 2 : 1) * (kAssembleCost * rows() + kBlockCost * (nodes_ + pattern_.blocks()) +
-                                  kUpdateCost * static_cast<double>(pattern_.updates()));
+  work.visits += (general ? 2 : 1) * (kAssembleCost * rows() + kBlockCost * (nodes_ + pattern_.blocks()) +
+                                      kUpdateCost * static_cast<double>(pattern_.updates()));
   if (cpu_has_avx2())
     Kernels::assemble_avx2(*this, g, h, general);
   else

@@ -59,9 +59,6 @@ class BodySpaceModel {
   const RowInfo& row(int i) const { return info_[static_cast<std::size_t>(i)]; }
   const std::vector<RowInfo>& info() const { return info_; }
   const BlockPattern& pattern() const { return pattern_; }
-  /// Arithmetic of all factorisations and solves since the last `assign`, in units of one row's share of a
-  /// Gauss-Seidel sweep (some 10 ns).
-  double visits() const { return visits_; }
   /// Largest |b|, or 1 if all are zero: the scale of residuals.
   double scale() const { return scale_; }
 
@@ -90,7 +87,7 @@ class BodySpaceModel {
 
   void fields(Archive& a) {
     auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
-           pattern, factor, analysed, visits] = *this;  // `visits` begins anew with the next `assign`
+           pattern, factor, analysed] = *this;
     a(nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
       pattern, analysed);
     if (a.reading() && analysed) factor.set_pattern(pattern);
@@ -128,7 +125,6 @@ class BodySpaceModel {
   BlockPattern pattern_;
   BlockFactor factor_;
   bool analysed_ = false;
-  mutable double visits_ = 0;
 };
 
 }  // namespace skerry

@@ -9,18 +9,20 @@ namespace {
 
 constexpr double kTolerance = 1e-13;
 
-void book(const SolveWork& work, ImpactResult& result) {
-  result.work.factorisations += work.factorisations;
-  result.work.resolves += work.resolves;
-  result.work.pivots += work.pivots;
+/// Tolerance, and what is left of the work; a sixteenth of it at least, so that every sub-problem is looked
+/// at.
+SolveOptions options_of(const ImpactProblem& problem, const ImpactResult& result) {
+  SolveOptions options;
+  options.tolerance = kTolerance;
+  if (problem.work_limit > 0)
+    options.work_limit = std::max(problem.work_limit / 16, problem.work_limit - result.work.visits);
+  return options;
 }
 
 /// Solves the sub-system and books its work, status and residual.
 std::vector<double> solve(const ImpactProblem& problem, const IslandSystem& system, ImpactResult& result) {
-  SolveOptions options;
-  options.tolerance = kTolerance;
-  Solution solution = problem.solver->solve(system, {}, options, nullptr);
-  book(solution.work, result);
+  Solution solution = problem.solver->solve(system, {}, options_of(problem, result), nullptr);
+  result.work += solution.work;
   result.residual = std::max(result.residual, solution.residual);
   if (solution.status != SolveStatus::Solved && result.status == SolveStatus::Solved)
     result.status = solution.status;
@@ -169,10 +171,8 @@ bool coulomb(const ImpactProblem& problem, Velocities& v, std::vector<double>& l
   IslandSystem plastic = problem.system;
   plastic.b.resize(plastic.rows.size());
   for (int i = 0; i < plastic.size(); ++i) plastic.b[i] = -row_velocity(problem, i, v);
-  SolveOptions options;
-  options.tolerance = kTolerance;
-  Solution solution = problem.solver->solve(plastic, {}, options, nullptr);
-  book(solution.work, result);
+  Solution solution = problem.solver->solve(plastic, {}, options_of(problem, result), nullptr);
+  result.work += solution.work;
   lambda = std::move(solution.lambda);
   if (solution.status != SolveStatus::Solved) return false;
   result.residual = std::max(result.residual, solution.residual);

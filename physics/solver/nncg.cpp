@@ -15,6 +15,8 @@ namespace skerry {
 namespace {
 
 constexpr int kDefaultSweeps = 1000;
+/// Of a sweep with its extrapolation, in sweeps without.
+constexpr double kSweepCost = 1.5;
 /// Velocities are recombined, not recomputed; every so many sweeps they are, so that rounding does not add
 /// up.
 constexpr int kRefresh = 32;
@@ -39,11 +41,13 @@ class Nncg {
     const double target = options_.tolerance * largest_magnitude(problem_.b);
     const int sweeps = options_.max_iterations > 0 ? options_.max_iterations : kDefaultSweeps;
     double last_length = 0, least_change = kInfinity;
-    while (solution_.iterations < sweeps) {
+    const double limit = options_.work_limit > 0 ? options_.work_limit : kInfinity;
+    while (solution_.iterations < sweeps && solution_.work.visits < limit) {
       const std::vector<double> before = lambda_;
       const typename Operator::State state_before = op_.state();
       const double change = gauss_seidel_sweep(op_, lambda_);
       ++solution_.iterations;
+      solution_.work.visits += kSweepCost * static_cast<double>(lambda_.size());
 
       // The iterate right after a sweep is within its bounds: only such ones are answers.
       if (change < least_change) {

@@ -20,9 +20,11 @@ Solution sweep_until_done(const typename Operator::Problem& problem, std::span<c
   const double target = options.tolerance * largest_magnitude(problem.b);
   const int sweeps = options.max_iterations > 0 ? options.max_iterations : kDefaultSweeps;
   if (options.trace) solution.trace = std::make_unique<SolveTrace>();
-  while (solution.iterations < sweeps) {
+  const double limit = options.work_limit > 0 ? options.work_limit : kInfinity;
+  while (solution.iterations < sweeps && solution.work.visits < limit) {
     const double change = gauss_seidel_sweep(op, solution.lambda);
     ++solution.iterations;
+    solution.work.visits += static_cast<double>(solution.lambda.size());
     if (options.trace) {
       SolveIteration entry;
       entry.residual = natural_map_residual(problem, solution.lambda);

@@ -29,6 +29,10 @@ std::string_view to_string(SolveStatus status);
 struct SolveOptions {
   double tolerance = 1e-10;  ///< on the relative residual; the rounding floor is accepted in its place
   int max_iterations = 0;    ///< sweeps, pivots or factorisations; 0: the method's own limit
+  /// Counted work (`SolveWork::visits`) after which the search ends with the best answer so far; 0:
+  /// unlimited. The same problem always gets the same answer, whatever the clock. Kept to within one
+  /// factorisation.
+  double work_limit = 0;
   double time_budget =
       0;               ///< [s]; 0: unlimited. Only for methods that say so: results then depend on the clock
   bool trace = false;  ///< fill `Solution::trace`
@@ -55,6 +59,9 @@ struct SolveWork {
   int pivots = 0;
   int symbolic_analyses = 0;
   int symbolic_skipped = 0;  ///< orderings and patterns reused
+  /// Arithmetic in units of one row's share of a Gauss-Seidel sweep, some 10 ns; of body_space, its ladder
+  /// and the sweeping solvers.
+  double visits = 0;
 
   SolveWork& operator+=(const SolveWork& other) {
     factorisations += other.factorisations;
@@ -63,6 +70,7 @@ struct SolveWork {
     pivots += other.pivots;
     symbolic_analyses += other.symbolic_analyses;
     symbolic_skipped += other.symbolic_skipped;
+    visits += other.visits;
     return *this;
   }
 };

@@ -67,6 +67,7 @@ Solution solve_in_parts(const typename Operator::Problem& problem, std::span<con
     part_sweep(op, sum, spring, load, 1, 0, part);
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
     ++solution.iterations;
+    solution.work.visits += 2 * static_cast<double>(sum.size());
     if (options.trace) {
       SolveIteration entry;
       entry.residual = natural_map_residual(problem, sum);

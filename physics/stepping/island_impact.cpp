@@ -96,6 +96,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.drive = assembly.drive;
   problem.rest_speed = state.config.rest_speed;
   problem.solver = state.solver;
+  problem.work_limit = work_left(state, result);
   ImpactResult impact = state.impact_law->apply(problem);
   store_velocities(state, island, impact.velocity);
   for (int i = 0; i < problem.system.size(); ++i) {

@@ -38,6 +38,13 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
   result.report.residual = std::max(result.report.residual, residual);
 }
 
+/// What the next solve of the island may cost (`SolveOptions::work_limit`; 0: unlimited): half of what the
+/// step has left, so that the problems after it get their share, too, and a sixteenth of the whole at least.
+inline double work_left(const WorldState& state, const IslandResult& result) {
+  const double limit = state.config.solve.work_limit;
+  return limit > 0 ? std::max(limit / 16, 0.5 * (limit - result.work.visits)) : 0;
+}
+
 /// Keeps a system with its answer. @param elapsed  since the beginning of the step [s]
 inline void keep_trace(const WorldState& state, const Island& island, double elapsed, IslandSystem system,
                        std::vector<double> lambda, SolveStatus status, std::string_view method,

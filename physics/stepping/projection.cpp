@@ -6,6 +6,7 @@
 
 #include "physics/spare.h"
 #include "physics/stepping/island_energy.h"
+#include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
@@ -80,6 +81,7 @@ std::vector<double> solve_rows(WorldState& state, SolvePurpose purpose, const Is
                                IslandResult& result) {
   SolveOptions options;
   options.tolerance = 1e-12;
+  options.work_limit = work_left(state, result);
   const std::uint64_t key = memory_key(purpose, system);
   std::unique_ptr<SolverMemory> memory = take_memory(state, result, key);
   Solution solution = state.solver->solve(system, {}, options, &memory);

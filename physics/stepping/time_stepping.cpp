@@ -306,6 +306,7 @@ class IslandStep {
     const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
     std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
     SolveOptions options = state_.config.solve;
+    options.work_limit = work_left(state_, result_);
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     Solution solution;
     {
@@ -314,8 +315,11 @@ class IslandStep {
       solution = state_.solver->solve(system, *warm, options, &memory);
       // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
       // round at least one fewer is held.
-      while (let_go(assembly, solution.lambda, held))
+      while (let_go(assembly, solution.lambda, held)) {
+        const SolveWork before_it = solution.work;
         solution = state_.solver->solve(system, solution.lambda, options, &memory);
+        solution.work += before_it;
+      }
       if (!plastic && stops_ < kMostStops)
         stop_ = slide_to_stop(state_, {start, assembly, before, after, h}, options, &memory, solution);
     }

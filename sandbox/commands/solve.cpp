@@ -24,6 +24,7 @@ struct Options {
   std::string file, out;
   std::string solver = "auto";
   SolveOptions solve;
+  double budget = 0;  // millions of row visits
   bool warm = false, json = false;
 };
 
@@ -84,6 +85,7 @@ void print_json(std::ostream& out, const Options& options, const ImportedProblem
                               {"iterations", s.iterations},
                               {"factorisations", s.work.factorisations},
                               {"pivots", s.work.pivots},
+                              {"visits", s.work.visits},
                               {"seconds", answer.seconds},
                               {"lambda", s.lambda}};
   if (problem.has_bodies) json["bodies"] = problem.island.bodies.size();
@@ -116,7 +118,7 @@ void print_text(std::ostream& out, const Options& options, const ImportedProblem
   out << "\n  status      " << to_string(s.status);
   out << "\n  residual    " << number(s.residual) << "  (rounding " << number(answer.floor) << ')';
   out << "\n  iterations  " << s.iterations << ", factorisations " << s.work.factorisations << ", pivots "
-      << s.work.pivots;
+      << s.work.pivots << ", row visits " << number(s.work.visits);
   out << "\n  time        " << number(1e3 * answer.seconds) << " ms\n";
   if (!s.trace) return;
   for (const std::string& note : s.trace->notes) out << "  - " << note << '\n';
@@ -172,13 +174,20 @@ Action setup_solve(OptionTable& table) {
   table.add("--tolerance", options->solve.tolerance, "Relative residual to reach (default 1e-10)")
       .non_negative();
   table
+      .add("--budget", options->budget,
+           "Bound on the counted work, in millions of row visits of some 10 ns (default: none)")
+      .non_negative();
+  table
       .add("--iterations", options->solve.max_iterations,
            "Bound on sweeps, pivots or factorisations (default: the solver's own)")
       .positive();
   table.add_flag("--warm", options->warm, "Starts from the impulses that the file holds");
   table.add_flag("--trace", options->solve.trace, "Prints residual and states by iteration");
   table.add_flag("--json", options->json, "Machine-readable, with lambda");
-  return [options](const Io& io) { return solve_file(*options, io); };
+  return [options](const Io& io) {
+    options->solve.work_limit = 1e6 * options->budget;
+    return solve_file(*options, io);
+  };
 }
 
 }  // namespace skerry::sandbox

@@ -9,6 +9,7 @@
 #include "tests/solver/enumeration.h"
 #include "tests/support/island_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/worlds.h"
 
 namespace skerry {
 namespace {

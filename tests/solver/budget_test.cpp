@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+//
+// The budget is counted work: the same answer on every machine, found in time, and no worse for having more
+// of it.
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "physics/solver/auto.h"
+#include "tests/support/island_scenes.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using scenes::Scene;
+
+Solution solve(const IslandSystem& system, double work_limit) {
+  return solve_auto(system, {}, {.work_limit = work_limit}, nullptr);
+}
+
+TEST(Budget, IsKeptToWithinAFewFactorisationsAndGivesTheSameBits) {
+  const Scene scene = scenes::pyramid(15, {.noise = 1});
+  const double rows = static_cast<double>(scene.system.rows.size());
+  const Solution rich = solve(scene.system, 0);
+  EXPECT_EQ(rich.status, SolveStatus::Solved);
+  for (const double limit : {1e3, 1e4, 1e5, 1e6}) {
+    SCOPED_TRACE("limit " + std::to_string(limit));
+    const Solution poor = solve(scene.system, limit);
+    for (const double z : poor.lambda) ASSERT_TRUE(std::isfinite(z));
+    EXPECT_EQ(poor.residual, natural_map_residual(scene.system, poor.lambda));
+    // A rung ends after the factorisation in which its share runs out: some ten visits a row, four rungs.
+    EXPECT_LE(poor.work.visits, 1.5 * limit + 100 * rows);
+    EXPECT_EQ(poor.lambda, solve(scene.system, limit).lambda);
+  }
+  // Enough is as good as no limit at all, to the bit.
+  EXPECT_EQ(solve(scene.system, 10 * rich.work.visits).lambda, rich.lambda);
+  EXPECT_LT(solve(scene.system, 1e6).residual, solve(scene.system, 1e3).residual);
+}
+
+TEST(Budget, SweepingSolversStopAtIt) {
+  const Scene scene = scenes::stack(30);
+  const double rows = static_cast<double>(scene.system.rows.size());
+  for (const char* name : {"pgs", "nncg"}) {
+    SCOPED_TRACE(name);
+    const Solution solution = find_solver(name).solve(scene.system, {}, {.work_limit = 50 * rows}, nullptr);
+    EXPECT_GE(solution.work.visits, 50 * rows);
+    EXPECT_LE(solution.work.visits, 52 * rows);
+    EXPECT_EQ(solution.status, SolveStatus::Inexact);
+  }
+}
+
+/// A heap of boxes that falls over itself.
+World falling_heap(double work_limit) {
+  WorldConfig config;
+  config.solve.work_limit = work_limit;
+  World world(config);
+  const ShapeDef box = test::rough(make_box({1, 1}), 0.5);
+  test::add_ground(world, box);
+  for (int i = 0; i < 30; ++i)
+    test::add(world, {1.07 * (i % 6) + 0.21 * (i / 6), 0.6 + 1.15 * (i / 6)}, box, 1, {}, 0.3 * (i % 3 - 1));
+  return world;
+}
+
+TEST(Budget, AWorldKeepsToItSaysSoAndStaysFinite) {
+  World poor = falling_heap(2e4), again = falling_heap(2e4), rich = falling_heap(0);
+  int inexact = 0;
+  double most = 0, most_rich = 0;
+  for (int step = 0; step < 60; ++step) {
+    const StepReport& report = poor.step(1.0 / 60);
+    inexact += report.inexact_islands;
+    most = std::max(most, report.work.visits);
+    EXPECT_EQ(report.state_hash, again.step(1.0 / 60).state_hash);
+    EXPECT_EQ(report.contained, 0);
+    EXPECT_GE(report.worst_residual, 0);
+    EXPECT_LE(report.worst_residual, 1);
+    most_rich = std::max(most_rich, rich.step(1.0 / 60).work.visits);
+  }
+  EXPECT_GT(inexact, 0);
+  EXPECT_LT(most, most_rich);
+  EXPECT_TRUE(std::isfinite(poor.kinetic_energy()));
+}
+
+TEST(Budget, TheDefaultOfAWorldChangesNothingInAnOrdinaryScene) {
+  World standard = falling_heap(WorldConfig{}.solve.work_limit), unlimited = falling_heap(0);
+  for (int step = 0; step < 40; ++step) {
+    EXPECT_EQ(standard.step(1.0 / 60).state_hash, unlimited.step(1.0 / 60).state_hash);
+  }
+}
+
+TEST(Budget, OfAWorldMustNotBeNegative) {
+  WorldConfig config;
+  config.solve.work_limit = -1;
+  EXPECT_THROW(World{config}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skerry
