@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+//
+// Islands in flow: scenes in which hundreds of contacts change a step, with an unlimited budget and with one
+// of counted work. One line a scene and budget: the share of steps whose every solve reached 1e-8, the
+// residuals, the time of the solver, the work, and the deepest penetration.
+//   solver_flow_bench [--csv] [--steps N] [FILTER]
+// friction 0.5, 1/60 s. A budget of 0.4 million row visits is some 4 ms.
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <random>
+
+#include "tests/bench/solver_timing.h"
+#include "tests/support/worlds.h"
+
+namespace {
+
+using namespace skerry;
+using test::add;
+using test::add_ground;
+using test::rough;
+
+constexpr double kFriction = 0.5;
+
+World empty(double work_limit) {
+  WorldConfig config;
+  config.solve.work_limit = work_limit;
+  return World(config);
+}
+
+// Boxes in loose columns that fall over each other.
+World boxes(int count, double work_limit) {
+  World world = empty(work_limit);
+  const ShapeDef box = rough(make_box({1, 1}), kFriction);
+  add_ground(world, box);
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> noise(-0.2, 0.2);
+  const int columns = count < 300 ? 12 : 30;
+  for (int i = 0; i < count; ++i)
+    add(world, {1.3 * (i % columns) + noise(random), 0.8 + 1.3 * (i / columns)}, box, 1, {}, noise(random));
+  return world;
+}
+
+World discs(int count, double work_limit) {
+  World world = empty(work_limit);
+  const ShapeDef disc = rough(make_disc(0.5), kFriction);
+  add_ground(world, disc);
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> noise(-0.2, 0.2);
+  const int columns = count < 500 ? 15 : 50;
+  for (int i = 0; i < count; ++i)
+    add(world, {1.3 * (i % columns) + noise(random), 0.6 + 1.3 * (i / columns)}, disc, 1);
+  return world;
+}
+
+// A pyramid at rest, hit from the side by a disc of a hundred times a box's mass.
+World struck_pyramid(int base, double work_limit) {
+  World world = empty(work_limit);
+  const ShapeDef box = rough(make_box({1, 1}), kFriction);
+  add_ground(world, box);
+  for (int row = 0; row < base; ++row)
+    for (int k = 0; k < base - row; ++k) add(world, {1.1 * (k + 0.5 * row), row + 0.5}, box);
+  add(world, {-4, 0.3 * base + 2}, rough(make_disc(1.5), kFriction), 100, {15, 0});
+  return world;
+}
+
+struct Scene {
+  const char* name;
+  int first, steps;  // steps before the measuring ones, which it takes to get busy
+  std::function<World(double)> make;
+};
+const Scene kScenes[] = {
+    {"200 boxes dropped", 30, 120, [](double l) { return boxes(200, l); }},
+    {"300 discs dropped", 30, 120, [](double l) { return discs(300, l); }},
+    {"1000 boxes dropped", 40, 60, [](double l) { return boxes(1000, l); }},
+    {"3000 discs dropped", 60, 30, [](double l) { return discs(3000, l); }},
+    {"pyramid 20 struck", 5, 60, [](double l) { return struck_pyramid(20, l); }},
+    {"pyramid 50 struck", 5, 20, [](double l) { return struck_pyramid(50, l); }},
+    {"pyramid 100 struck", 5, 8, [](double l) { return struck_pyramid(100, l); }},
+};
+
+void measure(const Scene& scene, double work_limit, int steps, bool csv) {
+  World world = scene.make(work_limit);
+  world.observe({.stage_times = true});
+  for (int k = 0; k < scene.first; ++k) world.step(1.0 / 60);
+  std::vector<double> residuals, seconds;
+  double visits = 0, deepest = 0;
+  for (int k = 0; k < steps; ++k) {
+    const double begin = bench::thread_seconds();
+    const StepReport& report = world.step(1.0 / 60);
+    seconds.push_back(bench::thread_seconds() - begin);
+    residuals.push_back(report.worst_residual);
+    visits = std::max(visits, report.work.visits);
+    deepest = std::max(deepest, report.worst_penetration);
+  }
+  const auto exact = std::count_if(residuals.begin(), residuals.end(), [](double r) { return r <= 1e-8; });
+  const auto close = std::count_if(residuals.begin(), residuals.end(), [](double r) { return r <= 1e-4; });
+  std::sort(residuals.begin(), residuals.end());
+  std::sort(seconds.begin(), seconds.end());
+  const std::size_t half = residuals.size() / 2;
+  std::printf(csv ? "\"%s\",%g,%d,%.4g,%.4g,%.3g,%.3g,%.4g,%.4g,%.3g,%.3g\n"
+                  : "%-20s %7g %5d  %6.1f %6.1f  %9.1e %9.1e  %8.2f %8.2f  %9.2e %9.1e\n",
+              scene.name, work_limit / 1e6, steps, 100.0 * static_cast<double>(exact) / steps,
+              100.0 * static_cast<double>(close) / steps, residuals[half], residuals.back(),
+              1e3 * seconds[half], 1e3 * seconds.back(), visits, deepest);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool csv = false;
+  int steps = 0;
+  const char* filter = "";
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--csv") == 0)
+      csv = true;
+    else if (std::strcmp(argv[i], "--steps") == 0 && i + 1 < argc)
+      steps = std::max(1, std::atoi(argv[++i]));
+    else
+      filter = argv[i];
+  }
+  if (csv)
+    std::printf(
+        "scene,budget,steps,exact,close,median_residual,worst_residual,median_ms,worst_ms,visits,"
+        "penetration\n");
+  else
+    std::printf("%-20s %7s %5s  %6s %6s  %9s %9s  %8s %8s  %9s %9s\n", "scene", "budget", "steps", "% 1e-8",
+                "% 1e-4", "median", "worst", "ms step", "worst", "visits", "deepest");
+  for (const Scene& scene : kScenes) {
+    if (std::strstr(scene.name, filter) == nullptr) continue;
+    for (const double work_limit : {0.0, 4e5})
+      measure(scene, work_limit, steps > 0 ? steps : scene.steps, csv);
+  }
+}
