@@ -84,10 +84,9 @@ TEST(PathFollowing, StopsAtItsBudget) {
   EXPECT_EQ(path.run(zero, 1e-2, zero, 0.1, true, 4000, budget, work), PathFollower::End::Limit);
   EXPECT_LE(work.factorisations, 7);
   budget.factorisations = 1000;
-  budget.model = &model;
-  budget.visits = 2 * model.visits();
+  budget.visits = 2 * work.visits;
   path.run(zero, 1e-2, zero, 0.1, true, 4000, budget, work);
-  EXPECT_LE(model.visits(), 1.5 * budget.visits);
+  EXPECT_LE(work.visits, 1.5 * budget.visits);
 }
 
 }  // namespace
