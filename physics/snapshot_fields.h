@@ -67,10 +67,10 @@ inline void fields(Archive& a, Skips& v) {
   a(manifolds, axes, factors, smooth_rows, flight);
 }
 inline void fields(Archive& a, WorldConfig& v) {
-  auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
-         touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, skips, threads] =
-      v;
-  a(gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, contact_margin,
+  auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, flow_work,
+         contact_margin, touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep,
+         skips, threads] = v;
+  a(gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, flow_work, contact_margin,
     touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, skips, threads);
 }
 inline void fields(Archive& a, Observe& v) {
@@ -134,16 +134,16 @@ inline void fields(Archive& a, Contact& v) {
 // --- What is kept of islands
 // ------------------------------------------------------------------------------------------
 inline void fields(Archive& a, IslandReport& v) {
-  auto& [bodies, contacts, rows, stepper, status, method, residual, iterations, error_estimate] = v;
-  a(bodies, contacts, rows, stepper, status, method, residual, iterations, error_estimate);
+  auto& [bodies, contacts, rows, stepper, status, method, residual, iterations, flowing, error_estimate] = v;
+  a(bodies, contacts, rows, stepper, status, method, residual, iterations, flowing, error_estimate);
 }
 inline void fields(Archive& a, RestingIsland& v) {
   auto& [key, report, friction_rows, memory_keys] = v;
   a(key, report, friction_rows, memory_keys);
 }
 inline void fields(Archive& a, StepMemory& v) {
-  auto& [busy, inner_step] = v;
-  a(busy, inner_step);
+  auto& [busy, flow, inner_step] = v;
+  a(busy, flow, inner_step);
 }
 inline void fields(Archive& a, PathPiece& v) {
   auto& [body, generation, begin, length, c] = v;
@@ -210,21 +210,21 @@ inline void fields(Archive& a, StepReport& v) {
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
                           rows, substeps, impacts, reflections, friction_rows, narrow, work, force_solves,
                           events_found, inner_steps, rejected_steps, fallbacks, islands_by_events,
-                          islands_by_time_stepping, island_retries, islands_asleep, bodies_asleep,
-                          islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
-                          worst_residual, error_estimate, inexact_islands, worst_penetration, contained,
-                          kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
-                          total_friction_impulse, state_hash, contacts_list, islands_list, events,
-                          motion_events, joint_events, containments,
+                          islands_by_time_stepping, islands_in_flow, island_retries, islands_asleep,
+                          bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
+                          pairs_out_of_reach, worst_residual, error_estimate, inexact_islands,
+                          worst_penetration, contained, kinetic_energy, potential_energy, momentum,
+                          angular_momentum, total_normal_impulse, total_friction_impulse, state_hash,
+                          contacts_list, islands_list, events, motion_events, joint_events, containments,
                           traces  // large, and for an observer only
   ] = v;
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
     substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, inner_steps,
-    rejected_steps, fallbacks, islands_by_events, islands_by_time_stepping, island_retries, islands_asleep,
-    bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach, worst_residual,
-    error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
-    angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
-    events, motion_events, joint_events, containments);
+    rejected_steps, fallbacks, islands_by_events, islands_by_time_stepping, islands_in_flow, island_retries,
+    islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
+    worst_residual, error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
+    potential_energy, momentum, angular_momentum, total_normal_impulse, total_friction_impulse, state_hash,
+    contacts_list, islands_list, events, motion_events, joint_events, containments);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.

@@ -94,6 +94,7 @@ struct IslandReport {
   std::string_view method;  ///< solver that gave the answer; "" when nothing had to be solved
   double residual = 0;
   int iterations = 0;
+  bool flowing = false;  ///< in flow: solved within `WorldConfig::flow_work`
   /// Sum of the estimated local errors of its inner steps, relative above 1 m, m/s, rad, rad/s. Only where an
   /// accuracy was asked for; above it where that could not be had.
   double error_estimate = 0;
@@ -149,6 +150,7 @@ struct StepReport {
 
   // Who made the step of the islands that were neither in flight nor at rest.
   int islands_by_events = 0, islands_by_time_stepping = 0;
+  int islands_in_flow = 0;  ///< of the latter, with a bounded amount of work (`WorldConfig::flow_work`)
 
   int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
 

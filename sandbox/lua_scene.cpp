@@ -38,7 +38,7 @@ int demo(lua_State* L) {
   const Args args(
       L, "demo",
       {"title", "lesson", "seconds", "dt", "view", "gravity", "friction", "restitution", "rolling_resistance",
-       "solver", "broad_phase", "impact_law", "stepper", "accuracy", "budget"});
+       "solver", "broad_phase", "impact_law", "stepper", "accuracy", "budget", "flow_work"});
   if (script.world) throw std::invalid_argument("demo: called a second time");
   script.title = args.text("title").value_or("");
   if (script.title.empty()) throw std::invalid_argument("demo: title expected a string, got nothing");
@@ -66,6 +66,8 @@ int demo(lua_State* L) {
   config.accuracy = given.accuracy ? given.accuracy : args.number("accuracy");
   if (const auto budget = given.budget ? given.budget : args.number_from("budget", 0))
     config.solve.work_limit = 1e6 * *budget;
+  if (const auto work = given.flow_work ? given.flow_work : args.number_from("flow_work", 0))
+    config.flow_work = *work;
   script.world.emplace(config);
   return 0;
 }

@@ -127,6 +127,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                     {"impact_law", config.impact_law},
                     {"stepper", config.stepper},
                     {"budget", config.solve.work_limit / 1e6},
+                    {"flow_work", config.flow_work},
                     {"accuracy", config.accuracy ? Json(*config.accuracy) : Json(nullptr)},
                     {"gravity", pair(config.gravity)}};
   Json parameters = Json::object();
@@ -160,6 +161,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                       {"islands_by_time_stepping", totals.islands_by_time_stepping},
                       {"islands_at_rest", totals.islands_at_rest},
                       {"islands_in_flight", totals.islands_in_flight},
+                      {"islands_in_flow", totals.islands_in_flow},
                       {"substeps", totals.substeps},
                       {"inner_steps", totals.inner_steps},
                       {"rejected_steps", totals.rejected_steps},

@@ -66,8 +66,14 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
   table
       .add("--budget", demo.budget,
            "Work of the solver an island and a step, in millions of row visits of some 10 ns (default 100; "
-           "0: no "
-           "limit); beyond it the best answer so far is taken, with its residual in the report")
+           "0: no limit); beyond it the best answer so far is taken, with its residual in the report")
+      .non_negative()
+      .group(group);
+  table
+      .add(
+          "--flow-work", demo.flow_work,
+          "Work a body and step of piles that flow, in row visits of some 10 ns (default 400; 0: as exact as "
+          "the rest)")
       .non_negative()
       .group(group);
   table.add("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")

@@ -9,7 +9,9 @@
 // monotone.
 #include <cmath>
 
+#include "physics/solver/block_sweeps.h"
 #include "physics/solver/gauss_seidel.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -119,8 +121,99 @@ class Nncg {
   Solution solution_;
 };
 
+/// The same over blocks of scaled rows: the norm of diag(W) is the plain one there.
+class BlockNncg {
+ public:
+  using Vectors = std::vector<BodyVector>;
+
+  /// @return false if the island does not fit into blocks
+  bool run(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
+           Solution& solution) {
+    if (!sweeps_.assign(system)) return false;
+    sweeps_.set(warm_start);
+    solution.method = "nncg";
+    if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+    const double target = options.tolerance * largest_magnitude(system.b);
+    const int most = options.max_iterations > 0 ? options.max_iterations : kDefaultSweeps;
+    const double limit = options.work_limit > 0 ? options.work_limit : kInfinity;
+    Vectors &x = sweeps_.impulses(), &y = sweeps_.velocities();
+    p_.assign(x.size(), BodyVector{});
+    q_.assign(y.size(), BodyVector{});
+    double last_length = 0, least_change = kInfinity;
+    while (solution.iterations < most && solution.work.visits < limit) {
+      x0_ = x;
+      y0_ = y;
+      const double change = sweeps_.sweep();
+      ++solution.iterations;
+      solution.work.visits += kSweepCost * static_cast<double>(system.rows.size());
+      // The iterate right after a sweep is within its bounds: only such ones are answers.
+      if (change < least_change) {
+        least_change = change;
+        best_ = x;
+      }
+      if (options.trace) record(system, solution);
+      if (change <= 0.5 * target) {
+        sweeps_.get(x, solution.lambda);
+        if (natural_map_residual(system, solution.lambda) <= options.tolerance) {
+          best_ = x;
+          break;
+        }
+      }
+      // x += beta p, p = beta p - gradient; p is dropped where the gradient has grown.
+      const double length = squared_distance(x, x0_);
+      const double beta = last_length > 0 ? length / last_length : 0;
+      last_length = length;
+      const double kept = beta <= 1 ? beta : 0;
+      extrapolate(kept, x0_, p_, x);
+      extrapolate(kept, y0_, q_, y);
+      if (solution.iterations % kRefresh == 0) sweeps_.restart();
+    }
+    sweeps_.get(best_.empty() ? x : best_, solution.lambda);
+    conclude(system, options, solution);
+    return true;
+  }
+
+  void clear() { best_.clear(); }
+
+ private:
+  static double squared_distance(const Vectors& a, const Vectors& b) {
+    Vec4 sum{};
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      const Vec4 d = a[k].v - b[k].v;
+      sum += d * d;
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  }
+
+  static void extrapolate(double kept, const Vectors& before, Vectors& direction, Vectors& x) {
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      const Vec4 last = kept * direction[k].v;
+      direction[k].v = last + (x[k].v - before[k].v);
+      x[k].v += last;
+    }
+  }
+
+  void record(const IslandSystem& system, Solution& solution) {
+    std::vector<double> lambda;
+    sweeps_.get(sweeps_.impulses(), lambda);
+    SolveIteration entry;
+    entry.residual = natural_map_residual(system, lambda);
+    count_states(system.rows, states_from_impulses(system.rows, lambda), entry);
+    solution.trace->iterations.push_back(entry);
+  }
+
+  BlockSweeps sweeps_;
+  Vectors x0_, y0_, p_, q_, best_;
+};
+
 Solution solve_nncg(const IslandSystem& system, std::span<const double> warm_start,
                     const SolveOptions& options, std::unique_ptr<SolverMemory>*) {
+  Solution solution;
+  const bool fits = [&] {
+    Spare<BlockNncg> blocks;
+    return blocks->run(system, warm_start, options, solution);
+  }();
+  if (fits) return solution;
   return Nncg<BodyOperator>(system, warm_start, options).run();
 }
 

@@ -29,6 +29,7 @@ struct IslandMemory {
 /// island takes the most cautious of its bodies' numbers.
 struct StepMemory {
   int busy = 0;           ///< steps for which `auto` stays with time_stepping
+  int flow = 0;           ///< steps for which the island still counts as in flow
   double inner_step = 0;  ///< length of the last step that error control chose [s]; 0: none yet
 };
 

@@ -8,6 +8,7 @@
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flight_queue.h"
+#include "physics/stepping/flow.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
@@ -593,8 +594,12 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   result.report.stepper = "time_stepping";
   if (state.config.accuracy)
     step_with_error_control(state, island, h, *state.config.accuracy, result);
-  else
+  else if (is_in_flow(state, island, h))
+    step_island_in_flow(state, island, h, result);
+  else {
     IslandStep(state, island, result).run(0, h);
+    result.step_memory.flow = was_restless(result);
+  }
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {

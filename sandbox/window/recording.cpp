@@ -34,9 +34,9 @@ void fields(Archive& a, std::pair<std::string, std::string>& v) {
 }
 
 void archive_options(Archive& a, DemoOptions& v) {
-  [[maybe_unused]] auto& [seed, dt, seconds, steps, accuracy, threads, solver, broad_phase, impact_law,
-                          stepper, parameters, print] = v;
-  a(seed, dt, seconds, steps, accuracy, threads, solver, broad_phase, impact_law, stepper);
+  [[maybe_unused]] auto& [seed, dt, seconds, steps, accuracy, budget, flow_work, threads, solver, broad_phase,
+                          impact_law, stepper, parameters, print] = v;
+  a(seed, dt, seconds, steps, accuracy, budget, flow_work, threads, solver, broad_phase, impact_law, stepper);
   std::size_t count = parameters.size();
   a.count(count);
   parameters.resize(count);

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/block_sweeps.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skerry {
+namespace {
+
+std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+double dot3(const BodyVector& x, const BodyVector& y) {
+  return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
+}
+
+BodyVector scaled(const std::array<double, 3>& J, const InverseMass& mass, double factor) {
+  const double linear = factor * std::sqrt(mass.linear), angular = factor * std::sqrt(mass.angular);
+  return {Vec4{linear * J[0], linear * J[1], angular * J[2], 0}};
+}
+
+}  // namespace
+
+struct BlockSweeps::Kernels {
+  /// Sums of the lanes of four vectors.
+  static SKERRY_ALWAYS_INLINE void sums(const Vec4& p, const Vec4& q, const Vec4& r, const Vec4& s,
+                                        Vec4& out) {
+    using Index = long long __attribute__((vector_size(32)));
+    const Vec4 pq = __builtin_shuffle(p, q, Index{0, 4, 2, 6}) + __builtin_shuffle(p, q, Index{1, 5, 3, 7});
+    const Vec4 rs = __builtin_shuffle(r, s, Index{0, 4, 2, 6}) + __builtin_shuffle(r, s, Index{1, 5, 3, 7});
+    out = __builtin_shuffle(pq, rs, Index{0, 1, 4, 5}) + __builtin_shuffle(pq, rs, Index{2, 3, 6, 7});
+  }
+
+  static SKERRY_ALWAYS_INLINE double clamp(double z, double lower, double upper) {
+    const double low = z > lower ? z : lower;
+    return low < upper ? low : upper;
+  }
+
+  /// One block; `count` is known to the compiler in the hot cases.
+  static SKERRY_ALWAYS_INLINE void update(const Block& k, const Bounds& bounds, Pattern pattern, int count,
+                                          Impulses& impulses, BodyVector* y, double& largest) {
+    const Vec4 ya = y[k.a].v, yb = y[k.b_body].v;
+    Vec4 t[kRows] = {};
+    for (int r = 0; r < count; ++r) t[r] = k.low[r].v * ya + k.high[r].v * yb;
+    Vec4 velocity;
+    sums(t[0], t[1], t[2], t[3], velocity);
+    const Vec4 z = impulses.v - (velocity - k.b);
+
+    // In the order of the rows, each corrected for the changes before it.
+    double next[kRows] = {}, d[kRows] = {};
+    int entry = 0;
+    for (int r = 0; r < count; ++r) {
+      double wanted = z[r];
+      for (int c = 0; c < r; ++c) wanted -= k.couple[at(entry++)] * d[c];
+      double lower = 0, upper = kInfinity;
+      if (pattern == Pattern::Rough && (r & 1) != 0) {
+        upper = k.mu[at(r)] * next[r - 1];
+        lower = -upper;
+      } else if (pattern == Pattern::General) {
+        const int n = bounds.normal[at(r)];
+        const double bound = n < 0 ? 0 : k.mu[at(r)] * std::max(next[n], 0.0);
+        lower = bounds.lower[at(r)] - bound;
+        upper = bounds.upper[at(r)] + bound;
+      }
+      next[r] = clamp(wanted, lower, upper);
+      d[r] = next[r] - impulses.v[r];
+    }
+    for (int r = 0; r < count; ++r) {
+      impulses.v[r] = next[r];
+      const double change = std::abs(d[r]) * k.speed[at(r)];
+      largest = largest < change ? change : largest;
+    }
+    Vec4 a = ya, b = yb;
+    for (int r = 0; r < count; ++r) {
+      a += k.low[r].v * d[r];
+      b += k.high[r].v * d[r];
+    }
+    y[k.a].v = a;
+    y[k.b_body].v = b;
+  }
+
+  static SKERRY_ALWAYS_INLINE double sweep(BlockSweeps& s, bool backwards) {
+    BodyVector* y = s.velocities_.data();
+    const int n = static_cast<int>(s.blocks_.size());
+    double largest = 0;
+    for (int i = 0; i < n; ++i) {
+      const std::size_t k = at(backwards ? n - 1 - i : i);
+      const Block& block = s.blocks_[k];
+      Impulses& impulses = s.impulses_[k];
+      const Bounds& bounds = s.bounds_[k];
+      if (block.pattern == Pattern::Rough && block.count == 4)
+        update(block, bounds, Pattern::Rough, 4, impulses, y, largest);
+      else if (block.pattern == Pattern::Rough)
+        update(block, bounds, Pattern::Rough, 2, impulses, y, largest);
+      else if (block.pattern == Pattern::Smooth && block.count == 2)
+        update(block, bounds, Pattern::Smooth, 2, impulses, y, largest);
+      else if (block.pattern == Pattern::Smooth)
+        update(block, bounds, Pattern::Smooth, 1, impulses, y, largest);
+      else
+        update(block, bounds, Pattern::General, block.count, impulses, y, largest);
+    }
+    return largest;
+  }
+
+  static double sweep_portable(BlockSweeps& s, bool backwards) { return sweep(s, backwards); }
+  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s, bool backwards) { return sweep(s, backwards); }
+};
+
+bool BlockSweeps::assign(const IslandSystem& system) {
+  blocks_.clear();
+  bounds_.clear();
+  first_.clear();
+  rows_ = 0;
+  if (!system.compliance.empty()) return false;
+  const int n = system.size(), ground = static_cast<int>(system.bodies.size());
+  root_.resize(at(n));
+  int i = 0;
+  while (i < n) {
+    // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
+    Block block;
+    Bounds bounds;
+    const int first = i;
+    block.a = system.rows[at(i)].a < 0 ? ground : system.rows[at(i)].a;
+    block.b_body = system.rows[at(i)].b < 0 ? ground : system.rows[at(i)].b;
+    while (i < n && block.count < kRows) {
+      int end = i + 1;
+      while (end < n && system.rows[at(end)].normal == i) ++end;
+      const Row& head = system.rows[at(i)];
+      if (head.kind != RowKind::Normal || end - i > kRows) {
+        blocks_.clear();
+        return false;
+      }
+      if (i > first && (head.a != system.rows[at(first)].a || head.b != system.rows[at(first)].b ||
+                        block.count + end - i > kRows)) {
+        break;
+      }
+      for (int r = i; r < end; ++r) {
+        bounds.normal[at(block.count)] = r == i ? std::int8_t{-1} : static_cast<std::int8_t>(i - first);
+        ++block.count;
+      }
+      i = end;
+    }
+    first_.push_back(first);
+    blocks_.push_back(block);
+    bounds_.push_back(bounds);
+    close(system, blocks_.back(), bounds_.back());
+  }
+  rows_ = n;
+  velocities_.assign(at(ground + 1), BodyVector{});
+  impulses_.assign(blocks_.size(), Impulses{});
+  return true;
+}
+
+/// Fills in the numbers of a block.
+void BlockSweeps::close(const IslandSystem& system, Block& block, Bounds& bounds) {
+  const int first = first_.back();
+  bool contact = true, rough = block.count % 2 == 0;
+  block.b = Vec4{};
+  for (int r = 0; r < block.count; ++r) {
+    const Row& row = system.rows[at(first + r)];
+    double D = 0;
+    if (row.a >= 0) D += inverse_mass_along(system.bodies[at(row.a)], row.Ja);
+    if (row.b >= 0) D += inverse_mass_along(system.bodies[at(row.b)], row.Jb);
+    const double root = D > 0 ? std::sqrt(D) : 0, inverse = D > 0 ? 1 / root : 0;
+    root_[at(first + r)] = root;
+    block.speed[at(r)] = root;
+    block.low[r] = row.a >= 0 ? scaled(row.Ja, system.bodies[at(row.a)], inverse) : BodyVector{};
+    block.high[r] = row.b >= 0 ? scaled(row.Jb, system.bodies[at(row.b)], inverse) : BodyVector{};
+    block.b[r] = inverse * system.b[at(first + r)];
+    const int n = bounds.normal[at(r)];
+    if (n >= 0) {
+      const double normal_root = root_[at(first + n)];
+      block.mu[at(r)] = normal_root > 0 ? row.mu * root / normal_root : 0;
+      rough = rough && r % 2 == 1 && n == r - 1;
+    } else {
+      // What nothing moves stays at zero.
+      bounds.lower[at(r)] = D > 0 ? root * row.lower : 0;
+      bounds.upper[at(r)] = D > 0 ? root * row.upper : 0;
+      rough = rough && r % 2 == 0;
+      contact = contact && row.lower == 0 && row.upper == kInfinity && D > 0;
+    }
+  }
+  const bool smooth = block.count <= 2 && bounds.normal[0] < 0 && bounds.normal[1] < 0;
+  if (contact && rough)
+    block.pattern = Pattern::Rough;
+  else if (contact && smooth)
+    block.pattern = Pattern::Smooth;
+  std::size_t entry = 0;
+  for (int r = 1; r < block.count; ++r) {
+    for (int c = 0; c < r; ++c)
+      block.couple[entry++] = dot3(block.low[r], block.low[c]) + dot3(block.high[r], block.high[c]);
+  }
+}
+
+void BlockSweeps::set(std::span<const double> lambda) {
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    impulses_[k].v = Vec4{};
+    for (int r = 0; r < blocks_[k].count; ++r) {
+      const std::size_t row = at(first_[k] + r);
+      const int n = bounds_[k].normal[at(r)];
+      const double bound = n < 0 ? 0 : blocks_[k].mu[at(r)] * std::max(impulses_[k].v[n], 0.0);
+      const double given = row < lambda.size() && std::isfinite(lambda[row]) ? root_[row] * lambda[row] : 0;
+      impulses_[k].v[r] =
+          Kernels::clamp(given, bounds_[k].lower[at(r)] - bound, bounds_[k].upper[at(r)] + bound);
+    }
+  }
+  restart();
+}
+
+void BlockSweeps::get(const std::vector<Impulses>& from, std::vector<double>& lambda) const {
+  lambda.resize(at(rows_));
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    for (int r = 0; r < blocks_[k].count; ++r) {
+      const std::size_t row = at(first_[k] + r);
+      lambda[row] = root_[row] > 0 ? from[k].v[r] / root_[row] : 0;
+    }
+  }
+}
+
+void BlockSweeps::restart() {
+  std::fill(velocities_.begin(), velocities_.end(), BodyVector{});
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const Block& block = blocks_[k];
+    for (int r = 0; r < block.count; ++r) {
+      velocities_[at(block.a)].v += block.low[r].v * impulses_[k].v[r];
+      velocities_[at(block.b_body)].v += block.high[r].v * impulses_[k].v[r];
+    }
+  }
+}
+
+double BlockSweeps::sweep(bool backwards) {
+  return cpu_has_avx2() ? Kernels::sweep_avx2(*this, backwards) : Kernels::sweep_portable(*this, backwards);
+}
+
+}  // namespace skerry

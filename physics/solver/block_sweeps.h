@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+//
+// Gauss-Seidel sweeps over an island packed for speed. Rows are scaled so that W has a unit diagonal,
+// velocities by the roots of the masses, so that a row is read and pushed along with the same numbers:
+//
+//   Jbar = D^-1/2 J M^-1/2,   z = lambda - (Jbar y - b),   lambda = clamp(z),   y += Jbar' (change of lambda)
+//
+// Up to four rows of one pair of bodies (two points with friction) make a block. They read the velocities
+// once and are corrected for each other by their own entries of W: the numbers of a row-by-row sweep, without
+// waiting for each other's stores.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/islands/island_system.h"
+#include "physics/solver/simd.h"
+
+namespace skerry {
+
+class BlockSweeps {
+ public:
+  /// Impulses of one block, scaled: D^1/2 lambda; rows that it has not are zero.
+  using Impulses = BodyVector;
+
+  /// Packs `system`. @return false, with nothing packed, if there are rows of joints or compliant ones, or
+  /// one that stands apart from the normal row that scales its bounds
+  bool assign(const IslandSystem& system);
+
+  std::size_t blocks() const { return blocks_.size(); }
+  int rows() const { return rows_; }
+  /// Scaled impulses, one vector a block, and scaled changes of velocity, one a body and one for the ground.
+  /// Whoever changes the first has to change the second with them, or `restart`.
+  std::vector<Impulses>& impulses() { return impulses_; }
+  std::vector<BodyVector>& velocities() { return velocities_; }
+
+  void set(std::span<const double> lambda);  ///< clamped to the bounds; restarts
+  void get(const std::vector<Impulses>& from, std::vector<double>& lambda) const;
+  void restart();  ///< velocities from the impulses
+
+  /// One sweep in the order of the blocks, or against it. @return largest change of a row's velocity [m/s],
+  /// an estimate of the residual
+  double sweep(bool backwards = false);
+
+ private:
+  struct Kernels;
+  static constexpr int kRows = 4;
+  enum class Pattern : std::uint8_t { Smooth, Rough, General };  ///< N or NN; NF or NFNF; others
+  struct alignas(32) Block {
+    BodyVector low[kRows], high[kRows];  ///< rows on both bodies
+    Vec4 b;
+    std::array<double, 6> couple{};     ///< W below its diagonal: 10, 20, 21, 30, 31, 32
+    std::array<double, kRows> mu{};     ///< scaled
+    std::array<double, kRows> speed{};  ///< D^1/2: of a change, as a velocity
+    int a = 0, b_body = 0;
+    std::int16_t count = 0;
+    Pattern pattern = Pattern::General;
+  };
+  struct Bounds {
+    std::array<double, kRows> lower{}, upper{};
+    std::array<std::int8_t, kRows> normal{-1, -1, -1, -1};
+  };
+
+  void close(const IslandSystem& system, Block& block, Bounds& bounds);
+
+  int rows_ = 0;
+  std::vector<Block> blocks_;
+  std::vector<Bounds> bounds_;  ///< by block
+  std::vector<int> first_;      ///< row of each block
+  std::vector<double> root_;    ///< D^1/2 by row
+  std::vector<Impulses> impulses_;
+  std::vector<BodyVector> velocities_;
+};
+
+}  // namespace skerry

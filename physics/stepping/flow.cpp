@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "physics/spare.h"
+#include "physics/stepping/applied_forces.h"
+#include "physics/stepping/island_energy.h"
+#include "physics/stepping/island_notes.h"
+#include "physics/stepping/island_rows.h"
+#include "physics/stepping/path.h"
+#include "physics/stepping/projection.h"
+#include "physics/stepping/touching.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+// Exact forces of fewer points cost no more than what is done here.
+constexpr int kFewPoints = 30;
+// Shares of fast points from which on an island flows, and down to which it goes on to.
+constexpr double kEnter = 0.2, kLeave = 0.05;
+// Landings in a step, each of which would cut it, that count like the larger share, and pieces of an exact
+// step after which the smaller shares serve.
+constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
+// Share of the work that the velocities get; the rest is for the positions.
+constexpr double kVelocityShare = 0.8;
+// Overlaps below this share of the smaller body stay.
+constexpr double kOverlapFloor = 1e-7;
+// A body that went farther than foreseen by less than this share of its size will be found by the next step.
+constexpr double kOverrun = 1;
+
+double largest_acceleration(const WorldState& state, const Island& island) {
+  double largest = 0;
+  for (const std::uint32_t i : island.bodies) {
+    largest = std::max(
+        largest, length(state.acceleration[i]) + std::abs(state.angular_acceleration[i]) * state.radius[i]);
+  }
+  return largest;
+}
+
+/// Velocity of b against a at a point where the step begins.
+Vec2 relative_velocity(const WorldState& state, const Contact& contact, Vec2 where) {
+  return point_velocity(state, contact.body_b, where, 0) - point_velocity(state, contact.body_a, where, 0);
+}
+
+class FlowStep {
+ public:
+  FlowStep(WorldState& state, const Island& island, double h, IslandResult& result)
+      : state_(state), island_(island), h_(h), result_(result) {
+    limit_ = state.config.flow_work * static_cast<double>(island.bodies.size());
+  }
+
+  void run() {
+    result_.report.flowing = true;
+    std::vector<PathEnd> start;
+    std::vector<Velocity> before = island_velocities(state_, island_);
+    std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
+    std::vector<std::uint8_t> pushed = take_spare<std::vector<std::uint8_t>>();
+    solve(before, after, pushed);
+    if (state_.observe.paths) {
+      start = path_ends(state_, island_.bodies);
+      for (std::size_t k = 0; k < start.size(); ++k) {
+        if (pushed[k]) start[k].v = after[k];
+      }
+    }
+    {
+      const IslandEnergy energy(state_, island_);
+      advance(before, after, pushed);
+      {
+        StageTimer timer(state_, result_, Stage::Narrow);
+        result_.manifolds_reused += update_manifolds(state_, island_, h_, result_.narrow);
+      }
+      StageTimer timer(state_, result_, Stage::Apply);
+      separate();
+      energy.take_gain(state_, island_);
+    }
+    if (state_.observe.paths) record_hermite(state_, island_.bodies, 0, h_, start, result_);
+    ++result_.substeps;
+    give_spare(std::move(before));
+    give_spare(std::move(after));
+    give_spare(std::move(pushed));
+  }
+
+ private:
+  /// Points whose gap would close within the step if nothing acted, or nearly so.
+  void choose_points(std::vector<std::uint8_t>& points) const {
+    points.assign(island_.contacts.size(), 0);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      const Vec2 fall = h_ * (acceleration(contact.body_b) - acceleration(contact.body_a));
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        const ManifoldPoint& point = contact.manifold.points[i];
+        const Vec2 u = relative_velocity(state_, contact, point.position) + fall;
+        if (point.separation + h_ * dot(contact.manifold.normal, u) <= state_.config.contact_margin)
+          points[k] |= 1u << i;
+      }
+    }
+  }
+
+  Vec2 acceleration(std::uint32_t body) const {
+    return body != BodyId::kNone && state_.local_index[body] >= 0 ? state_.acceleration[body] : Vec2{};
+  }
+
+  /// Velocities at the end of the step, and which bodies an impulse acted on.
+  void solve(const std::vector<Velocity>& before, std::vector<Velocity>& after,
+             std::vector<std::uint8_t>& pushed) {
+    after = before;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      after[k][0] += h_ * state_.acceleration[body].x;
+      after[k][1] += h_ * state_.acceleration[body].y;
+      after[k][2] += h_ * state_.angular_acceleration[body];
+    }
+    pushed.assign(after.size(), 0);
+    Spare<std::vector<std::uint8_t>> points;
+    Spare<Assembly> spare;
+    Assembly& assembly = *spare;
+    {
+      StageTimer timer(state_, result_, Stage::Assemble);
+      choose_points(*points);
+      AssemblyRequest request;
+      request.points = &*points;
+      request.friction = true;
+      assemble(state_, island_, request, assembly);
+    }
+    IslandSystem& system = assembly.system;
+    Spare<std::vector<double>> warm;
+    warm->resize(system.rows.size());
+    for (int i = 0; i < system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      const Contact& contact = state_.contacts[origin.index];
+      const PointMemory& memory = contact.points[origin.point];
+      const double target = origin.kind == RowKind::Normal ? -std::max(0.0, origin.error) / h_ : 0;
+      system.b[i] = target - row_velocity(assembly, i, after);
+      if (origin.kind == RowKind::Friction && memory.sticking)
+        system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
+      (*warm)[i] = memory.h > 0 ? impulse_of(memory, origin.kind) * (h_ / memory.h) : 0;
+    }
+    Solution solution;
+    {
+      StageTimer timer(state_, result_, Stage::Solve);
+      SolveOptions options = state_.config.solve;
+      options.work_limit = kVelocityShare * limit_;
+      options.trace = state_.observe.systems && state_.observe.solve_traces;
+      solution = sweeps().solve(system, *warm, options, nullptr);
+    }
+    note_hits(assembly, solution.lambda, before);
+    apply_impulses(system, solution.lambda, after);
+    for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
+      if (solution.lambda[i] == 0) continue;
+      if (system.rows[i].a >= 0) pushed[static_cast<std::size_t>(system.rows[i].a)] = 1;
+      if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
+    }
+    store(assembly, solution.lambda);
+    note_status(result_, solution.status, solution.residual);
+    result_.report.method = solution.method;
+    result_.report.iterations = solution.iterations;
+    result_.report.rows = system.size();
+    result_.friction_rows += static_cast<int>(std::count_if(
+        system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
+    result_.work += solution.work;
+    if (state_.observe.systems) {
+      keep_trace(state_, island_, 0, system, solution.lambda, solution.status, solution.method,
+                 solution.residual, false, std::move(solution.trace), result_);
+    }
+    give_spare(std::move(solution.lambda));
+  }
+
+  /// The world's own solver where it sweeps, too.
+  const SolverEntry& sweeps() const {
+    static const SolverEntry& standard = find_solver("nncg");
+    return state_.solver->exact ? standard : *state_.solver;
+  }
+
+  static double impulse_of(const PointMemory& memory, RowKind kind) {
+    return kind == RowKind::Normal     ? memory.normal_impulse
+           : kind == RowKind::Friction ? memory.friction_impulse
+                                       : memory.rolling_impulse;
+  }
+
+  /// Landings: contacts that carried nothing and were struck.
+  void note_hits(const Assembly& assembly, const std::vector<double>& lambda,
+                 const std::vector<Velocity>& before) {
+    const double slow = h_ * largest_acceleration(state_, island_) + state_.config.rest_speed;
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.kind != RowKind::Normal || !(lambda[i] > 0)) continue;
+      Contact& contact = state_.contacts[origin.index];
+      PointMemory& memory = contact.points[origin.point];
+      const double u = row_velocity(assembly, i, before);
+      if (memory.normal_impulse > 0 || u > -slow) {
+        memory.total_normal += lambda[i];
+        continue;
+      }
+      ++result_.impacts;
+      memory.total_impact += lambda[i];
+      memory.impact_position = contact.manifold.points[origin.point].position;
+      contact.hit = true;
+      if (-u <= contact.hit_speed) continue;
+      contact.hit_speed = -u;
+      contact.hit_time = std::min(h_, std::max(0.0, origin.error) / -u);
+      contact.hit_point = memory.impact_position;
+      contact.hit_normal = contact.manifold.normal;
+    }
+  }
+
+  void store(const Assembly& assembly, const std::vector<double>& lambda) {
+    for (const std::uint32_t index : island_.contacts) {
+      for (PointMemory& memory : state_.contacts[index].points) {
+        memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+        memory.h = h_;
+        memory.sticking = false;
+      }
+    }
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+      if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda[i];
+      if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda[i];
+      if (origin.kind != RowKind::Friction) continue;
+      memory.friction_impulse = lambda[i];
+      memory.total_friction += lambda[i];
+      memory.sticking =
+          memory.normal_impulse > 0 &&
+          std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
+    }
+  }
+
+  void advance(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+               const std::vector<std::uint8_t>& pushed) {
+    StageTimer timer(state_, result_, Stage::Apply);
+    BodyArrays& all = state_.bodies;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      Velocity path = after[k];
+      for (std::size_t c = 0; c < 3 && !pushed[k]; ++c) path[c] = 0.5 * (before[k][c] + after[k][c]);
+      all.velocity[body] = {after[k][0], after[k][1]};
+      all.omega[body] = after[k][2];
+      move(k, {h_ * path[0], h_ * path[1], h_ * path[2]});
+    }
+  }
+
+  /// What goes a little beyond its reach is found by the next step: no reason to make this one again.
+  void move(std::size_t k, const Velocity& shift) {
+    BodyArrays& all = state_.bodies;
+    const std::uint32_t body = island_.bodies[k];
+    all.position[body] += Vec2{shift[0], shift[1]};
+    if (shift[2] != 0) {
+      all.angle[body] += shift[2];
+      all.rotation[body] = Rot::from_angle(all.angle[body]);
+    }
+    const double radius = state_.radius[body];
+    const double gone = state_.travelled[body] + std::hypot(shift[0], shift[1]) + std::abs(shift[2]) * radius;
+    state_.travelled[body] =
+        gone <= state_.reach[body] + kOverrun * radius ? std::min(gone, state_.reach[body]) : gone;
+  }
+
+  /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses, with
+  /// J shift >= -separation.
+  void separate() {
+    Spare<std::vector<std::uint8_t>> points;
+    points->assign(island_.contacts.size(), 0);
+    bool any = false;
+    for (std::size_t k = 0; k < points->size(); ++k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      const double floor = kOverlapFloor * std::min(size(contact.body_a), size(contact.body_b));
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        const double separation = contact.manifold.points[i].separation;
+        if (separation > state_.config.contact_margin) continue;
+        (*points)[k] |= 1u << i;
+        any |= separation < -floor;
+      }
+    }
+    if (!any) return;
+    Spare<Assembly> assembly;
+    AssemblyRequest request;
+    request.points = &*points;
+    request.elapsed = h_;
+    assemble(state_, island_, request, *assembly);
+    IslandSystem& system = assembly->system;
+    for (int i = 0; i < system.size(); ++i) system.b[i] = -assembly->origin[i].error;
+    SolveOptions options;
+    options.tolerance = 1e-4;
+    options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
+    static const SolverEntry& solver = find_solver("nncg");
+    Solution solution = solver.solve(system, {}, options, nullptr);
+    result_.work += solution.work;
+    std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
+    shift.assign(island_.bodies.size(), Velocity{});
+    apply_impulses(system, solution.lambda, shift);
+    // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
+    const bool free = is_free(state_, island_);
+    const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
+    for (std::size_t k = 0; k < shift.size(); ++k) move(k, shift[k]);
+    if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
+    follow(*assembly, shift);
+    give_spare(std::move(shift));
+    give_spare(std::move(solution.lambda));
+  }
+
+  double size(std::uint32_t body) const {
+    return body != BodyId::kNone && state_.local_index[body] >= 0 ? state_.radius[body] : kInfinity;
+  }
+
+  /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
+  void follow(const Assembly& assembly, const std::vector<Velocity>& shift) {
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      const Row& row = assembly.system.rows[i];
+      const RowOrigin& origin = assembly.origin[i];
+      double closer = 0;
+      if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
+      if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
+      state_.contacts[origin.index].manifold.points[origin.point].separation += closer;
+    }
+  }
+
+  WorldState& state_;
+  const Island& island_;
+  double h_;
+  IslandResult& result_;
+  double limit_ = 0;  ///< work of the step
+};
+
+}  // namespace
+
+bool is_in_flow(const WorldState& state, const Island& island, double h) {
+  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
+  int points = 0, fast = 0;
+  double slow = -1;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    if (contact.restitution > 0) return false;
+    points += contact.manifold.count;
+  }
+  if (points <= kFewPoints || has_varying_forces(state, island)) return false;
+  if (!state.solver->exact) return true;
+  slow = h * largest_acceleration(state, island) + state.config.rest_speed;
+  points = 0;
+  int landings = 0;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      const Vec2 u = relative_velocity(state, contact, point.position);
+      const double approach = -dot(contact.manifold.normal, u);
+      if (point.separation - h * approach > state.config.contact_margin) continue;
+      ++points;
+      landings += !is_touching(state, point) && point.separation < h * approach;
+      fast += std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
+              slow;
+    }
+  }
+  int flow = 0;
+  for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
+  if (points <= kFewPoints) return false;
+  return flow > 0 ? fast > kLeave * points || landings > kFewLandings
+                  : fast > kEnter * points || landings > kLandings;
+}
+
+bool was_restless(const IslandResult& result) {
+  return result.substeps > kPieces;
+}
+
+void step_island_in_flow(WorldState& state, const Island& island, double h, IslandResult& result) {
+  FlowStep(state, island, h, result).run();
+  result.step_memory.flow = 1;
+}
+
+}  // namespace skerry

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+//
+// Islands in flow: who counts as such, what they may cost, and what they keep.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+constexpr double kStep = 1.0 / 60;
+
+World make_world(double flow_work, Vec2 gravity = {0, -9.81}, const char* solver = "auto") {
+  WorldConfig config;
+  config.flow_work = flow_work;
+  config.gravity = gravity;
+  config.solver = solver;
+  return World(config);
+}
+
+/// Boxes and discs (or boxes alone) in loose columns, thrown at random. They fall over each other within half
+/// a second.
+void add_heap(World& world, int count, double speed, bool discs = true) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  for (int i = 0; i < count; ++i) {
+    const ShapeDef shape = test::rough(discs && i % 3 == 0 ? make_disc(0.5) : make_box({1, 1}), 0.5);
+    test::add(world, {1.3 * (i % 8) + 0.1 * noise(random), 0.8 + 1.3 * (i / 8)}, shape, 1 + i % 2,
+              {speed * noise(random), speed * noise(random)}, noise(random));
+  }
+}
+
+World heap_on_ground(double flow_work, const char* solver = "auto") {
+  World world = make_world(flow_work, {0, -9.81}, solver);
+  test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
+  add_heap(world, 80, 2);
+  return world;
+}
+
+TEST(Flow, OfAFallingHeapIsBoundedInWorkAndSaysWhatIsLeft) {
+  World poor = heap_on_ground(100), rich = heap_on_ground(2000);
+  int flowing = 0;
+  double sum_poor = 0, sum_rich = 0;
+  for (int k = 0; k < 90; ++k) {
+    for (World* world : {&poor, &rich}) {
+      const double work = world->config().flow_work;
+      const StepReport& report = world->step(kStep);
+      double residual = 0, bound = 0;
+      for (const IslandReport& island : report.islands_list) {
+        if (!island.flowing) continue;
+        ++flowing;
+        EXPECT_GT(island.contacts, 30);
+        EXPECT_EQ(island.stepper, "time_stepping");
+        EXPECT_LE(island.residual, 1);
+        residual = std::max(residual, island.residual);
+        // Each of the two solves ends after the sweep in which its share runs out.
+        bound += work * island.bodies + 4 * 2 * island.contacts;
+      }
+      if (bound > 0 && report.islands_in_flow == report.islands) {
+        EXPECT_LE(report.work.visits, bound);
+      }
+      (world == &poor ? sum_poor : sum_rich) += residual;
+    }
+  }
+  EXPECT_GT(flowing, 60);
+  EXPECT_LT(sum_rich, sum_poor);
+}
+
+TEST(Flow, IsNotSeenInStacksAtRestOrPushed) {
+  World world = make_world(400);
+  const ShapeDef box = test::rough(make_box({1, 1}), 0.5);
+  test::add_ground(world, box);
+  BodyId middle;
+  for (int i = 0; i < 30; ++i) {
+    const BodyId body = test::add(world, {0, i + 0.5}, box);
+    if (i == 15) middle = body;
+  }
+  for (int k = 0; k < 60; ++k) {
+    if (k == 10) world.apply_impulse(middle, {0.3, 0}, world.position(middle));
+    const StepReport& report = world.step(kStep);
+    EXPECT_EQ(report.islands_in_flow, 0);
+    EXPECT_LE(report.worst_residual, 1e-10);
+  }
+}
+
+TEST(Flow, EndsInExactRest) {
+  World world = make_world(400);
+  test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
+  add_heap(world, 80, 2, false);
+  int flowing = 0;
+  for (int k = 0; k < 900 && world.report().bodies_asleep < 80; ++k)
+    flowing += world.step(kStep).islands_in_flow;
+  EXPECT_GT(flowing, 20);
+  EXPECT_EQ(world.report().islands_in_flow, 0);
+  EXPECT_LE(world.report().worst_residual, 1e-9);
+  EXPECT_LE(world.report().worst_penetration, 1e-9);
+  EXPECT_LE(world.kinetic_energy(), 1e-3);
+}
+
+TEST(Flow, KeepsMomentaAndGainsNoEnergyWhereNothingIsFixed) {
+  World world = make_world(200, {});
+  add_heap(world, 100, 3);
+  test::add(world, {-6, 5}, test::rough(make_box({4, 4}), 0.5), 300, {30, 0});
+  const Vec2 momentum = world.momentum();
+  const double turn = world.angular_momentum();
+  double energy = world.kinetic_energy();
+  int flowing = 0;
+  for (int k = 0; k < 60; ++k) {
+    flowing += world.step(kStep).islands_in_flow > 0;
+    EXPECT_LE(length(world.momentum() - momentum), 1e-12 * length(momentum));
+    EXPECT_LE(std::abs(world.angular_momentum() - turn), 1e-11 * length(momentum));
+    EXPECT_LE(world.kinetic_energy(), energy * (1 + 1e-12));
+    energy = world.kinetic_energy();
+  }
+  EXPECT_GT(flowing, 20);
+}
+
+TEST(Flow, GainsNoEnergyAndSinksLittleUnderGravity) {
+  World world = heap_on_ground(200);
+  double energy = world.kinetic_energy() + world.potential_energy(), deepest = 0;
+  for (int k = 0; k < 180; ++k) {
+    deepest = std::max(deepest, world.step(kStep).worst_penetration);
+    const double now = world.kinetic_energy() + world.potential_energy();
+    EXPECT_LE(now, energy * (1 + 1e-9));
+    energy = now;
+  }
+  EXPECT_LE(deepest, 0.01);
+}
+
+TEST(Flow, IsSwitchedOffByZeroWork) {
+  World world = heap_on_ground(0);
+  for (int k = 0; k < 40; ++k) {
+    EXPECT_EQ(world.step(kStep).islands_in_flow, 0);
+    EXPECT_EQ(world.report().inexact_islands, 0);
+  }
+}
+
+TEST(Flow, IsHowPreviewSolversMakeLargeIslands) {
+  for (const char* solver : {"pgs", "nncg", "tgs_soft"}) {
+    SCOPED_TRACE(solver);
+    World world = heap_on_ground(400, solver);
+    int flowing = 0;
+    for (int k = 0; k < 60; ++k) {
+      const StepReport& report = world.step(kStep);
+      for (const IslandReport& island : report.islands_list) {
+        if (!island.flowing) continue;
+        ++flowing;
+        EXPECT_EQ(island.method, solver);
+      }
+      EXPECT_EQ(report.contained, 0);
+    }
+    EXPECT_GT(flowing, 30);
+    EXPECT_TRUE(std::isfinite(world.kinetic_energy()));
+  }
+}
+
+TEST(Flow, TakesNoNegativeWork) {
+  WorldConfig config;
+  config.flow_work = -1;
+  EXPECT_THROW(World{config}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skerry
