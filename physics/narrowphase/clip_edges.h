@@ -33,8 +33,12 @@ struct Edges {
   double from_ref;  // middle between the surfaces: half the difference of the radii
 };
 
+/// @tparam N  corners of both cores; 0: any number
+template <int N = 0>
 [[gnu::always_inline]] inline Edges edges_of(const Hull& a, const Hull& b, const Placed& placed,
                                              const Axis& axis) {
+  static_assert((N & (N - 1)) == 0);
+  const auto after = [](int i, int count) { return N > 0 ? (i + 1) & (N - 1) : i + 1 < count ? i + 1 : 0; };
   Edges e;
   e.reference_is_a = axis.index >= 0;
   const int edge = e.reference_is_a ? axis.index : ~axis.index;
@@ -45,14 +49,14 @@ struct Edges {
   const Vec2* inc_v = e.reference_is_a ? placed.v : a.v;
   e.n = axis.n;
   // Of the two edges at the deepest corner the one that faces the reference edge is incident.
-  const int before = axis.support > 0 ? axis.support - 1 : inc.count - 1;
+  const int last = (N > 0 ? N : inc.count) - 1, before = axis.support > 0 ? axis.support - 1 : last;
   const Vec2 back = inverse_rotate(placed.turn, e.n);
   const Vec2 n_inc = {e.reference_is_a ? back.x : e.n.x, e.reference_is_a ? back.y : e.n.y};
   const int incident = dot(n_inc, inc.n[before]) < dot(n_inc, inc.n[axis.support]) ? before : axis.support;
   e.i0 = edge;
-  e.i1 = edge + 1 < ref.count ? edge + 1 : 0;
+  e.i1 = after(edge, ref.count);
   e.j0 = incident;
-  e.j1 = incident + 1 < inc.count ? incident + 1 : 0;
+  e.j1 = after(incident, inc.count);
   e.p0 = ref_v + e.i0;
   e.p1 = ref_v + e.i1;
   e.q0 = inc_v + e.j0;
@@ -137,9 +141,10 @@ void clip_touching(const Hull& a, const Hull& b, const Placed& placed, const Axi
                    Output& out);
 
 /// Cores that overlap.
+template <int N = 0>
 [[gnu::always_inline]] inline void clip_overlap(const Hull& a, const Hull& b, const Placed& placed,
                                                 const Axis& axis, double margin, Output& out) {
-  const Edges e = edges_of(a, b, placed, axis);
+  const Edges e = edges_of<N>(a, b, placed, axis);
   const double radii = a.radius + b.radius, limit = margin + radii;
   if (!(overlap_of(e) > kNoise * axis.scale)) return write_single(e, radii, limit, out);
   write_normal(e, e.n, reference_of(e), out);

@@ -102,6 +102,48 @@ bool apart_on_cached_axis(const Hull& a, const Transform& pose_a, const Hull& b,
   return true;
 }
 
+/// Two cores in the order of the pair. @tparam N  corners of both, which are rectangles; 0: any cores
+template <int N>
+[[gnu::always_inline]] inline void ordered_cores(const Hull& first, const Hull& second,
+                                                 const Transform& frame, const Transform& other,
+                                                 bool exchange, double margin, double limit, SatCache* cache,
+                                                 NarrowPhaseStats* stats, Manifold& m) {
+  const Transform relative = narrow::relative_pose(frame, other);
+  narrow::Output out{m, frame, exchange, {}};
+  // The cache speaks of a and b, the search of first and second.
+  const std::int32_t flip = exchange ? -1 : 0;
+  if (cache != nullptr) {
+    // What is known of a settled pair is in the frame of its first shape.
+    if (cache->exchanged != exchange) cache->state = SatCache::State::Empty;
+    cache->exchanged = exchange;
+    cache->axis ^= flip;
+    cache->partner ^= flip;
+  }
+  narrow::Placed placed;
+  const narrow::Axis axis = N > 0 ? narrow::search<N, N>(first, second, relative, limit, placed, cache, stats)
+                                  : narrow::find_axis(first, second, relative, limit, placed, cache, stats);
+  if (cache != nullptr) {
+    cache->axis ^= flip;
+    cache->partner ^= flip;
+  }
+  if (axis.apart) return;
+  if (axis.separation >= -narrow::kNoise * axis.scale) {
+    return narrow::clip_touching(first, second, placed, axis, margin, out);
+  }
+  narrow::clip_overlap<N>(first, second, placed, axis, margin, out);
+}
+
+/// True if the discs around two rectangles are farther apart than `limit` beyond doubt. Without a root: their
+/// radii r and s have (r + s)^2 <= 2 (r^2 + s^2) = S, and (sqrt(S) + l)^2 <= 65/64 S + 65 l^2.
+[[gnu::always_inline]] inline bool discs_around_apart(const Shape::Rectangle& a, const Shape::Rectangle& b,
+                                                      Vec2 d, double limit) {
+  using narrow::load, narrow::Two;
+  const Two half_a = load(a.half), half_b = load(b.half), squares = half_a * half_a + half_b * half_b;
+  const Two middles = magnitude(load(a.middle)) + magnitude(load(b.middle));
+  const double l = limit + (middles.low() + middles.high());
+  return length_squared(d) > (65.0 / 32) * (squares.low() + squares.high()) + 65 * (l * l);
+}
+
 /// Two polygons or capsules.
 [[gnu::always_inline]] inline void cores(const Shape& shape_a, const Transform& pose_a, const Shape& shape_b,
                                          const Transform& pose_b, double margin, SatCache* cache,
@@ -113,34 +155,24 @@ bool apart_on_cached_axis(const Hull& a, const Transform& pose_a, const Hull& b,
       apart_again(shape_a, pose_a, shape_b, pose_b, limit, *cache, stats)) {
     return;
   }
+  const bool boxes = shape_a.rectangle.half.x > 0 && shape_b.rectangle.half.x > 0;
+  // With a cache an axis is worth knowing.
+  if (boxes && cache == nullptr && discs_around_apart(shape_a.rectangle, shape_b.rectangle, d, limit)) {
+    if (stats != nullptr) stats->axes_skipped += 8;
+    return;
+  }
   const bool exchange = narrow::second_comes_first(shape_a, pose_a, shape_b, pose_b);
-  const Transform& frame = exchange ? pose_b : pose_a;
-  const Transform relative = narrow::relative_pose(frame, exchange ? pose_a : pose_b);
-  narrow::Output out{m, frame, exchange, {}};
-  const Hull first = narrow::hull_of(exchange ? shape_b : shape_a);
-  const Hull second = narrow::hull_of(exchange ? shape_a : shape_b);
-  // The cache speaks of a and b, the search of first and second.
-  const std::int32_t flip = exchange ? -1 : 0;
-  if (cache != nullptr) {
-    // What is known of a settled pair is in the frame of its first shape.
-    if (cache->exchanged != exchange) cache->state = SatCache::State::Empty;
-    cache->exchanged = exchange;
-    cache->axis ^= flip;
-    cache->partner ^= flip;
+  const Transform &frame = exchange ? pose_b : pose_a, &other = exchange ? pose_a : pose_b;
+  const Shape &first = exchange ? shape_b : shape_a, &second = exchange ? shape_a : shape_b;
+  if (boxes) {
+    const auto hull = [](const Shape& s) {
+      return Hull{s.kind, s.vertices.data(), s.normals.data(), 4, s.radius, &s.rectangle};
+    };
+    return ordered_cores<4>(hull(first), hull(second), frame, other, exchange, margin, limit, cache, stats,
+                            m);
   }
-  narrow::Placed placed;
-  const bool boxes = first.rectangle != nullptr && second.rectangle != nullptr;
-  const narrow::Axis axis = boxes ? narrow::search<4, 4>(first, second, relative, limit, placed, cache, stats)
-                                  : narrow::find_axis(first, second, relative, limit, placed, cache, stats);
-  if (cache != nullptr) {
-    cache->axis ^= flip;
-    cache->partner ^= flip;
-  }
-  if (axis.apart) return;
-  if (axis.separation >= -narrow::kNoise * axis.scale) {
-    return narrow::clip_touching(first, second, placed, axis, margin, out);
-  }
-  narrow::clip_overlap(first, second, placed, axis, margin, out);
+  ordered_cores<0>(narrow::hull_of(first), narrow::hull_of(second), frame, other, exchange, margin, limit,
+                   cache, stats, m);
 }
 
 /// Pairs with a half-plane, or with a disc and something else.
@@ -165,9 +197,9 @@ constexpr bool has_edges(ShapeKind kind) {
 
 /// Everything but two discs; apart from them, as what it needs (registers, room on the stack) costs two discs
 /// more than their contact.
-[[gnu::noinline]] void collide_others(const Shape& a, const Transform& pose_a, const Shape& b,
-                                      const Transform& pose_b, double margin, SatCache* cache,
-                                      NarrowPhaseStats* stats, Manifold& m) {
+SKERRY_TWICE [[gnu::noinline]] void collide_others(const Shape& a, const Transform& pose_a, const Shape& b,
+                                                   const Transform& pose_b, double margin, SatCache* cache,
+                                                   NarrowPhaseStats* stats, Manifold& m) {
   if (has_edges(a.kind) && has_edges(b.kind)) {
     cores(a, pose_a, b, pose_b, margin, cache, stats, m);
   } else {
@@ -177,8 +209,9 @@ constexpr bool has_edges(ShapeKind kind) {
 
 }  // namespace
 
-Manifold collide(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
-                 double margin, SatCache* cache, NarrowPhaseStats* stats) {
+SKERRY_TWICE Manifold collide(const Shape& a, const Transform& pose_a, const Shape& b,
+                              const Transform& pose_b, double margin, SatCache* cache,
+                              NarrowPhaseStats* stats) {
   Manifold m;
   if (a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc) {
     discs(a, pose_a, b, pose_b, margin, m);

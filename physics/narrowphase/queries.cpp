@@ -108,14 +108,15 @@ void hit_circle(Vec2 origin, Vec2 direction, Vec2 centre, double radius, LocalHi
 }
 
 /// Bit i: corner i lies to the left of the ray's line, or on it if `closed`.
-std::uint64_t corners_left(const Hull& hull, Vec2 origin, Vec2 direction, bool closed) {
+[[gnu::always_inline]] inline std::uint64_t corners_left(const Hull& hull, Vec2 origin, Vec2 direction,
+                                                         bool closed) {
   using narrow::load, narrow::Two;
-  const Two ox = Two::both(origin.x), oy = Two::both(origin.y), zero = Two::both(0);
+  const Two own = Two::both(cross(direction, origin));
   const Two dx = Two::both(direction.x), dy = Two::both(direction.y);
   std::uint64_t left = 0;
   const auto look = [&](const Two& v0, const Two& v1) {
-    const Two side = dx * (highs(v0, v1) - oy) - dy * (lows(v0, v1) - ox);
-    return closed ? bits(at_least(side, zero)) : ~bits(at_least(zero, side)) & 3u;
+    const Two side = dx * highs(v0, v1) - dy * lows(v0, v1);
+    return closed ? bits(at_least(side, own)) : ~bits(at_least(own, side)) & 3u;
   };
   int i = 0;
   for (; i + 1 < hull.count; i += 2) {
@@ -129,7 +130,7 @@ std::uint64_t corners_left(const Hull& hull, Vec2 origin, Vec2 direction, bool c
 
 /// A line enters a convex polygon at the edge whose first corner is to its left and the second to its right:
 /// one division, and no branch on how the edges lie, which cannot be foreseen.
-LocalHit hit_sharp_polygon(const Hull& hull, Vec2 origin, Vec2 direction) {
+[[gnu::always_inline]] inline LocalHit hit_sharp_polygon(const Hull& hull, Vec2 origin, Vec2 direction) {
   const auto crossing = [&](std::uint64_t from) {
     const std::uint64_t next = from >> 1 | (from & 1) << (hull.count - 1);
     return from & ~next;
@@ -260,8 +261,23 @@ namespace {
   throw std::invalid_argument("ray_cast: the ray must be finite, its direction not zero and t_max >= 0");
 }
 
-[[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& shape, const Transform& pose,
-                                                      const Ray& ray) {
+/// Rays that hit need no check: their results are finite, and so is all that went in.
+void require_ray(const Ray& ray) {
+  const double speed = length_squared(ray.direction), sum = narrow::magnitude(ray.origin) + speed;
+  if (!(sum < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray();
+}
+[[gnu::noinline]] std::optional<RayHit> missed(const Ray& ray) {
+  require_ray(ray);
+  return std::nullopt;
+}
+[[gnu::noinline]] std::optional<RayHit> starts_inside(const Ray& ray) {
+  require_ray(ray);
+  return RayHit{0, ray.origin, -ray.direction / length(ray.direction)};
+}
+
+SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& shape, const Transform& pose,
+                                                                   const Ray& ray) {
+  require_ray(ray);
   const Vec2 origin = to_local(pose, ray.origin), direction = inverse_rotate(pose.q, ray.direction);
   const Hull hull = narrow::hull_of(shape);
   LocalHit hit;
@@ -281,10 +297,6 @@ namespace {
   }
   if (!(hit.t <= ray.t_max && hit.t < kInfinity)) return std::nullopt;
   return RayHit{hit.t, ray.origin + hit.t * ray.direction, rotate(pose.q, hit.normal)};
-}
-
-[[gnu::noinline, gnu::cold]] std::optional<RayHit> starts_inside(const Ray& ray) {
-  return RayHit{0, ray.origin, -ray.direction / length(ray.direction)};
 }
 
 /// The slabs of a rectangle, both in the lanes; its normals are turned into the world, so the hit is there at
@@ -311,10 +323,9 @@ namespace {
   // Which slab is entered last is hard to foresee, so it is selected.
   const Two last = greater(enter, exchanged(enter)), first_enters = at_least(lows(enter, enter), last);
   const double t = last.low();
-  if (end < t || end < 0) return std::nullopt;
-  if (!(t > 0)) [[unlikely]]
-    return starts_inside(ray);
-  if (!(t <= ray.t_max)) return std::nullopt;
+  if (!(t > 0 && t <= end && t <= ray.t_max && t < kInfinity)) {
+    return t <= 0 && end >= 0 ? starts_inside(ray) : missed(ray);
+  }
   const Two side = chosen(first_enters, u, with_low_negated(exchanged(u)));
   const Two against = negated(chosen(first_enters, lows(rate, rate), highs(rate, rate)));
   std::optional<RayHit> hit(std::in_place, t, Vec2{}, Vec2{});
@@ -325,37 +336,32 @@ namespace {
 
 /// A disc needs no turning. It is met where m + t d has the length of the radius.
 [[gnu::always_inline]] inline std::optional<RayHit> ray_cast_disc(const Shape& shape, const Transform& pose,
-                                                                  const Ray& ray, double speed) {
+                                                                  const Ray& ray) {
   using narrow::load, narrow::Two;
   const double radius = shape.radius;
   const Two origin = load(ray.origin), d = load(ray.direction);
   const Two m = (origin - load(pose.p)) - turned(load(pose.q), load(shape.vertices[0]));
-  const Two along_parts = m * d, miss_parts = m * exchanged(d), far_parts = m * m;
+  const Two squares = d * d, along_parts = m * d, miss_parts = m * exchanged(d), far_parts = m * m;
   const double along = along_parts.low() + along_parts.high(), miss = miss_parts.low() - miss_parts.high();
   const double height = (far_parts.low() + far_parts.high()) - radius * radius;
-  const double square = speed * (radius * radius) - miss * miss;
-  if (height <= 0) [[unlikely]]
-    return starts_inside(ray);
-  if (!(along < 0 && square >= 0)) return std::nullopt;
+  const double square = (squares.low() + squares.high()) * (radius * radius) - miss * miss;
+  if (height <= 0) return starts_inside(ray);
+  if (!(along < 0 && square >= 0)) return missed(ray);
   const double t = height / (narrow::root(square) - along);
-  if (!(t <= ray.t_max)) return std::nullopt;
+  if (!(t > 0 && t <= ray.t_max && t < kInfinity)) return missed(ray);
   const Two way = Two::both(t) * d;
   std::optional<RayHit> hit(std::in_place, t, Vec2{}, Vec2{});
   (origin + way).store(&hit->point.x);
-  (Two::both(1 / radius) * (m + way)).store(&hit->normal.x);
+  ((m + way) / Two::both(radius)).store(&hit->normal.x);
   return hit;
 }
 
 }  // namespace
 
-std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
-  using narrow::load, narrow::Two;
-  const Two d = load(ray.direction), squares = d * d, distances = magnitude(load(ray.origin));
-  const double speed = squares.low() + squares.high();
-  if (!(distances.low() + distances.high() + speed < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray();
-  if (shape.kind == ShapeKind::Disc) return ray_cast_disc(shape, pose, ray, speed);
-  const bool is_rectangle = shape.rectangle.half.x > 0 && shape.radius == 0;
-  return is_rectangle ? ray_cast_rectangle(shape, pose, ray) : ray_cast_hull(shape, pose, ray);
+SKERRY_TWICE std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
+  if (shape.kind == ShapeKind::Disc) return ray_cast_disc(shape, pose, ray);
+  if (shape.rectangle.half.x > 0 && shape.radius == 0) return ray_cast_rectangle(shape, pose, ray);
+  return ray_cast_hull(shape, pose, ray);
 }
 
 std::optional<RayHit> shape_cast(const Shape& moving, const Transform& pose_moving, Vec2 translation,

@@ -30,19 +30,36 @@ double descend(const Vec2* v, int count, Vec2 n, int& corner) {
   return low;
 }
 
-/// Separations along the edges of one core from the corners of the other, two edges at a time. One value more
-/// than there are edges may be written.
+/// Separations along the edges of one core from the corners of the other, two edges at a time and up to four
+/// such pairs for each corner that is read. One value more than there are edges may be written.
 template <int NE, int NC>
-void separations_along(const Vec2* n, const Vec2* v, int edges, const Vec2* corners, int count, double* out) {
+[[gnu::always_inline]] inline void separations_along(const Vec2* n, const Vec2* v, int edges,
+                                                     const Vec2* corners, int count, double* out) {
+  constexpr int kAtOnce = 4;
   const int last_edge = NE > 0 ? NE : edges, last = NC > 0 ? NC : count;
-  for (int i = 0; i < last_edge; i += 2) {
-    const int k = i + 1 < last_edge ? i + 1 : i;
-    const Two nx = Two::of(n[i].x, n[k].x), ny = Two::of(n[i].y, n[k].y);
-    Two low = nx * Two::both(corners[0].x) + ny * Two::both(corners[0].y);
-    for (int j = 1; j < last; ++j) {
-      low = lesser(nx * Two::both(corners[j].x) + ny * Two::both(corners[j].y), low);
+  for (int from = 0; from < last_edge; from += 2 * kAtOnce) {
+    Two nx[kAtOnce], ny[kAtOnce], low[kAtOnce];
+    const Two x0 = Two::both(corners[0].x), y0 = Two::both(corners[0].y);
+#pragma GCC unroll 4
+    for (int k = 0; k < kAtOnce; ++k) {
+      const Two n0 = load(n[std::min(from + 2 * k, last_edge - 1)]);
+      const Two n1 = load(n[std::min(from + 2 * k + 1, last_edge - 1)]);
+      nx[k] = lows(n0, n1);
+      ny[k] = highs(n0, n1);
+      low[k] = nx[k] * x0 + ny[k] * y0;
     }
-    (low - (nx * Two::of(v[i].x, v[k].x) + ny * Two::of(v[i].y, v[k].y))).store(out + i);
+    for (int j = 1; j < last; ++j) {
+      const Two x = Two::both(corners[j].x), y = Two::both(corners[j].y);
+#pragma GCC unroll 4
+      for (int k = 0; k < kAtOnce; ++k) low[k] = lesser(nx[k] * x + ny[k] * y, low[k]);
+    }
+#pragma GCC unroll 4
+    for (int k = 0; k < kAtOnce; ++k) {
+      const int i = from + 2 * k;
+      if (i >= last_edge) break;
+      const Two v0 = load(v[i]), v1 = load(v[i + 1 < last_edge ? i + 1 : i]);
+      (low[k] - (nx[k] * lows(v0, v1) + ny[k] * highs(v0, v1))).store(out + i);
+    }
   }
 }
 
@@ -105,8 +122,10 @@ Ranking rank(const Hull& a, const Hull& b, const Placed& placed, double limit, d
 
 }  // namespace
 
-Ranking rank_all(const Hull& a, const Hull& b, const Placed& placed, double limit, double bias, bool keep) {
+SKERRY_TWICE [[gnu::flatten]] Ranking rank_all(const Hull& a, const Hull& b, const Placed& placed,
+                                               double limit, double bias, bool keep) {
   if (a.count == 4 && b.count == 4) return rank<4, 4>(a, b, placed, limit, bias, keep);
+  if (a.count == 8 && b.count == 8) return rank<8, 8>(a, b, placed, limit, bias, keep);
   return rank<0, 0>(a, b, placed, limit, bias, keep);
 }
 
@@ -124,9 +143,10 @@ bool second_comes_first_by_details(const Shape& a, const Transform& pose_a, cons
   return false;
 }
 
-Axis find_axis(const Hull& a, const Hull& b, const Transform& relative, double limit, Placed& placed,
-               SatCache* cache, NarrowPhaseStats* stats) {
+SKERRY_TWICE Axis find_axis(const Hull& a, const Hull& b, const Transform& relative, double limit,
+                            Placed& placed, SatCache* cache, NarrowPhaseStats* stats) {
   if (a.count == 4 && b.count == 4) return search<4, 4>(a, b, relative, limit, placed, cache, stats);
+  if (a.count == 8 && b.count == 8) return search<8, 8>(a, b, relative, limit, placed, cache, stats);
   return search<0, 0>(a, b, relative, limit, placed, cache, stats);
 }
 

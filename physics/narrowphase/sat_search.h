@@ -38,7 +38,7 @@ inline double coordinate_scale(const Hull& a, const Hull& b, const Transform& re
 /// Turns and moves points; each is written in one piece, because a pair that was written in two cannot be
 /// read in one without waiting.
 template <int N>
-void transform(const Vec2* from, int count, Rot q, Vec2 p, Vec2* to) {
+[[gnu::always_inline]] inline void transform(const Vec2* from, int count, Rot q, Vec2 p, Vec2* to) {
   const int last = N > 0 ? N : count;
   const Two x_axis = Two::of(q.c, q.s), y_axis = Two::of(-q.s, q.c), offset = Two::of(p.x, p.y);
   for (int i = 0; i < last; ++i) {
@@ -59,7 +59,7 @@ struct Probe {
 };
 
 template <int NA, int NB>
-Probe probe(const Hull& a, const Hull& b, const Placed& placed, int axis) {
+[[gnu::always_inline]] inline Probe probe(const Hull& a, const Hull& b, const Placed& placed, int axis) {
   const int na = NA > 0 ? NA : a.count, nb = NB > 0 ? NB : b.count;
   const bool on_a = axis < na;
   // Which core it is depends on the scene alone, so it is selected, not branched on.
@@ -127,8 +127,8 @@ Ranking rank_all(const Hull& a, const Hull& b, const Placed& placed, double limi
 /// The same for two rectangles from their middles and half widths: opposite edges at once, two axes in the
 /// lanes [Gottschalk 1996]. Separations are right within `bias` only, so where that matters it returns false.
 /// No corner is moved, so pairs that are apart cost little.
-inline bool rank_boxes(const Hull& a, const Hull& b, const Transform& relative, double limit, double bias,
-                       bool keep, Ranking& out) {
+[[gnu::always_inline]] inline bool rank_boxes(const Hull& a, const Hull& b, const Transform& relative,
+                                              double limit, double bias, bool keep, Ranking& out) {
   const Two size_a = load(a.rectangle->half), size_b = load(b.rectangle->half);
   const Two na0 = load(a.n[0]), na1 = load(a.n[1]), nb0 = load(b.n[0]), nb1 = load(b.n[1]);
   const Two ax = lows(na0, na1), ay = highs(na0, na1), bx = lows(nb0, nb1), by = highs(nb0, nb1);

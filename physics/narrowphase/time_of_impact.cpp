@@ -4,11 +4,13 @@
 #include <array>
 #include <cstdio>
 #include <stdexcept>
+#include <tuple>
 
 #include "physics/narrowphase/chain.h"
 #include "physics/narrowphase/chain_segment.h"
 #include "physics/narrowphase/chain_tree.h"
 #include "physics/narrowphase/hull.h"
+#include "physics/narrowphase/lanes.h"
 
 namespace skerry {
 namespace {
@@ -100,15 +102,19 @@ struct Lines {
 
 /// Heights of the corners over the lowest one along `n` (in the core's frame), and their rates when the core
 /// turns with `omega` while the direction stays.
-void fill_lines(const Hull& hull, Vec2 n, double omega, Line* lines) {
+[[gnu::always_inline]] inline void fill_lines(const Hull& hull, Vec2 n, double omega, Line* lines) {
+  using narrow::Two;
+  // Value and rate side by side.
   const Vec2 sideways = omega * perp(n);
-  double low = kInfinity;
+  const Two x_row = Two::of(n.x, -sideways.x), y_row = Two::of(n.y, -sideways.y);
+  Two low = Two::both(kInfinity);
   for (int i = 0; i < hull.count; ++i) {
-    lines[i].value = dot(n, hull.v[i]);
-    lines[i].rate = -dot(sideways, hull.v[i]);
-    low = std::min(low, lines[i].value);
+    const Two line = x_row * Two::both(hull.v[i].x) + y_row * Two::both(hull.v[i].y);
+    line.store(&lines[i].value);
+    low = lesser(line, low);
   }
-  for (int i = 0; i < hull.count; ++i) lines[i].value -= low;
+  const Two lowest = Two::of(low.low(), 0);
+  for (int i = 0; i < hull.count; ++i) (Two::load(&lines[i].value) - lowest).store(&lines[i].value);
 }
 
 /// One pair in flight, ordered as `meet` wants it.
@@ -162,7 +168,7 @@ class Flight {
   int corner_a_ = -1, corner_b_ = -1;  // of the features that are closest; -1: not known
 };
 
-void Flight::look(double t) {
+SKERRY_TWICE void Flight::look(double t) {
   t_ = t;
   qa_ = a_.rotation_at(t);
   qb_ = b_.rotation_at(t);
@@ -228,7 +234,7 @@ double Flight::step_of_discs() const {
 }
 
 /// Step along the present normal, kept fixed in the world. @param direction  -1: back in time
-double Flight::step_on_fixed_axis(double gap, double longest, double direction) const {
+SKERRY_TWICE double Flight::step_on_fixed_axis(double gap, double longest, double direction) const {
   if (!a_.turns && !b_.turns) return first_root(gap, direction * dot(n_, v_), dot(n_, acceleration_));
   if (!bounded_ && a_.turns) return 0;
   const double curvature = std::min(0.0, dot(n_, acceleration_)) - a_.turning_bound() - b_.turning_bound();
@@ -305,7 +311,7 @@ double Flight::safe_step(double t, double on_fixed_axis) const {
 
 /// When the features that are closest now would touch, if they stayed so: Newton's method on the distance of
 /// a corner from an edge or from a corner. Infinite if it finds nothing.
-double Flight::root_of_features(double t) const {
+SKERRY_TWICE double Flight::root_of_features(double t) const {
   if (corner_a_ < 0) return kInfinity;
   const Vec2 pa = a_.hull.v[corner_a_], pb = b_.hull.v[corner_b_];
   const double radii = a_.hull.radius + b_.hull.radius + target_;
@@ -441,7 +447,8 @@ ImpactTime Flight::run() {
         // from here until `clear`, and back from there, as far as the same bound reaches.
         --guesses;
         ++result.iterations;
-        const double here = t;
+        // What was seen here; contact points are kept only where shapes touch.
+        const auto here = std::tuple(t_, qa_, qb_, d_, v_, from_, n_, gap_, scale_, corner_a_, corner_b_);
         move_to(guess);
         look(t);
         if (std::abs(gap_) <= kTouchingNoise * scale_ && approaches() &&
@@ -450,8 +457,8 @@ ImpactTime Flight::run() {
           result.t = guess;
           return result;
         }
-        move_to(here);
-        look(t);
+        std::tie(t_, qa_, qb_, d_, v_, from_, n_, gap_, scale_, corner_a_, corner_b_) = here;
+        t = t_;
       }
       s = safe_step(t, fixed);
     }
