@@ -12,10 +12,11 @@
 
 /// Compiles a function a second time with the instructions of AVX2, which name their result apart from their
 /// operands and so need a fifth fewer; the loader picks one. Sums and products are the same, to the bit (no
-/// fused multiply-add). Sanitizers start too late for the loader's choice.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define SKERRY_TWICE __attribute__((target_clones("default", "avx2")))
+/// fused multiply-add). Sanitizers start too late for the loader's choice, and clang cannot combine it with
+/// the other attributes.
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) && !defined(__AVX2__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define SKERRY_TWICE [[gnu::target_clones("default", "avx2")]]
 #else
 #define SKERRY_TWICE
 #endif

@@ -328,7 +328,7 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& 
   }
   const Two side = chosen(first_enters, u, with_low_negated(exchanged(u)));
   const Two against = negated(chosen(first_enters, lows(rate, rate), highs(rate, rate)));
-  std::optional<RayHit> hit(std::in_place, t, Vec2{}, Vec2{});
+  std::optional<RayHit> hit(RayHit{t, {}, {}});
   (origin + last * d).store(&hit->point.x);
   flipped(side, against).store(&hit->normal.x);
   return hit;
@@ -350,7 +350,7 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& 
   const double t = height / (narrow::root(square) - along);
   if (!(t > 0 && t <= ray.t_max && t < kInfinity)) return missed(ray);
   const Two way = Two::both(t) * d;
-  std::optional<RayHit> hit(std::in_place, t, Vec2{}, Vec2{});
+  std::optional<RayHit> hit(RayHit{t, {}, {}});
   (origin + way).store(&hit->point.x);
   ((m + way) / Two::both(radius)).store(&hit->normal.x);
   return hit;

@@ -162,7 +162,7 @@ Ranking rank_all(const Hull& a, const Hull& b, const Placed& placed, double limi
   const unsigned near =
       reached(a01, good) | reached(a23, good) << 2 | reached(b01, good) << 4 | reached(b23, good) << 6;
   if (near == 0) return false;  // NaN
-  const int chosen = std::countr_zero(near), last = std::bit_width(near) - 1;
+  const int chosen = std::countr_zero(near), last = static_cast<int>(std::bit_width(near)) - 1;
   if (best > limit) {
     out.apart = chosen;
     return true;
@@ -194,8 +194,8 @@ template <int NA, int NB>
                                           double limit, Placed& placed, SatCache* cache,
                                           NarrowPhaseStats* stats) {
   const int na = NA > 0 ? NA : a.count, total = na + (NB > 0 ? NB : b.count);
-  const auto numbered = [na](std::int32_t code) { return code >= 0 ? code : na + ~code; };
-  const auto coded = [na](int axis) { return axis < na ? axis : ~(axis - na); };
+  const auto numbered = [&](std::int32_t code) { return code >= 0 ? code : na + ~code; };
+  const auto coded = [&](int axis) { return axis < na ? axis : ~(axis - na); };
   Axis result;
   result.scale = coordinate_scale(a, b, relative);
   const double bias = kAxisBias * result.scale;
