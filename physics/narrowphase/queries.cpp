@@ -299,6 +299,39 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& 
   return RayHit{hit.t, ray.origin + hit.t * ray.direction, rotate(pose.q, hit.normal)};
 }
 
+/// The common case of a polygon without rounding: the line enters it, in front of the ray's origin. All
+/// others are left to `ray_cast_hull`.
+SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shape& shape,
+                                                                      const Transform& pose, const Ray& ray) {
+  using narrow::load, narrow::Two;
+  const Two cs = load(pose.q), x_row = with_high_negated(cs), y_row = exchanged(cs);
+  const auto turned_back = [&](Two v) { return lows(v, v) * x_row + highs(v, v) * y_row; };
+  const Two o = turned_back(load(ray.origin) - load(pose.p)), d = turned_back(load(ray.direction));
+  const Two dx = lows(d, d), dy = highs(d, d);
+  const Two across = dx * highs(o, o) - dy * lows(o, o);
+  const Vec2* const v = shape.vertices.data();
+  const std::size_t count = shape.vertices.size();
+  const auto two_left = [&](std::size_t i, std::size_t k) {
+    const Two v0 = load(v[i]), v1 = load(v[k]);
+    return std::uint64_t{bits(at_least(dx * highs(v0, v1) - dy * lows(v0, v1), across))};
+  };
+  // Downwards, so that the last corner of an odd number is where it belongs; the rest as in
+  // hit_sharp_polygon.
+  std::uint64_t left = count % 2 != 0 ? two_left(count - 1, count - 1) & 1 : 0;
+  for (std::size_t i = count & ~std::size_t{1}; i >= 2; i -= 2) left = left << 2 | two_left(i - 2, i - 1);
+  const std::uint64_t enters = left & ~(left >> 1 | (left & 1) << (count - 1));
+  if (enters == 0) return left == 0 ? missed(ray) : ray_cast_hull(shape, pose, ray);
+  const auto edge = static_cast<std::size_t>(std::countr_zero(enters));
+  const Two n = load(shape.normals[edge]), heights = n * (o - load(v[edge])), rates = n * d;
+  const double height = heights.low() + heights.high(), t = height / -(rates.low() + rates.high());
+  if (!(height > 0)) return ray_cast_hull(shape, pose, ray);
+  if (!(t > 0 && t <= ray.t_max && t < kInfinity)) return missed(ray);
+  std::optional<RayHit> hit(RayHit{t, {}, {}});
+  (load(ray.origin) + Two::both(t) * load(ray.direction)).store(&hit->point.x);
+  turned(cs, n).store(&hit->normal.x);
+  return hit;
+}
+
 /// The slabs of a rectangle, both in the lanes; its normals are turned into the world, so the hit is there at
 /// once.
 [[gnu::always_inline]] inline std::optional<RayHit> ray_cast_rectangle(const Shape& shape,
@@ -361,6 +394,7 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_hull(const Shape& 
 SKERRY_TWICE std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
   if (shape.kind == ShapeKind::Disc) return ray_cast_disc(shape, pose, ray);
   if (shape.rectangle.half.x > 0 && shape.radius == 0) return ray_cast_rectangle(shape, pose, ray);
+  if (shape.kind == ShapeKind::Polygon && shape.radius == 0) return ray_cast_polygon(shape, pose, ray);
   return ray_cast_hull(shape, pose, ray);
 }
 

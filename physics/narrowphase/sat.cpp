@@ -30,37 +30,45 @@ double descend(const Vec2* v, int count, Vec2 n, int& corner) {
   return low;
 }
 
-/// Separations along the edges of one core from the corners of the other, two edges at a time and up to four
-/// such pairs for each corner that is read. One value more than there are edges may be written.
+/// Separations along 2 K edges of one core, from `from` on, from the corners of the other: two edges in the
+/// lanes, so that each corner is read once.
+template <int K, int NC>
+[[gnu::always_inline]] inline void separations_of(const Vec2* n, const Vec2* v, int edges, int from,
+                                                  const Vec2* corners, int count, double* out) {
+  const int last = NC > 0 ? NC : count;
+  Two nx[K], ny[K], low[K];
+  const Two x0 = Two::both(corners[0].x), y0 = Two::both(corners[0].y);
+#pragma GCC unroll 4
+  for (int k = 0; k < K; ++k) {
+    const int i = from + 2 * k;
+    const Two n0 = load(n[std::min(i, edges - 1)]), n1 = load(n[std::min(i + 1, edges - 1)]);
+    nx[k] = lows(n0, n1);
+    ny[k] = highs(n0, n1);
+    low[k] = nx[k] * x0 + ny[k] * y0;
+  }
+  for (int j = 1; j < last; ++j) {
+    const Two x = Two::both(corners[j].x), y = Two::both(corners[j].y);
+#pragma GCC unroll 4
+    for (int k = 0; k < K; ++k) low[k] = lesser(nx[k] * x + ny[k] * y, low[k]);
+  }
+#pragma GCC unroll 4
+  for (int k = 0; k < K; ++k) {
+    const int i = from + 2 * k;
+    if (i >= edges) break;
+    const Two v0 = load(v[i]), v1 = load(v[i + 1 < edges ? i + 1 : i]);
+    (low[k] - (nx[k] * lows(v0, v1) + ny[k] * highs(v0, v1))).store(out + i);
+  }
+}
+
+/// Separations along all edges. One value more than there are edges may be written.
 template <int NE, int NC>
 [[gnu::always_inline]] inline void separations_along(const Vec2* n, const Vec2* v, int edges,
                                                      const Vec2* corners, int count, double* out) {
-  constexpr int kAtOnce = 4;
-  const int last_edge = NE > 0 ? NE : edges, last = NC > 0 ? NC : count;
-  for (int from = 0; from < last_edge; from += 2 * kAtOnce) {
-    Two nx[kAtOnce], ny[kAtOnce], low[kAtOnce];
-    const Two x0 = Two::both(corners[0].x), y0 = Two::both(corners[0].y);
-#pragma GCC unroll 4
-    for (int k = 0; k < kAtOnce; ++k) {
-      const Two n0 = load(n[std::min(from + 2 * k, last_edge - 1)]);
-      const Two n1 = load(n[std::min(from + 2 * k + 1, last_edge - 1)]);
-      nx[k] = lows(n0, n1);
-      ny[k] = highs(n0, n1);
-      low[k] = nx[k] * x0 + ny[k] * y0;
-    }
-    for (int j = 1; j < last; ++j) {
-      const Two x = Two::both(corners[j].x), y = Two::both(corners[j].y);
-#pragma GCC unroll 4
-      for (int k = 0; k < kAtOnce; ++k) low[k] = lesser(nx[k] * x + ny[k] * y, low[k]);
-    }
-#pragma GCC unroll 4
-    for (int k = 0; k < kAtOnce; ++k) {
-      const int i = from + 2 * k;
-      if (i >= last_edge) break;
-      const Two v0 = load(v[i]), v1 = load(v[i + 1 < last_edge ? i + 1 : i]);
-      (low[k] - (nx[k] * lows(v0, v1) + ny[k] * highs(v0, v1))).store(out + i);
-    }
-  }
+  const int last_edge = NE > 0 ? NE : edges;
+  int from = 0;
+  for (; from + 4 < last_edge; from += 8) separations_of<4, NC>(n, v, last_edge, from, corners, count, out);
+  if (from + 2 < last_edge) return separations_of<2, NC>(n, v, last_edge, from, corners, count, out);
+  if (from < last_edge) separations_of<1, NC>(n, v, last_edge, from, corners, count, out);
 }
 
 int highest(const double* value, int from, int to) {
