@@ -17,7 +17,7 @@ struct DiffRule {
   int max_channel = 2;        ///< largest difference that counts as rounding [1/255]
   bool other_driver = false;  ///< the expected picture came from another driver:
   int max_pixels = 64;        ///<   so many pixels may differ by more,
-  int max_blob = 8;           ///<   in 8-connected groups of at most this size
+  int max_blob = 6;           ///<   in 8-connected groups of at most this size
 };
 
 struct DiffBox {

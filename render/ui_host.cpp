@@ -11,6 +11,7 @@
 
 #include "render/font_data.h"
 #include "render/gl_program.h"
+#include "render/ui_raster.h"
 
 namespace skerry::render {
 namespace {
@@ -65,10 +66,6 @@ bool is_large_solid(const ImDrawList& list, const ImDrawCmd& command, unsigned i
 ImVec4 to_imgui(Color color) {
   return {static_cast<float>(color.r) / 255, static_cast<float>(color.g) / 255,
           static_cast<float>(color.b) / 255, static_cast<float>(color.a) / 255};
-}
-
-ImTextureID to_id(GLuint name) {
-  return reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(name));
 }
 
 /// The characters of our panels: Latin, Greek, arrows, mathematics, geometric shapes.
@@ -136,7 +133,8 @@ struct UiHost::State {
   ImGuiContext* context = nullptr;
   const Style* style = nullptr;
   double scale = 0;
-  GLuint program = 0, solid_program = 0, vertex_array = 0, font_texture = 0;
+  GLuint program = 0, solid_program = 0, vertex_array = 0;
+  UiPixels fonts;
   StreamBuffer vertices{GL_ARRAY_BUFFER}, indices{GL_ELEMENT_ARRAY_BUFFER};
   ImFont* regular = nullptr;
   ImFont* bold = nullptr;
@@ -162,7 +160,7 @@ UiHost::UiHost(const Style& style) : state_(std::make_unique<State>()) {
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   glGenVertexArrays(1, &s.vertex_array);
-  glGenTextures(1, &s.font_texture);
+  glGenTextures(1, &s.fonts.name);
 }
 
 UiHost::~UiHost() {
@@ -171,12 +169,12 @@ UiHost::~UiHost() {
   glDeleteProgram(s.program);
   glDeleteProgram(s.solid_program);
   glDeleteVertexArrays(1, &s.vertex_array);
-  glDeleteTextures(1, &s.font_texture);
+  glDeleteTextures(1, &s.fonts.name);
 }
 
 void UiHost::State::build_fonts() {
-  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
-  fonts.Clear();
+  ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  atlas.Clear();
   const auto add = [&](FontData data, double size) {
     ImFontConfig config;
     config.FontDataOwnedByAtlas = false;
@@ -185,7 +183,7 @@ void UiHost::State::build_fonts() {
     config.PixelSnapH = false;
     config.GlyphRanges = kRanges;
     // ImGui only reads the bytes, although it asks for a pointer to mutable ones.
-    return fonts.AddFontFromMemoryTTF(const_cast<std::uint8_t*>(data.bytes), static_cast<int>(data.size),
+    return atlas.AddFontFromMemoryTTF(const_cast<std::uint8_t*>(data.bytes), static_cast<int>(data.size),
                                       static_cast<float>(std::round(size * scale)), &config);
   };
   // ImGui counts from the ascent to the descent, 1.164 em in this font: 16 is the size of 13.7 px in a
@@ -194,18 +192,25 @@ void UiHost::State::build_fonts() {
   bold = add(sans_bold_font(), 16);
   title = add(sans_bold_font(), 23);
   mono = add(mono_font(), 15);
-  fonts.TexDesiredWidth = 2048;
+  atlas.TexDesiredWidth = 2048;
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
-  fonts.GetTexDataAsRGBA32(&pixels, &width, &height);
+  atlas.GetTexDataAsRGBA32(&pixels, &width, &height);
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, font_texture);
+  glBindTexture(GL_TEXTURE_2D, fonts.name);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels);
-  fonts.SetTexID(to_id(font_texture));
-  fonts.ClearTexData();
+  // All texels are white; what they cover is enough for who draws without a driver.
+  fonts.width = width;
+  fonts.height = height;
+  fonts.channels = 1;
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  fonts.texels.resize(count);
+  for (std::size_t i = 0; i < count; ++i) fonts.texels[i] = pixels[4 * i + 3];
+  atlas.SetTexID(&fonts);
+  atlas.ClearTexData();
 }
 
 void UiHost::begin_frame(int width, int height, double scale, double dt, const UiInput& input) {
@@ -249,6 +254,14 @@ void UiHost::end_frame(Target& target) {
   if (data != nullptr && data->TotalVtxCount > 0) state_->draw(*data, target);
 }
 
+void UiHost::end_frame(Canvas& canvas) {
+  ImGui::Render();
+  const ImDrawData* data = ImGui::GetDrawData();
+  if (data == nullptr || data->TotalVtxCount == 0) return;
+  const ImVec2 white = ImGui::GetIO().Fonts->TexUvWhitePixel;
+  draw_panels(canvas.surface(), *data, state_->fonts, white.x, white.y);
+}
+
 void UiHost::State::draw(const ImDrawData& data, Target& target) {
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
   glViewport(0, 0, target.width(), target.height());
@@ -286,12 +299,13 @@ void UiHost::State::draw(const ImDrawData& data, Target& target) {
       const int right = static_cast<int>(clip.z), bottom = static_cast<int>(clip.w);
       if (right <= left || bottom <= top) continue;
       glScissor(left, top, right - left, bottom - top);
-      glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(reinterpret_cast<std::uintptr_t>(command.GetTexID())));
-      const bool fonts = command.GetTexID() == to_id(font_texture);
+      const auto* texture = static_cast<const UiPixels*>(command.GetTexID());
+      glBindTexture(GL_TEXTURE_2D, texture->name);
+      const bool text = texture == &fonts;
       for (unsigned first = 0; first < command.ElemCount;) {
-        const bool solid = fonts && is_large_solid(list, command, first, white);
+        const bool solid = text && is_large_solid(list, command, first, white);
         unsigned last = first + 3;
-        while (last < command.ElemCount && solid == (fonts && is_large_solid(list, command, last, white)))
+        while (last < command.ElemCount && solid == (text && is_large_solid(list, command, last, white)))
           last += 3;
         glUseProgram(solid ? solid_program : program);
         glDrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(last - first),
@@ -334,9 +348,10 @@ ImFont* UiHost::mono() const {
   return state_->mono;
 }
 
-UiTexture::UiTexture(bool smooth) {
-  glGenTextures(1, &texture_);
-  glBindTexture(GL_TEXTURE_2D, texture_);
+UiTexture::UiTexture(bool smooth) : pixels_(std::make_unique<UiPixels>()) {
+  pixels_->smooth = smooth;
+  glGenTextures(1, &pixels_->name);
+  glBindTexture(GL_TEXTURE_2D, pixels_->name);
   const GLint filter = smooth ? GL_LINEAR : GL_NEAREST;
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
@@ -345,19 +360,22 @@ UiTexture::UiTexture(bool smooth) {
 }
 
 UiTexture::~UiTexture() {
-  glDeleteTextures(1, &texture_);
+  glDeleteTextures(1, &pixels_->name);
 }
 
 void UiTexture::upload(const Image& image) {
+  pixels_->width = image.width;
+  pixels_->height = image.height;
+  pixels_->texels = image.rgba;
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, texture_);
+  glBindTexture(GL_TEXTURE_2D, pixels_->name);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, image.width, image.height, 0, GL_RGBA, GL_UNSIGNED_BYTE,
                image.rgba.data());
 }
 
 void* UiTexture::id() const {
-  return to_id(texture_);
+  return pixels_.get();
 }
 
 }  // namespace skerry::render

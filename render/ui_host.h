@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/canvas.h"
 #include "render/image.h"
 #include "render/style.h"
 #include "render/target.h"
@@ -14,6 +15,8 @@
 struct ImFont;
 
 namespace skerry::render {
+
+struct UiPixels;
 
 /// Input of one frame. In captures all of it stays at its default: no mouse, no keys.
 struct UiInput {
@@ -42,6 +45,8 @@ class UiHost {
 
   /// Ends the frame and draws it over the final picture of `target`. Costs nothing when no window is open.
   void end_frame(Target& target);
+  /// The same without the driver.
+  void end_frame(Canvas& canvas);
 
   /// Ends the frame and draws nothing: ImGui needs two frames until automatic window sizes have settled.
   void end_frame();
@@ -78,7 +83,7 @@ class UiTexture {
   [[nodiscard]] void* id() const;
 
  private:
-  unsigned texture_ = 0;
+  std::unique_ptr<UiPixels> pixels_;
 };
 
 }  // namespace skerry::render

@@ -71,7 +71,7 @@ struct GoldenVerdict {
 };
 
 /// The rule of the golden images: an accepted digest passes; else every channel of every pixel must be within
-/// 2/255 of the PNG, or, when another driver drew that, but for 64 pixels in groups of at most 8.
+/// 2/255 of the PNG, or, when another driver drew that, but for 64 pixels in groups of at most 6.
 GoldenVerdict judge(const GoldenShot& shot, const Accepted* accepted, const std::filesystem::path& png);
 
 /// The rule with the allowance for other drivers where `shot` needs it.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "render/canvas.h"
 #include "render/egl_context.h"
 #include "render/gl_renderer.h"
 #include "render/svg.h"
@@ -79,20 +80,48 @@ void Composer::panels(const Demo& demo, const History& history, const render::Ca
   }
 }
 
+std::optional<Renderer> parse_renderer(const std::string& name) {
+  if (name == "auto") return Renderer::Auto;
+  if (name == "gl") return Renderer::OpenGl;
+  if (name == "cpu") return Renderer::Cpu;
+  return std::nullopt;
+}
+
 struct Painter::State {
   explicit State(const PaintOptions& given)
       : options(given),
         style(given.style ? *given.style : render::style(given.theme)),
         context(given.device),
-        target(given.width, given.height, given.ssaa),
         ui(style),
-        composer(style, given.width, given.height) {}
+        composer(style, given.width, given.height) {
+    const bool cpu =
+        given.renderer == Renderer::Cpu || (given.renderer == Renderer::Auto && context.software());
+    if (cpu) {
+      canvas.emplace(given.width, given.height, given.ssaa);
+    } else {
+      renderer.emplace();
+      target.emplace(given.width, given.height, given.ssaa);
+    }
+  }
+
+  void draw(render::Image& image) {
+    if (canvas) {
+      canvas->draw(list, camera);
+      ui.end_frame(*canvas);
+      canvas->take(image);
+    } else {
+      renderer->draw(list, camera, *target);
+      ui.end_frame(*target);
+      target->read(image);
+    }
+  }
 
   PaintOptions options;
   render::Style style;
-  render::EglContext context;  // before all that lives in it
-  render::GlRenderer renderer;
-  render::Target target;
+  render::EglContext context;            // before all that lives in it
+  std::optional<render::Canvas> canvas;  // or the next two
+  std::optional<render::GlRenderer> renderer;
+  std::optional<render::Target> target;
   render::UiHost ui;
   Composer composer;
   render::Camera camera;
@@ -137,9 +166,7 @@ bool Painter::paint(const Demo& demo, const History& history, render::Image& ima
     state.ui.end_frame();
     return false;
   }
-  state.renderer.draw(state.list, state.camera, state.target);
-  state.ui.end_frame(state.target);
-  state.target.read(image);
+  state.draw(image);
   state.painted = true;
   std::swap(state.list, state.last_list);
   state.last_sheet = sheet;
@@ -155,6 +182,7 @@ const Composer& Painter::composer() const {
 }
 
 std::string Painter::driver() const {
+  if (state_->canvas) return "built-in rasteriser";
   std::string renderer = state_->context.renderer();
   // llvmpipe names the width of its vectors, which must not show in a picture.
   if (const std::size_t width = renderer.rfind(", ");

@@ -60,6 +60,15 @@ class Composer {
   render::Sheet sheet_;
 };
 
+/// Who draws. The built-in rasteriser is several times as fast as a driver that has no graphics processor.
+enum class Renderer {
+  Auto,    ///< OpenGL where there is a graphics processor, else the built-in rasteriser
+  OpenGl,  ///< whatever the driver is
+  Cpu      ///< the built-in rasteriser
+};
+/// @param name "auto", "gl" or "cpu"
+std::optional<Renderer> parse_renderer(const std::string& name);
+
 struct PaintOptions {
   int width = 1280, height = 720;  ///< [px]
   int ssaa = 1;                    ///< the scene is drawn so many times finer in each direction
@@ -67,6 +76,7 @@ struct PaintOptions {
   double fps = 60;
   double speed = 1;
   render::EglDevice device = render::EglDevice::Any;
+  Renderer renderer = Renderer::Auto;
   std::optional<render::Style> style{};  ///< in place of the theme's
   /// Sees each frame when all of it is there and nothing is drawn: the list, and the panels as ImGui windows.
   /// What it changes is drawn; the self-test of the golden images plants its regressions here.
@@ -89,8 +99,8 @@ class Painter {
   std::string svg(const std::string& title) const;
   const Composer& composer() const;
 
-  /// What draws, without what cannot show in a picture: "llvmpipe (LLVM 15.0.6), 4.5 (Core Profile)
-  /// Mesa 22.3.6".
+  /// What draws, without what cannot show in a picture: "built-in rasteriser", or "llvmpipe (LLVM 15.0.6),
+  /// 4.5 (Core Profile) Mesa 22.3.6".
   std::string driver() const;
 
  private:

@@ -19,6 +19,9 @@ PaintOptions PictureOptions::paint() const {
   const std::optional<render::Theme> chosen = render::parse_theme(theme);
   if (!chosen) throw UsageError("--theme expected light or dark, got \"" + theme + '"');
   paint.theme = *chosen;
+  const std::optional<Renderer> who = parse_renderer(renderer);
+  if (!who) throw UsageError("--renderer expected auto, gl or cpu, got \"" + renderer + '"');
+  paint.renderer = *who;
   paint.ssaa = ssaa;
   return paint;
 }
@@ -65,6 +68,12 @@ void add_picture_options(OptionTable& table, PictureOptions& options) {
       .type("NAME=VALUE,...")
       .group(group);
   table.add("--ssaa", options.ssaa, "Draws the scene so many times finer, 1 to 4").range(1, 4).group(group);
+  table
+      .add("--renderer", options.renderer,
+           "Who draws: gl (OpenGL), cpu (the built-in rasteriser), or auto: gl where there is a graphics "
+           "processor, else cpu, which is then faster")
+      .type("NAME")
+      .group(group);
   table.add("--theme", options.theme, "light or dark").type("THEME").group(group);
 }
 

@@ -11,16 +11,17 @@
 
 namespace skerry::sandbox {
 
-/// --size --theme --ssaa --overlay --matrix --select
+/// --size --theme --renderer --ssaa --overlay --matrix --select
 struct PictureOptions {
   std::string size = "1280x720";
   std::string theme = "light";
+  std::string renderer = "auto";
   int ssaa = 1;
   std::vector<std::string> overlays;
   bool matrix = false;
   std::string select;
 
-  /// Size, theme and supersampling as the painter wants them. @throws UsageError
+  /// Size, theme, renderer and supersampling as the painter wants them. @throws UsageError
   PaintOptions paint() const;
   /// @throws UsageError for unknown overlays and malformed selections
   void check() const;

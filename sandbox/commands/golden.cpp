@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::vector<std::string> scenes;
   std::string folder, demos, report;
+  std::string renderer = "auto";
   bool bless = false;
   bool list = false;
 };
@@ -174,7 +175,12 @@ void bless(const std::vector<Result>& results, const fs::path& folder, const std
 int golden(const Options& options, const Io& io) {
   const fs::path folder = golden_folder(options);
   const std::vector<GoldenScene> all = read_golden_scenes(folder / "scenes.txt");
-  const std::vector<GoldenScene> scenes = chosen(all, options.scenes);
+  std::vector<GoldenScene> scenes = chosen(all, options.scenes);
+  const std::optional<Renderer> renderer = parse_renderer(options.renderer);
+  if (!renderer) throw UsageError("--renderer expected auto, gl or cpu, got \"" + options.renderer + '"');
+  if (options.bless && renderer != Renderer::Auto)
+    throw UsageError("--bless: what is blessed is drawn by the renderer auto, not " + options.renderer);
+  for (GoldenScene& scene : scenes) scene.paint.renderer = *renderer;
   if (options.list) {
     for (const GoldenScene& scene : scenes) io.out << scene.name << "  " << scene.words << '\n';
     return kGood;
@@ -220,6 +226,10 @@ Action setup_golden(OptionTable& table) {
       .add("--folder", options->folder,
            "Folder with scenes.txt, accepted.txt and the pictures (tests/golden)")
       .type("FOLDER");
+  table
+      .add("--renderer", options->renderer,
+           "Who draws: auto (the built-in rasteriser), cpu (the same) or gl, to compare OpenGL with it")
+      .type("NAME");
   table.add("--demos", options->demos, "Folder with the demos").type("FOLDER");
   return [options](const Io& io) { return golden(*options, io); };
 }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// What a captured frame costs, part by part, on the software rasteriser: draw, read back, convert, encode,
-// PNG.
+// What a captured frame costs, part by part, without a graphics processor: draw (by the built-in rasteriser
+// and by OpenGL's software driver), read back, convert, encode, PNG.
 #include <benchmark/benchmark.h>
 #include <cmath>
 #include <filesystem>
 #include <stb_image_write.h>
 
+#include "render/canvas.h"
 #include "render/egl_context.h"
 #include "render/frame_sink.h"
 #include "render/gl_renderer.h"
@@ -55,30 +56,33 @@ struct Scene {
   EglContext context{EglDevice::Software};
   GlRenderer renderer;
   Target target{kWidth, kHeight};
+  Canvas canvas{kWidth, kHeight};
   Camera camera;
   DrawList list;
   Image image;
   Scene() { camera.height = 7.2; }
-  void draw() { renderer.draw(list, camera, target); }
+  void draw(bool by_driver = false) {
+    if (!by_driver) {
+      canvas.draw(list, camera);
+      return;
+    }
+    renderer.draw(list, camera, target);
+    context.finish();
+  }
+  std::string name(bool by_driver) const { return by_driver ? context.renderer() : "built-in"; }
 };
 
 /// The CPU column counts all threads: llvmpipe draws in its own.
 void Draw(benchmark::State& state) {
   Scene scene;
   fill(scene.list, static_cast<int>(state.range(0)), 0, state.range(1) != 0);
-  for (auto _ : state) {
-    scene.draw();
-    scene.context.finish();
-  }
-  state.SetLabel(scene.context.renderer());
+  const bool by_driver = state.range(2) != 0;
+  for (auto _ : state) scene.draw(by_driver);
+  state.SetLabel(scene.name(by_driver));
 }
 BENCHMARK(Draw)
-    ->ArgNames({"bodies", "normals"})
-    ->Args({0, 0})
-    ->Args({1000, 0})
-    ->Args({1000, 1})
-    ->Args({10000, 0})
-    ->Args({10000, 1})
+    ->ArgNames({"bodies", "normals", "driver"})
+    ->ArgsProduct({{0, 1000, 10000}, {0, 1}, {0, 1}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();
@@ -113,13 +117,16 @@ void DrawKind(benchmark::State& state) {
     if (kind == 4) layer.arrows.push_back({c, at(0.8, 0), s.force, s.arrow_px, s.arrow_head_px});
     if (kind == 5) layer.markers.push_back({c, s.contact, s.contact, s.contact_px});
   }
-  for (auto _ : state) {
-    scene.draw();
-    scene.context.finish();
-  }
-  state.SetLabel(kinds[kind]);
+  const bool by_driver = state.range(1) != 0;
+  for (auto _ : state) scene.draw(by_driver);
+  state.SetLabel(kinds[kind] + (", " + scene.name(by_driver)));
 }
-BENCHMARK(DrawKind)->DenseRange(0, 5)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK(DrawKind)
+    ->ArgNames({"kind", "driver"})
+    ->ArgsProduct({benchmark::CreateDenseRange(0, 5, 1), {0, 1}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 void DrawFine(benchmark::State& state) {
   Scene scene;
@@ -135,7 +142,7 @@ BENCHMARK(DrawFine)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime(
 void ReadBack(benchmark::State& state) {
   Scene scene;
   fill(scene.list, 1000, 0);
-  scene.draw();
+  scene.draw(true);
   for (auto _ : state) scene.target.read(scene.image);
 }
 BENCHMARK(ReadBack)->Unit(benchmark::kMillisecond)->UseRealTime();
@@ -143,7 +150,7 @@ BENCHMARK(ReadBack)->Unit(benchmark::kMillisecond)->UseRealTime();
 Image frame(Scene& scene, double phase) {
   fill(scene.list, 1000, phase);
   scene.draw();
-  scene.target.read(scene.image);
+  scene.canvas.take(scene.image);
   return scene.image;
 }
 
@@ -202,7 +209,7 @@ void Capture(benchmark::State& state, const char* extension, bool draw) {
       if (draw) {
         fill(scene.list, 1000, 0.01 * i);
         scene.draw();
-        scene.target.read(scene.image);
+        scene.canvas.take(scene.image);
       }
       sink->frame(draw ? scene.image : images[static_cast<std::size_t>(i)]);
     }

@@ -50,16 +50,16 @@ TEST(ImageDiff, FindsBlobsAcrossDiagonalsAndMeasuresTheWorst) {
 
 TEST(ImageDiff, AnotherDriverMayMoveSinglePixelsOnly) {
   const Image image(100, 100, {100, 100, 100, 255});
-  const DiffRule rule{2, true, 64, 8};
+  const DiffRule rule{2, true, 64, 6};
   Image changed = image;
   for (int i = 0; i < 64; ++i) changed = with_difference(changed, 3 * (i % 30), 3 * (i / 30), 50);
   EXPECT_TRUE(compare(image, changed, rule).pass);
   EXPECT_FALSE(compare(image, changed).pass);
   EXPECT_FALSE(compare(image, with_difference(changed, 0, 50, 50), rule).pass);
   changed = image;
-  for (int i = 0; i < 8; ++i) changed = with_difference(changed, 50 + i, 50, 50);
+  for (int i = 0; i < 6; ++i) changed = with_difference(changed, 50 + i, 50, 50);
   EXPECT_TRUE(compare(image, changed, rule).pass);
-  EXPECT_FALSE(compare(image, with_difference(changed, 58, 50, 50), rule).pass);
+  EXPECT_FALSE(compare(image, with_difference(changed, 56, 50, 50), rule).pass);
 }
 
 TEST(ImageDiff, SizesMustAgree) {
@@ -159,7 +159,7 @@ TEST(ImageDiff, EveryPlantedRegressionFails) {
     for (const Plant& plant : plants) {
       fill(list, theme);
       plant.change(list);
-      const DiffResult result = compare(expected, draw(list), {2, true, 64, 8});
+      const DiffResult result = compare(expected, draw(list), {2, true, 64, 6});
       EXPECT_FALSE(result.pass) << plant.what << " (" << to_string(theme) << "): " << result.reason;
     }
   }

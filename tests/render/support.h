@@ -9,9 +9,11 @@
 #include <stdlib.h>
 #include <string>
 
+#include "render/canvas.h"
 #include "render/egl_context.h"
 #include "render/gl_renderer.h"
 #include "render/image.h"
+#include "render/image_diff.h"
 #include "render/style.h"
 
 namespace skerry::render {
@@ -67,12 +69,28 @@ class GlTest : public testing::Test {
     list.background = {255, 255, 255, 255};
   }
 
+  /// Drawn by OpenGL; the built-in rasteriser has to agree. What the two have in common is the list of
+  /// instances: they blend and cover each for itself.
   Image draw(int ssaa = 1) {
     Target target(camera.width_px, camera.height_px, ssaa);
     stats = renderer.draw(list, camera, target);
-    Image image;
+    Image image, own;
     target.read(image);
+    Canvas canvas(camera.width_px, camera.height_px, ssaa);
+    const DrawStats same = canvas.draw(list, camera);
+    canvas.take(own);
+    EXPECT_EQ(same.shapes, stats.shapes);
+    EXPECT_EQ(same.culled, stats.culled);
+    expect_agreement(image, own);
     return image;
+  }
+
+  /// The rule of the golden images for another driver.
+  static void expect_agreement(const Image& gl, const Image& own) {
+    DiffRule rule;
+    rule.other_driver = true;
+    const DiffResult diff = compare(gl, own, rule);
+    EXPECT_TRUE(diff.pass) << "the two renderers: " << diff.reason;
   }
 
   /// Sum of what is missing to white in the red channel, in pixels of full black.

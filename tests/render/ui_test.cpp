@@ -14,6 +14,7 @@ class Panels : public GlTest {
  protected:
   Panels() : GlTest(640, 360) {}
 
+  /// Drawn by OpenGL; the built-in rasteriser has to agree.
   template <class Content>
   Image frame(UiHost& ui, const Content& content, const UiInput& input = {}) {
     Target target(640, 360);
@@ -21,8 +22,13 @@ class Panels : public GlTest {
     ui.begin_frame(640, 360, 1, 1.0 / 60, input);
     content();
     ui.end_frame(target);
-    Image image;
+    Image image, own;
     target.read(image);
+    Canvas canvas(640, 360);
+    canvas.draw(list, camera);
+    ui.end_frame(canvas);
+    canvas.take(own);
+    expect_agreement(image, own);
     return image;
   }
 };
@@ -71,6 +77,44 @@ TEST_F(Panels, ShowTexturesPixelByPixel) {
   EXPECT_EQ(image.at(141, 121), kBlue);
   EXPECT_EQ(image.at(138, 121), kRed);
   EXPECT_EQ(image.at(141, 118), kRed);
+}
+
+// Shapes of every kind that ImGui makes, see-through and on odd coordinates: agreement is checked by frame().
+TEST_F(Panels, TheTwoRenderersAgreeOnAllThatImGuiDraws) {
+  UiHost ui(style(Theme::Light));
+  UiTexture smooth(true);
+  Image cells(5, 4, kRed);
+  for (int i = 0; i < 20; ++i) cells.set(i % 5, i / 5, {static_cast<std::uint8_t>(12 * i), 90, 200, 160});
+  smooth.upload(cells);
+  list.background = {230, 240, 250, 255};
+  const auto shapes = [&] {
+    ImDrawList& to = *ImGui::GetForegroundDrawList();
+    const ImU32 pale = IM_COL32(200, 30, 60, 100), dark = IM_COL32(10, 60, 90, 255);
+    to.AddRectFilled({10.3f, 10.7f}, {120.9f, 60.2f}, pale, 9);
+    to.AddRect({20.5f, 20.5f}, {100.5f, 50.5f}, dark, 4, 0, 2);
+    to.AddRectFilledMultiColor({140, 10}, {240, 60}, pale, dark, IM_COL32_WHITE, dark);
+    to.AddCircleFilled({300.2f, 40.4f}, 25.3f, pale, 40);
+    to.AddCircle({360, 40}, 20, dark, 0, 3);
+    to.AddTriangleFilled({400, 10}, {470.4f, 33.3f}, {420.7f, 66}, pale);
+    to.AddNgonFilled({520, 40}, 28, dark, 7);
+    for (int i = 0; i < 12; ++i) {
+      const float at = static_cast<float>(i);
+      to.AddLine({20 + 3.3f * at, 90}, {20 + 9.1f * at, 150 + 1.7f * at}, dark, 0.5f + 0.4f * at);
+    }
+    to.AddBezierCubic({160, 90}, {220, 200}, {260, 60}, {320, 150}, pale, 4);
+    to.AddImage(smooth.id(), {340.5f, 90.5f}, {440.2f, 160.7f});
+    to.AddImage(smooth.id(), {460, 90}, {560, 160}, {0.2f, 0.9f}, {0.8f, 0.1f}, pale);
+    to.AddText({20.5f, 180.2f}, dark, "Every letter W \xce\xbb = b at odd places, 0123456789");
+    to.AddText(ui.title(), 31, {20, 210}, pale, "Larger than it was baked");
+    to.PushClipRect({300.5f, 200.5f}, {360.5f, 230.5f}, true);
+    to.AddCircleFilled({330, 215}, 60, pale);
+    to.PopClipRect();
+    // Beyond the picture on all sides, and of no size.
+    to.AddRectFilled({-50, 300}, {900, 320}, pale);
+    to.AddTriangleFilled({-100, 340}, {700, 330}, {300, 900}, dark);
+    to.AddTriangleFilled({10, 340}, {10, 340}, {10, 340}, dark);
+  };
+  EXPECT_NE(frame(ui, shapes), Image(640, 360, list.background));
 }
 
 TEST_F(Panels, FollowTheThemeAndTheScale) {

@@ -266,11 +266,6 @@ TEST_F(Capture, MemoryStaysFlat) {
   sink->end();
 }
 
-// The program itself, beside the folder of this test.
-std::string program() {
-  return (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "skerry").string();
-}
-
 // Runs the program in a process of its own, so that limits and signals hit nothing else.
 // @param prepare called in the child before it starts
 // @return the exit code; -1 if it did not end by itself
@@ -298,7 +293,7 @@ TEST_F(Capture, FullDiskIsAnEnvironmentErrorThatLeavesNoFile) {
   for (const char* name : {"x.mp4", "x.mkv", "x.webm", "x.gif", "f%04d.png", "x.png"}) {
     const std::string path = folder_ / name;
     std::vector<std::string> arguments{"capture", "--demos", demo_tree(), "newtons_cradle",
-                                       "-o",      path,      "--size",    "640x360"};
+                                       "-o",      path,      "--size",    "320x180"};
     if (std::string(name) == "x.png")
       arguments.insert(arguments.end(), {"--at", "0.2"});
     else
@@ -325,8 +320,8 @@ TEST_F(Capture, CtrlCFinishesTheFile) {
   const std::string path = folder_ / "long.mp4";
   const TemporaryFolder elsewhere;
   const int code = run_apart(
-      {"capture", "--demos", demo_tree(), "newtons_cradle", "-o", path, "--size", "640x360", "--speed",
-       "0.001"},
+      {"capture", "--demos", demo_tree(), "newtons_cradle", "-o", path, "--size", "320x180", "--seconds",
+       "3600"},
       elsewhere / "err", [] {},
       [&](pid_t child) {
         // Not before there is something to finish.

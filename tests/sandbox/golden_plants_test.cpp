@@ -69,7 +69,7 @@ class PlantedRegression : public testing::TestWithParam<PlantScene> {
 };
 
 TEST_P(PlantedRegression, FailsByTheMostForgivingRule) {
-  constexpr render::DiffRule kForgiving{2, true, 64, 8};
+  constexpr render::DiffRule kForgiving{2, true, 64, 6};
   const Image expected = paint();
   ASSERT_TRUE(render::compare(expected, paint()).identical);
   int planted = 0;

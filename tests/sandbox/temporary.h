@@ -59,6 +59,11 @@ inline std::string read_file(const std::string& path) {
   return text.str();
 }
 
+/// The program itself, beside the folder of the tests.
+inline std::string program() {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "skerry").string();
+}
+
 /// The demos of the tree.
 inline std::string demo_tree() {
   return std::string(source_dir()) + "/demos";

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+#include "render/ui_raster.h"
+
+#include <cmath>
+#include <imgui.h>
+#include <utility>
+
+namespace skerry::render {
+namespace {
+
+struct Clip {
+  int left, top, right, bottom;
+};
+
+Color to_color(ImU32 packed) {
+  return {static_cast<std::uint8_t>(packed >> IM_COL32_R_SHIFT),
+          static_cast<std::uint8_t>(packed >> IM_COL32_G_SHIFT),
+          static_cast<std::uint8_t>(packed >> IM_COL32_B_SHIFT),
+          static_cast<std::uint8_t>(packed >> IM_COL32_A_SHIFT)};
+}
+
+/// Straight colour, 0 to 1.
+struct Tint {
+  float r, g, b, a;
+};
+
+/// Two texels and the share of the second, along one axis.
+struct Tap {
+  int first, second;
+  float share;
+};
+Tap tap(float coordinate, int size, bool smooth) {
+  const float at = coordinate * static_cast<float>(size) - (smooth ? 0.5f : 0.0f);
+  // Rounded down; beyond the texels the first and the last go on.
+  const int low = static_cast<int>(std::clamp(at, -1.0f, static_cast<float>(size)) + 1) - 1;
+  const auto texel = [&](int i) { return std::clamp(i, 0, size - 1); };
+  const float share = std::clamp(at - static_cast<float>(low), 0.0f, 1.0f);
+  return {texel(low), texel(low + 1), smooth ? share : 0};
+}
+
+Tint sample(const UiPixels& from, const Tap& u, const Tap& v) {
+  const auto channel = [&](int k) {
+    const auto at = [&](int x, int y) {
+      return static_cast<float>(
+          from.texels[static_cast<std::size_t>(from.channels) *
+                          (static_cast<std::size_t>(y) * static_cast<std::size_t>(from.width) +
+                           static_cast<std::size_t>(x)) +
+                      static_cast<std::size_t>(k)]);
+    };
+    const auto row = [&](int y) {
+      const float a = at(u.first, y);
+      return u.share > 0 ? a + (at(u.second, y) - a) * u.share : a;
+    };
+    const float upper = row(v.first);
+    return (v.share > 0 ? upper + (row(v.second) - upper) * v.share : upper) / 255;
+  };
+  if (from.channels == 1) return {1, 1, 1, channel(0)};
+  return {channel(0), channel(1), channel(2), channel(3)};
+}
+
+void put(std::uint8_t* at, const Tint& tint, const Tint& texel) {
+  const float a = tint.a * texel.a;
+  if (!(a > 0)) return;
+  Ink ink;
+  ink.r = 255 * tint.r * texel.r * a;
+  ink.g = 255 * tint.g * texel.g * a;
+  ink.b = 255 * tint.b * texel.b * a;
+  ink.a = a;
+  blend_one(at, 1, ink);
+}
+
+Tint to_tint(ImU32 packed) {
+  const Color c = to_color(packed);
+  return {static_cast<float>(c.r) / 255, static_cast<float>(c.g) / 255, static_cast<float>(c.b) / 255,
+          static_cast<float>(c.a) / 255};
+}
+
+/// The first pixel whose centre is not left of `edge`: a pixel belongs to the shape whose left or upper edge
+/// goes through its centre. Edges lie on 1/256 px, as drivers have them.
+int first_pixel(float edge) {
+  const auto steps = static_cast<int>(std::lround(edge * 256));
+  return (steps - 128 + 255) >> 8;
+}
+
+class PanelRaster {
+ public:
+  PanelRaster(const Surface& surface, const UiPixels& fonts, float white_u, float white_v)
+      : surface_(surface), fonts_(fonts), white_u_(white_u), white_v_(white_v) {}
+
+  void draw(const ImDrawList& list, const ImDrawCmd& command) {
+    const ImVec4 c = command.ClipRect;
+    clip_ = {std::max(0, static_cast<int>(c.x)), std::max(0, static_cast<int>(c.y)),
+             std::min(surface_.width, static_cast<int>(c.z)),
+             std::min(surface_.height, static_cast<int>(c.w))};
+    if (clip_.left >= clip_.right || clip_.top >= clip_.bottom) return;
+    texture_ = static_cast<const UiPixels*>(command.GetTexID());
+    const ImDrawVert* corners = list.VtxBuffer.Data + command.VtxOffset;
+    const ImDrawIdx* index = list.IdxBuffer.Data + command.IdxOffset;
+    for (unsigned i = 0; i + 3 <= command.ElemCount;) {
+      const ImDrawIdx* at = index + i;
+      if (i + 6 <= command.ElemCount && at[3] == at[0] && at[4] == at[2] &&
+          rectangle(corners[at[0]], corners[at[1]], corners[at[2]], corners[at[5]])) {
+        i += 6;
+        continue;
+      }
+      triangle(corners[at[0]], corners[at[1]], corners[at[2]]);
+      i += 3;
+    }
+  }
+
+ private:
+  bool is_white(const ImDrawVert& v) const {
+    return texture_ == &fonts_ && v.uv.x == white_u_ && v.uv.y == white_v_;
+  }
+
+  /// Upright rectangles of one colour: backgrounds, cells, letters.
+  /// @return false: it is none, nothing was drawn
+  bool rectangle(const ImDrawVert& a, const ImDrawVert& b, const ImDrawVert& c, const ImDrawVert& d) {
+    if (a.pos.y != b.pos.y || b.pos.x != c.pos.x || c.pos.y != d.pos.y || d.pos.x != a.pos.x) return false;
+    if (a.col != b.col || a.col != c.col || a.col != d.col) return false;
+    if (!(a.pos.x < c.pos.x) || !(a.pos.y < c.pos.y) || std::abs(a.pos.x) > 1e5f ||
+        std::abs(c.pos.x) > 1e5f || std::abs(a.pos.y) > 1e5f || std::abs(c.pos.y) > 1e5f)
+      return false;
+    const int x0 = std::max(first_pixel(a.pos.x), clip_.left),
+              x1 = std::min(first_pixel(c.pos.x), clip_.right);
+    const int y0 = std::max(first_pixel(a.pos.y), clip_.top),
+              y1 = std::min(first_pixel(c.pos.y), clip_.bottom);
+    if (is_white(a) && is_white(b) && is_white(c) && is_white(d)) {
+      const Ink ink(to_color(a.col));
+      for (int y = y0; y < y1; ++y) fill_span(surface_, y, x0, x1, ink);
+      return true;
+    }
+    if (a.uv.y != b.uv.y || b.uv.x != c.uv.x || c.uv.y != d.uv.y || d.uv.x != a.uv.x) return false;
+    const Tint tint = to_tint(a.col);
+    const float du = (c.uv.x - a.uv.x) / (c.pos.x - a.pos.x), dv = (c.uv.y - a.uv.y) / (c.pos.y - a.pos.y);
+    columns_.clear();
+    for (int x = x0; x < x1; ++x)
+      columns_.push_back(
+          tap(a.uv.x + (static_cast<float>(x) + 0.5f - a.pos.x) * du, texture_->width, texture_->smooth));
+    const Ink ink(to_color(a.col));
+    for (int y = y0; y < y1; ++y) {
+      const Tap v =
+          tap(a.uv.y + (static_cast<float>(y) + 0.5f - a.pos.y) * dv, texture_->height, texture_->smooth);
+      std::uint8_t* row = surface_.row(y);
+      if (texture_->channels == 1) {
+        letters(row + 4 * x0, v, ink);
+        continue;
+      }
+      for (int x = x0; x < x1; ++x)
+        put(row + 4 * x, tint, sample(*texture_, columns_[static_cast<std::size_t>(x - x0)], v));
+    }
+    return true;
+  }
+
+  /// A row of letters: coverage between the texels of columns_.
+  void letters(std::uint8_t* at, const Tap& v, const Ink& ink) const {
+    const auto texels = [&](int y) {
+      return texture_->texels.data() +
+             static_cast<std::size_t>(y) * static_cast<std::size_t>(texture_->width);
+    };
+    const std::uint8_t *const upper = texels(v.first), *const lower = texels(v.second);
+    const float below = v.share / 255, above = 1.0f / 255 - below;
+    for (const Tap& u : columns_) {
+      const float first =
+          static_cast<float>(upper[u.first]) * above + static_cast<float>(lower[u.first]) * below;
+      const float second =
+          static_cast<float>(upper[u.second]) * above + static_cast<float>(lower[u.second]) * below;
+      const float cover = first + (second - first) * u.share;
+      if (cover > 0) blend_one(at, std::min(cover, 1.0f), ink);
+      at += 4;
+    }
+  }
+
+  /// Any triangle, by the rule of drivers: pixels whose centres are inside, those on a left or upper edge
+  /// too, so that neighbours share none. Edges by whole numbers.
+  void triangle(const ImDrawVert& first, const ImDrawVert& second, const ImDrawVert& third) {
+    const ImDrawVert* v[3] = {&first, &second, &third};
+    std::int64_t x[3], y[3];
+    for (int i = 0; i < 3; ++i) {
+      if (!(std::abs(v[i]->pos.x) < 1e5f) || !(std::abs(v[i]->pos.y) < 1e5f)) return;
+      x[i] = std::lround(v[i]->pos.x * 256);
+      y[i] = std::lround(v[i]->pos.y * 256);
+    }
+    std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
+    if (area == 0) return;
+    if (area < 0) {
+      std::swap(v[1], v[2]);
+      std::swap(x[1], x[2]);
+      std::swap(y[1], y[2]);
+      area = -area;
+    }
+    const bool white = is_white(first) && is_white(second) && is_white(third);
+    const bool flat = first.col == second.col && first.col == third.col;
+    const Ink ink(to_color(first.col));
+    const Tint tint[3] = {to_tint(v[0]->col), to_tint(v[1]->col), to_tint(v[2]->col)};
+    const int top = std::max(clip_.top, static_cast<int>((std::min({y[0], y[1], y[2]}) + 127) >> 8));
+    const int bottom =
+        std::min(clip_.bottom, static_cast<int>((std::max({y[0], y[1], y[2]}) + 127) >> 8) + 1);
+    for (int row = top; row < bottom; ++row) {
+      const std::int64_t at = row * std::int64_t{256} + 128;
+      std::int64_t low = clip_.left, high = clip_.right;  // pixels low..high-1
+      bool empty = false;
+      for (int i = 0; i < 3 && !empty; ++i) {
+        // Inside of the edge from i to k, which runs clockwise on the screen: dx (py - y) - dy (px - x) > 0,
+        // or = 0 on a left or upper edge.
+        const int k = (i + 1) % 3;
+        const std::int64_t dx = x[k] - x[i], dy = y[k] - y[i];
+        const bool own = dy < 0 || (dy == 0 && dx > 0);
+        const std::int64_t value = dx * (at - y[i]) - dy * (128 - x[i]) - (own ? 0 : 1);  // at pixel 0
+        // value - 256 dy px >= 0
+        const std::int64_t step = 256 * dy;
+        if (step == 0) {
+          empty = value < 0;
+        } else if (step > 0) {
+          high = std::min(high, floor_ratio(value, step) + 1);
+        } else {
+          low = std::max(low, -floor_ratio(value, -step));
+        }
+      }
+      if (empty || low >= high) continue;
+      const int x0 = static_cast<int>(low), x1 = static_cast<int>(high);
+      if (white && flat) {
+        fill_span(surface_, row, x0, x1, ink);
+        continue;
+      }
+      // Shares of the corners at the centre of a pixel, and their change to the next.
+      const float scale = 1 / static_cast<float>(area);
+      float share[3], slope[3];
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const std::int64_t dx = x[k] - x[j], dy = y[k] - y[j];
+        const std::int64_t value = dx * (at - y[j]) - dy * (x0 * std::int64_t{256} + 128 - x[j]);
+        share[i] = static_cast<float>(value) * scale;
+        slope[i] = static_cast<float>(-256 * dy) * scale;
+      }
+      const auto mix = [&](float p, float q, float r, const float(&w)[3]) {
+        return p * w[0] + q * w[1] + r * w[2];
+      };
+      for (int px = x0; px < x1; ++px) {
+        float w[3];
+        for (int i = 0; i < 3; ++i) w[i] = share[i] + slope[i] * static_cast<float>(px - x0);
+        const Tint color =
+            flat ? tint[0]
+                 : Tint{mix(tint[0].r, tint[1].r, tint[2].r, w), mix(tint[0].g, tint[1].g, tint[2].g, w),
+                        mix(tint[0].b, tint[1].b, tint[2].b, w), mix(tint[0].a, tint[1].a, tint[2].a, w)};
+        Tint texel{1, 1, 1, 1};
+        if (!white)
+          texel = sample(*texture_,
+                         tap(mix(v[0]->uv.x, v[1]->uv.x, v[2]->uv.x, w), texture_->width, texture_->smooth),
+                         tap(mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, w), texture_->height, texture_->smooth));
+        put(surface_.row(row) + 4 * px, color, texel);
+      }
+    }
+  }
+
+  static std::int64_t floor_ratio(std::int64_t a, std::int64_t b) {
+    return a >= 0 ? a / b : -((-a + b - 1) / b);
+  }
+
+  const Surface& surface_;
+  const UiPixels& fonts_;
+  const float white_u_, white_v_;
+  const UiPixels* texture_ = nullptr;
+  Clip clip_{};
+  std::vector<Tap> columns_;
+};
+
+}  // namespace
+
+void draw_panels(const Surface& surface, const ImDrawData& data, const UiPixels& fonts, float white_u,
+                 float white_v) {
+  PanelRaster raster(surface, fonts, white_u, white_v);
+  for (int n = 0; n < data.CmdListsCount; ++n) {
+    const ImDrawList& list = *data.CmdLists[n];
+    for (const ImDrawCmd& command : list.CmdBuffer) {
+      if (command.UserCallback == nullptr) {
+        raster.draw(list, command);
+      } else if (command.UserCallback != ImDrawCallback_ResetRenderState) {
+        command.UserCallback(&list, &command);
+      }
+    }
+  }
+}
+
+}  // namespace skerry::render
