@@ -354,6 +354,12 @@ struct Canvas::State {
   std::vector<std::uint8_t> fine, final;  // `fine` is empty without ssaa
   GlyphAtlas atlas;
   ShapeBatches frame;
+  // The background with its grid as it was drawn last: cameras rest most of the time.
+  DrawLayer ground;
+  Color ground_color;
+  Camera ground_camera;
+  DrawStats ground_stats;
+  std::vector<std::uint8_t> ground_picture;  // empty: none yet
 
   // Rows of at least four pixels: groups of four never leave the picture.
   int stride() const { return std::max(width, 4); }
@@ -362,6 +368,13 @@ struct Canvas::State {
     return {fine.data(), std::max(width * ssaa, 4), height * ssaa};
   }
   void average();
+  bool has_ground(const DrawList& list, const Camera& camera) const {
+    return !ground_picture.empty() && list.background == ground_color &&
+           camera.centre == ground_camera.centre && camera.height == ground_camera.height &&
+           list[Layer::Background] == ground;
+  }
+  /// Paints what `frame` holds.
+  DrawStats paint_frame(const Surface& surface) const;
 };
 
 Canvas::Canvas(int width, int height, int ssaa) {
@@ -421,19 +434,39 @@ DrawStats Canvas::draw(const DrawList& list, const Camera& camera) {
                                 std::to_string(camera.height_px) + " px, the canvas has " +
                                 std::to_string(s.width) + " x " + std::to_string(s.height));
   }
-  s.frame.build(list, camera, s.ssaa, s.atlas);
   const Surface surface = s.scene();
-  const Color ground = list.background;
-  fill_span({surface.pixels, surface.width * surface.height, 1}, 0, 0, surface.width * surface.height,
-            Ink(Color{ground.r, ground.g, ground.b, 255}));
-  for (const Batch& batch : s.frame.batches) {
+  const int pixels = surface.width * surface.height;
+  if (s.has_ground(list, camera)) {
+    std::memcpy(surface.pixels, s.ground_picture.data(), s.ground_picture.size());
+  } else {
+    const Color c = list.background;
+    fill_span({surface.pixels, pixels, 1}, 0, 0, pixels, Ink(Color{c.r, c.g, c.b, 255}));
+    constexpr int kGround = static_cast<int>(Layer::Background);
+    static_assert(kGround == 0);
+    s.frame.build(list, camera, s.ssaa, s.atlas, kGround, kGround + 1);
+    s.ground_stats = s.paint_frame(surface);
+    s.ground = list[Layer::Background];
+    s.ground_color = list.background;
+    s.ground_camera = camera;
+    s.ground_picture.assign(surface.pixels,
+                            surface.pixels + std::size_t{4} * static_cast<std::size_t>(pixels));
+  }
+  s.frame.build(list, camera, s.ssaa, s.atlas, 1);
+  const DrawStats rest = s.paint_frame(surface);
+  if (s.ssaa > 1) s.average();
+  return {s.ground_stats.shapes + rest.shapes, s.ground_stats.culled + rest.culled,
+          s.ground_stats.draw_calls + rest.draw_calls};
+}
+
+DrawStats Canvas::State::paint_frame(const Surface& surface) const {
+  for (const Batch& batch : frame.batches) {
     for (std::size_t i = batch.first; i < std::size_t{batch.first} + batch.count; ++i) {
       if (batch.program == Program::Text) {
-        paint_glyph(surface, s.frame.glyphs[i], s.atlas);
+        paint_glyph(surface, frame.glyphs[i], atlas);
         continue;
       }
-      const ShapeInstance& shape = s.frame.shapes[i];
-      const float* edges = s.frame.corners.data() + std::size_t{4} * shape.first;
+      const ShapeInstance& shape = frame.shapes[i];
+      const float* edges = frame.corners.data() + std::size_t{4} * shape.first;
       if (batch.program == Program::Arrow) {
         paint_arrow(surface, shape);
       } else if (batch.program == Program::Spoke) {
@@ -447,9 +480,8 @@ DrawStats Canvas::draw(const DrawList& list, const Camera& camera) {
       }
     }
   }
-  if (s.ssaa > 1) s.average();
-  return {static_cast<int>(s.frame.shapes.size() + s.frame.glyphs.size()), s.frame.culled,
-          static_cast<int>(s.frame.batches.size())};
+  return {static_cast<int>(frame.shapes.size() + frame.glyphs.size()), frame.culled,
+          static_cast<int>(frame.batches.size())};
 }
 
 void Canvas::take(Image& image) {

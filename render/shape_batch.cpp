@@ -470,7 +470,8 @@ bool ShapeBatches::add_labels(const std::vector<Label>& labels, GlyphAtlas& atla
   return true;
 }
 
-void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, GlyphAtlas& atlas) {
+void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, GlyphAtlas& atlas,
+                         int first_layer, int last_layer) {
   camera_ = camera;
   scale_ = camera.pixels_per_metre() * ssaa;
   px_ = ui_scale(camera.height_px) * ssaa;
@@ -486,7 +487,8 @@ void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, G
     batches.clear();
     culled = 0;
     bool fits = true;
-    for (const DrawLayer& layer : list.layers) {
+    for (int k = first_layer; k < last_layer; ++k) {
+      const DrawLayer& layer = list.layers[k];
       add_layer(layer);
       const auto first = static_cast<std::uint32_t>(glyphs.size());
       fits = add_labels(layer.labels, atlas) && fits;

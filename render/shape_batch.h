@@ -68,7 +68,9 @@ struct ShapeBatches {
 
   /// Fills all of the above.
   /// @param ssaa  pixels of the fine picture per pixel of the camera
-  void build(const DrawList& list, const Camera& camera, int ssaa, GlyphAtlas& atlas);
+  /// @param first_layer, last_layer  all of `first_layer` to before `last_layer`
+  void build(const DrawList& list, const Camera& camera, int ssaa, GlyphAtlas& atlas, int first_layer = 0,
+             int last_layer = kLayerCount);
 
  private:
   void add_layer(const DrawLayer& layer);

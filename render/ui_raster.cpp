@@ -236,19 +236,31 @@ class PanelRaster {
       const auto mix = [&](float p, float q, float r, const float(&w)[3]) {
         return p * w[0] + q * w[1] + r * w[2];
       };
-      for (int px = x0; px < x1; ++px) {
-        float w[3];
-        for (int i = 0; i < 3; ++i) w[i] = share[i] + slope[i] * static_cast<float>(px - x0);
-        const Tint color =
-            flat ? tint[0]
-                 : Tint{mix(tint[0].r, tint[1].r, tint[2].r, w), mix(tint[0].g, tint[1].g, tint[2].g, w),
-                        mix(tint[0].b, tint[1].b, tint[2].b, w), mix(tint[0].a, tint[1].a, tint[2].a, w)};
+      // Texture coordinates change evenly along a row.
+      const float u = mix(v[0]->uv.x, v[1]->uv.x, v[2]->uv.x, share),
+                  du = mix(v[0]->uv.x, v[1]->uv.x, v[2]->uv.x, slope),
+                  w = mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, share),
+                  dw = mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, slope);
+      std::uint8_t* at_pixel = surface_.row(row) + 4 * x0;
+      for (int px = 0; px < x1 - x0; ++px, at_pixel += 4) {
+        const auto steps = static_cast<float>(px);
         Tint texel{1, 1, 1, 1};
         if (!white)
-          texel = sample(*texture_,
-                         tap(mix(v[0]->uv.x, v[1]->uv.x, v[2]->uv.x, w), texture_->width, texture_->smooth),
-                         tap(mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, w), texture_->height, texture_->smooth));
-        put(surface_.row(row) + 4 * px, color, texel);
+          texel = sample(*texture_, tap(u + du * steps, texture_->width, texture_->smooth),
+                         tap(w + dw * steps, texture_->height, texture_->smooth));
+        if (flat) {
+          if (texture_->channels == 1 && texel.a > 0)
+            blend_one(at_pixel, texel.a, ink);
+          else if (texture_->channels != 1)
+            put(at_pixel, tint[0], texel);
+          continue;
+        }
+        const float parts[3] = {share[0] + slope[0] * steps, share[1] + slope[1] * steps,
+                                share[2] + slope[2] * steps};
+        put(at_pixel,
+            {mix(tint[0].r, tint[1].r, tint[2].r, parts), mix(tint[0].g, tint[1].g, tint[2].g, parts),
+             mix(tint[0].b, tint[1].b, tint[2].b, parts), mix(tint[0].a, tint[1].a, tint[2].a, parts)},
+            texel);
       }
     }
   }

@@ -463,6 +463,43 @@ TEST(Canvases, DrawNarrowPicturesAndHandThemOut) {
   EXPECT_THROW(canvas.draw(DrawList{}, Camera{}), std::invalid_argument);
 }
 
+// The canvas keeps the background from frame to frame: whatever changes shows as on a new canvas.
+TEST(Canvases, ShowEveryChangeOfTheBackground) {
+  Camera camera;
+  camera.width_px = 200;
+  camera.height_px = 100;
+  DrawList list;
+  list[Layer::Background].lines.push_back({{-5, 1}, {5, 2}, kRed, 2});
+  list[Layer::Background].labels.push_back({{2, 2}, "grid", kBlack, kWhite, 20});
+  list[Layer::Bodies].discs.push_back({{0, 0}, 2, kBlue, kBlack, 2});
+  Canvas kept(200, 100);
+  const auto check = [&](const char* what) {
+    Canvas fresh(200, 100);
+    Image expected, image;
+    const DrawStats wanted = fresh.draw(list, camera);
+    fresh.take(expected);
+    for (int again = 0; again < 2; ++again) {
+      const DrawStats stats = kept.draw(list, camera);
+      kept.take(image);
+      EXPECT_EQ(image, expected) << what;
+      EXPECT_EQ(stats.shapes, wanted.shapes) << what;
+    }
+  };
+  check("first");
+  list[Layer::Bodies].discs[0].centre = {1, 0.5};
+  check("a body");
+  list[Layer::Background].lines[0].from.y = 3;
+  check("a line");
+  list[Layer::Background].labels[0].text = "other";
+  check("a word");
+  list.background = {10, 20, 30, 255};
+  check("the colour");
+  camera.centre.x = 0.7;
+  check("the camera's place");
+  camera.height = 6;
+  check("the camera's height");
+}
+
 TEST(RendererDeterminism, FramesAreTheSameBitsForAnyThreadCountAndProcess) {
   // The number of rasteriser threads is read when the first context is made: each count needs a process of
   // its own, and the parent may not have touched GL in this test.
