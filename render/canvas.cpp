@@ -112,14 +112,13 @@ template <bool kOneInk, class Whole, class Core, class Distance>
 void paint_rows(const Surface surface, const ShapeInstance& shape, double ey, const Whole& whole,
                 const Core& core, const Distance distance) {
   const double middle = static_cast<double>(shape.centre[1]);
-  const int first = static_cast<int>(std::clamp(middle - ey - 0.5, 0.0, surface.height - 1.0));
-  const int last = static_cast<int>(std::clamp(middle + ey + 0.5, 0.0, surface.height - 1.0));
+  const Span rows = span_of(middle - ey, middle + ey, surface.height);  // the same rule, downwards
   const Ink fill(shape.fill), line(shape.line);
   const Brush rim(kOneInk ? fill : line);
   const Brush more({fill.r - line.r, fill.g - line.g, fill.b - line.b, fill.a - line.a});
   const Lanes cx = shape.centre[0], ax = shape.axis[0], ay = shape.axis[1], outline = shape.outline;
   const float cy = shape.centre[1];
-  for (int y = first; y <= last; ++y) {
+  for (int y = rows.x0; y < rows.x1; ++y) {
     const Span all = whole.row(y, surface.width);
     if (all.empty()) continue;
     std::uint8_t* const row = surface.row(y);
