@@ -3,6 +3,7 @@
 // Forces that depend on the state, and motions that the caller prescribes.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 
 #include "physics/handle.h"
@@ -30,9 +31,15 @@ struct FieldSample {
 
 /// A field acts on every dynamic body besides gravity. It must depend on nothing but its argument (it is
 /// asked several times a step, at states that are tried and thrown away), and be smooth for the steppers'
-/// orders to hold: the midpoint rule in time_stepping, Runge-Kutta of order 8 in event_driven. It is called
-/// by one thread at a time, in the order of the islands.
+/// orders to hold: the midpoint rule in time_stepping, Runge-Kutta of order 8 in event_driven. Islands in a
+/// field never rest or sleep, since it may be another one at any time.
 using ForceField = std::function<Wrench(const FieldSample&)>;
+
+/// Who may call a force field.
+enum class FieldThreads : std::uint8_t {
+  One,   ///< one thread at a time, in the order of the islands: then one thread makes the step of all of them
+  Many,  ///< any number at the same time
+};
 
 /// Resistance of a medium: F = -(linear + quadratic |v|) v, torque = -(angular + angular_quadratic |w|) w.
 /// time_stepping treats it explicitly, so it needs h < 2 m / linear.

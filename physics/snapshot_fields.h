@@ -209,22 +209,24 @@ inline void fields(Archive& a, StepReport& v) {
                           stage_seconds,  // measured, of that run
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
                           rows, substeps, impacts, reflections, friction_rows, narrow, work, force_solves,
-                          events_found, inner_steps, rejected_steps, fallbacks, islands_by_events,
+                          events_found, inner_steps, rejected_steps, paradoxes, fallbacks, islands_by_events,
                           islands_by_time_stepping, islands_in_flow, island_retries, islands_asleep,
                           bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
-                          pairs_out_of_reach, worst_residual, error_estimate, inexact_islands,
-                          worst_penetration, contained, kinetic_energy, potential_energy, momentum,
-                          angular_momentum, total_normal_impulse, total_friction_impulse, state_hash,
-                          contacts_list, islands_list, events, motion_events, joint_events, containments,
+                          pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual,
+                          error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
+                          potential_energy, momentum, angular_momentum, total_normal_impulse,
+                          total_friction_impulse, state_hash, contacts_list, islands_list, events,
+                          motion_events, joint_events, containments,
                           traces  // large, and for an observer only
   ] = v;
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
     substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, inner_steps,
-    rejected_steps, fallbacks, islands_by_events, islands_by_time_stepping, islands_in_flow, island_retries,
-    islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
-    worst_residual, error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
-    potential_energy, momentum, angular_momentum, total_normal_impulse, total_friction_impulse, state_hash,
-    contacts_list, islands_list, events, motion_events, joint_events, containments);
+    rejected_steps, paradoxes, fallbacks, islands_by_events, islands_by_time_stepping, islands_in_flow,
+    island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
+    pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual, error_estimate,
+    inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
+    angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
+    events, motion_events, joint_events, containments);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.
@@ -236,15 +238,15 @@ inline void fields(WorldArchives a, WorldState& v) {
   // Not archived: the broad phase and the threads, made again from the configuration and the shapes' boxes;
   // sums, which the next step takes anew; the working set, which follows from the bodies; what every step
   // fills before it looks; islands and flags that a step looks for anew where it does not find them; the
-  // methods, looked up by name; the callbacks (prescribed, field), which only the caller has
+  // methods, looked up by name; the callbacks (prescribed, field with its threads), which only the caller has
   // (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
-         free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, springs, broad_phase,
-         pool, island_builder, islands, graph_known, graph_bodies, graph_joints, table_changed,
-         joints_changed, links, contacts, memories, resting, step_memory, step_paths, paths_known, sleepers,
-         ledger, awake, kinematic, touched, last_h, rests, kept, active, active_joints, acceleration,
-         angular_acceleration, paths, reach, travelled, local_index, backup, pairs, box_updates, shape_moved,
-         loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
+         free_bodies, drag, prescribed, field, field_threads, shapes, free_shapes, joints, free_joints,
+         springs, broad_phase, pool, island_builder, islands, graph_known, graph_bodies, graph_joints,
+         table_changed, joints_changed, links, contacts, memories, resting, step_memory, step_paths,
+         paths_known, sleepers, ledger, awake, kinematic, touched, last_h, rests, kept, active, active_joints,
+         acceleration, angular_acceleration, paths, reach, travelled, local_index, backup, pairs, box_updates,
+         shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
            touched, reach, drag);

@@ -46,9 +46,11 @@ enum class MotionEventKind : std::uint8_t {
   Settle,   ///< infinitely many bounces came to an end
   Feature,  ///< a contact moved on to the next corner or edge
   Motor,    ///< a joint's motor reached its largest force, or its speed
+  Paradox,  ///< Painleve's: sliding ended by an impulse without a collision, since no forces allow it
 };
 
-/// A change of the way in which an island moves, located in time. Only event-driven steppers know them.
+/// A change of the way in which an island moves, located in time. Only event-driven steppers know them, but
+/// for Paradox, which comes from any.
 struct MotionEvent {
   MotionEventKind kind = MotionEventKind::Landing;
   double time = 0;  ///< [s]; of Settle: the limit of the bounces, which may lie after the step
@@ -146,6 +148,7 @@ struct StepReport {
   int events_found = 0;    ///< events that were located in time (releases, landings, slip, stick, limits)
   int inner_steps = 0;     ///< steps that error control accepted, over all islands
   int rejected_steps = 0;  ///< inner steps taken again because their error was too large
+  int paradoxes = 0;       ///< contact points that slid in Painleve's paradox; `motion_events` say which
   int fallbacks = 0;       ///< islands for which the event-driven stepper gave up; time_stepping made them
 
   // Who made the step of the islands that were neither in flight nor at rest.
@@ -161,6 +164,9 @@ struct StepReport {
   int islands_at_rest = 0;     ///< nothing changed by a bit: last step's forces serve; sleepers among them
   int manifolds_reused = 0;    ///< manifolds whose bodies had not moved by a bit
   int pairs_out_of_reach = 0;  ///< pairs that cannot meet within the step, left out of the islands
+  /// What the world's force field switches off: it may be another one at any time, so nothing is at rest and
+  /// nothing sleeps; and unless it may be called by many threads, one makes the step of all islands.
+  bool field_keeps_awake = false, field_wants_one_thread = false;
 
   // Accuracy.
   double worst_residual = 0;  ///< over the islands, relative

@@ -82,7 +82,18 @@ int ThreadPool::threads() const {
 void ThreadPool::run(std::size_t count, Call call, const void* item) {
   State& s = *state_;
   if (count == 0) return;
-  const bool alone = s.workers.empty() || count == 1;
+  if (s.workers.empty() || count == 1) {
+    std::exception_ptr first;
+    for (std::size_t i = 0; i < count; ++i) {
+      try {
+        call(item, i);
+      } catch (...) {
+        if (first == nullptr) first = std::current_exception();
+      }
+    }
+    if (first != nullptr) std::rethrow_exception(first);
+    return;
+  }
   {
     const std::lock_guard lock(s.mutex);
     s.count = count;
@@ -90,12 +101,10 @@ void ThreadPool::run(std::size_t count, Call call, const void* item) {
     s.item = item;
     s.next = 0;
     s.error = nullptr;
-    if (!alone) {
-      s.busy = static_cast<int>(s.workers.size());
-      ++s.loop;
-    }
+    s.busy = static_cast<int>(s.workers.size());
+    ++s.loop;
   }
-  if (!alone) s.wake.notify_all();
+  s.wake.notify_all();
   s.work();
   std::unique_lock lock(s.mutex);
   s.done.wait(lock, [&] { return s.busy == 0; });

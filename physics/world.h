@@ -172,7 +172,7 @@ class World {
   /// Sets the force field of the world; none: an empty function. Called at states that are only tried, so it
   /// must depend on its argument alone. What it throws leaves `step`, and the bodies are where they were
   /// then.
-  void set_force_field(ForceField field);
+  void set_force_field(ForceField field, FieldThreads threads = FieldThreads::One);
   /// Sets the resistance of the medium for a body.
   void set_drag(BodyId body, const Drag& drag);
   /// Lets a kinematic body move as told from now on; an empty function: on with the velocity that it has.

@@ -87,8 +87,9 @@ void World::apply_impulse(BodyId id, Vec2 impulse, Vec2 point_world) {
   b.omega[i] += b.inverse_inertia[i] * cross(point_world - b.position[i], impulse);
 }
 
-void World::set_force_field(ForceField field) {
+void World::set_force_field(ForceField field, FieldThreads threads) {
   state_->field = std::move(field);
+  state_->field_threads = threads;
   state_->sleepers.wake_all(*state_);
 }
 
@@ -119,6 +120,7 @@ void World::adopt_callbacks(const World& other) {
   WorldState& s = *state_;
   const WorldState& from = *other.state_;
   s.field = from.field;
+  s.field_threads = from.field_threads;
   s.sleepers.wake_all(s);
   for (std::size_t i = 0; i < std::min(s.bodies.size(), from.bodies.size()); ++i) {
     const bool same = s.bodies.alive[i] && from.bodies.alive[i] &&

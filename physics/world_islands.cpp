@@ -240,7 +240,7 @@ void Step::step_islands() {
     SteppedIsland& island = s_.islands[to_step[k]];
     s_.stepper->step(s_, island.island, h_, island.result);
   };
-  if (s_.field) {
+  if (s_.field && s_.field_threads == FieldThreads::One) {
     // A callback is asked in one order, by one thread.
     for (std::size_t k = 0; k < to_step.size(); ++k) step(k);
   } else {

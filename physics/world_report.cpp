@@ -223,6 +223,8 @@ void write_report(WorldState& s, double h) {
   r.joints = static_cast<int>(s.joints.size() - s.free_joints.size());
   r.pairs = static_cast<int>(s.contacts.size()) + asleep.pairs;
   r.islands = static_cast<int>(s.islands.size()) + asleep.islands;
+  r.field_keeps_awake = static_cast<bool>(s.field);
+  r.field_wants_one_thread = s.field && s.field_threads == FieldThreads::One;
   add_sleepers(asleep, r);
 
   add_events(s);
@@ -252,6 +254,7 @@ void write_report(WorldState& s, double h) {
     for (MotionEvent event : result.motion_events) {
       event.time += s.time - h;
       r.motion_events.push_back(event);
+      r.paradoxes += event.kind == MotionEventKind::Paradox;
     }
     r.worst_residual = std::max(r.worst_residual, result.report.residual);
     r.inexact_islands += result.report.status != SolveStatus::Solved;

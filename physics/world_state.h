@@ -94,6 +94,7 @@ struct WorldState {
   std::vector<Drag> drag;                    ///< by body
   std::vector<PrescribedMotion> prescribed;  ///< by body; empty: none
   ForceField field;
+  FieldThreads field_threads = FieldThreads::One;
 
   std::vector<ShapeRecord> shapes;
   std::vector<std::uint32_t> free_shapes;

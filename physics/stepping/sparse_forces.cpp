@@ -7,10 +7,10 @@
 namespace skerry {
 namespace {
 
-// Each step leaves eta D / (eta D + s) of an error along a direction with the eigenvalue s of W. 1e-7 leaves
-// rounding after three or four steps where s is 1e-4 of D (a chain of 100 links), and half of the digits to
-// the factor.
-constexpr double kEta = 1e-7;
+// Each step leaves eta D / (eta D + s) of an error along a direction with the eigenvalue s of W. 1e-9 leaves
+// rounding after two or three steps where s is 1e-4 of D (a chain of 100 links), and seven digits to the
+// factor.
+constexpr double kEta = 1e-9;
 constexpr int kMaxSteps = 40;
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
+#include "physics/stepping/paradox.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/sliding_stop.h"
 #include "physics/stepping/solver_memories.h"
@@ -325,6 +326,7 @@ class IslandStep {
         stop_ = slide_to_stop(state_, {start, assembly, before, after, h}, options, &memory, solution);
     }
     keep_memory(state_, result_, key, std::move(memory));
+    note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
     quieten(h, after);
     store_impulses(assembly, solution.lambda, h);
@@ -335,6 +337,22 @@ class IslandStep {
     }
     give_spare(std::move(solution.lambda));
     return after;
+  }
+
+  /// @param start  rows where the piece begins
+  void note_paradoxes(const Assembly& start, const std::vector<Velocity>& before,
+                      const std::vector<double>& lambda) {
+    for (int i = 0; i < start.system.size(); ++i) {
+      const Row& row = start.system.rows[i];
+      if (row.kind != RowKind::Friction || !(lambda[row.normal] > 0)) continue;
+      const double sliding = row_velocity(start, i, before);
+      if (std::abs(sliding) <= state_.config.rest_speed || !is_paradoxical(start.system, row, sliding))
+        continue;
+      const Contact& contact = state_.contacts[start.origin[i].index];
+      result_.motion_events.push_back({MotionEventKind::Paradox, elapsed_,
+                                       state_.shapes[contact.shape_a].body,
+                                       state_.shapes[contact.shape_b].body});
+    }
   }
 
   /// Friction rows that static friction holds: they stuck, or do not slide at the beginning. Gives them its

@@ -3,6 +3,9 @@
 // Force fields, drag and prescribed motions against their formulas.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <mutex>
+#include <set>
+#include <thread>
 
 #include "physics/snapshot.h"
 #include "tests/support/worlds.h"
@@ -125,6 +128,55 @@ TEST_P(Forces, RestingBodyWakesWhenTheFieldOfTheTimeMovesIt) {
   EXPECT_EQ(world.report().islands_at_rest, 0);
   run(world, 1, 1.0 / 60);
   EXPECT_NEAR(world.velocity(box).x, 6 - 0.5 * 9.81, 0.05);
+}
+
+TEST_P(Forces, ReportSaysWhatAFieldSwitchesOff) {
+  World world(by(GetParam()));
+  const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)));
+  world.step(1.0 / 60);
+  EXPECT_FALSE(world.report().field_keeps_awake);
+  EXPECT_FALSE(world.report().field_wants_one_thread);
+  const auto wind = [](const FieldSample&) { return Wrench{{1, 0}, 0}; };
+  world.set_force_field(wind);
+  world.step(1.0 / 60);
+  EXPECT_TRUE(world.report().field_keeps_awake);
+  EXPECT_TRUE(world.report().field_wants_one_thread);
+  world.set_force_field(wind, FieldThreads::Many);
+  world.step(1.0 / 60);
+  EXPECT_TRUE(world.report().field_keeps_awake);
+  EXPECT_FALSE(world.report().field_wants_one_thread);
+  EXPECT_NEAR(world.velocity(ball).x, 2.0 / 60, 1e-14);
+}
+
+TEST_P(Forces, FieldForManyThreadsIsCalledByThemAndGivesTheSameBits) {
+  std::uint64_t hash[3] = {};
+  std::size_t callers[3] = {};
+  for (const int k : {0, 1, 2}) {
+    WorldConfig config = by(GetParam());
+    config.threads = k == 0 ? 1 : 4;
+    World world(config);
+    for (int i = 0; i < 200; ++i) add(world, {10.0 * i, 0}, smooth(make_disc(0.5)));
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    world.set_force_field(
+        [&](const FieldSample& s) {
+          {
+            const std::lock_guard lock(mutex);
+            threads.insert(std::this_thread::get_id());
+          }
+          std::this_thread::yield();
+          return Wrench{-s.mass * s.position, 0};
+        },
+        k == 2 ? FieldThreads::Many : FieldThreads::One);
+    for (int i = 0; i < 20; ++i) world.step(1.0 / 60);
+    hash[k] = world.report().state_hash;
+    callers[k] = threads.size();
+  }
+  EXPECT_EQ(hash[1], hash[0]);
+  EXPECT_EQ(hash[2], hash[0]);
+  EXPECT_EQ(callers[0], 1u);
+  EXPECT_EQ(callers[1], 1u);
+  EXPECT_GT(callers[2], 1u);
 }
 
 TEST_P(Forces, FlightInAFieldIsCountedAsNoFlight) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Scenes at the edge of what rigid bodies can do: infinitely many collisions, forces that do not exist.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <iterator>
+#include <vector>
 
 #include "tests/support/worlds.h"
 
@@ -77,11 +80,17 @@ TEST_P(ParadoxBy, RodInPainlevesParadoxStopsSlidingAtOnceAndGainsNoEnergy) {
     world.add_shape(rod, rough(make_capsule({-1, 0}, {1, 0}, r), mu));
     double energy = world.kinetic_energy() + world.potential_energy();
     const double start = energy;
+    std::vector<MotionEvent> paradoxes;
     for (int i = 0; i < 240; ++i) {
       const StepReport& report = world.step(1.0 / 240);
       const double now = report.kinetic_energy + report.potential_energy;
       EXPECT_LE(now, energy + 1e-4 * start) << "mu " << mu << " step " << i;
       EXPECT_EQ(report.contained, 0);
+      const auto is_paradox = [](const MotionEvent& event) { return event.kind == MotionEventKind::Paradox; };
+      std::copy_if(report.motion_events.begin(), report.motion_events.end(), std::back_inserter(paradoxes),
+                   is_paradox);
+      EXPECT_EQ(report.paradoxes,
+                std::count_if(report.motion_events.begin(), report.motion_events.end(), is_paradox));
       EXPECT_LE(report.worst_penetration, 1e-6) << "mu " << mu << " step " << i;
       if (i == 0 && mu > least) {
         // All sliding gone in an instant, though the end did not fall onto the floor.
@@ -91,6 +100,11 @@ TEST_P(ParadoxBy, RodInPainlevesParadoxStopsSlidingAtOnceAndGainsNoEnergy) {
       energy = now;
     }
     EXPECT_LE(energy, start);
+    // The report names it, once, where it begins.
+    EXPECT_EQ(paradoxes.size(), mu > least ? 1u : 0u) << "mu " << mu;
+    if (paradoxes.empty()) continue;
+    EXPECT_NEAR(paradoxes[0].time, 0, 1e-12) << "mu " << mu;
+    EXPECT_EQ(paradoxes[0].body_b, rod) << "mu " << mu;
   }
 }
 
