@@ -30,6 +30,9 @@ struct PointMemory {
   Vec2 impact_position;  ///< where the last impact of the step acted, world frame [m]
 };
 
+/// Shapes, the lower slot first, and the segment of a chain: the order of the contact table.
+using ContactKey = std::tuple<std::uint32_t, std::uint32_t, std::int32_t>;
+
 /// A pair of shapes (for chains: a segment and a shape).
 struct Contact {
   std::uint32_t shape_a = 0, shape_b = 0;  ///< slots, shape_a < shape_b
@@ -54,7 +57,7 @@ struct Contact {
   std::array<PointMemory, 2> points;
   std::array<PointMemory, 2> points_at_start;  ///< of the step, should its island have to be stepped again
 
-  auto key() const { return std::tuple(shape_a, shape_b, child); }
+  ContactKey key() const { return {shape_a, shape_b, child}; }
   /// A number that names point `i` and is equal in the next step if the same features meet.
   std::uint64_t source(int i) const;
 };

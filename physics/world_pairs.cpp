@@ -2,6 +2,7 @@
 //
 // The stage of a step that finds pairs: boxes that bound the motion -> broad phase -> contact table.
 #include <algorithm>
+#include <tuple>
 
 #include "physics/narrowphase/chain.h"
 #include "physics/world_step.h"
@@ -46,39 +47,44 @@ void Step::find_pairs() {
 void Step::merge_pairs(bool moved) {
   if (s_.pairs.empty() && !moved) return;
   if (are_pairs_of_table()) return;
-  std::vector<Contact>& wanted = s_.scratch.wanted;
+  std::vector<ContactKey>& wanted = s_.scratch.wanted;
   wanted.clear();
   for (const Pair& pair : s_.pairs) {
     if (may_touch(pair)) add_wanted(pair);
   }
-  std::vector<Contact>& next = s_.scratch.next;
-  next.clear();
-  next.reserve(s_.contacts.size() + wanted.size());
-  bool changed = false;
-  auto old = s_.contacts.begin();
-  const auto pass = [&] {
-    if (!s_.shape_moved[old->shape_a] && !s_.shape_moved[old->shape_b]) {
-      next.push_back(*old);
-    } else {
-      changed = true;
-      if (old->touched) s_.scratch.lost.push_back(*old);
-    }
+  // What stays keeps its place where nothing in front of it comes or goes: contacts are large.
+  std::vector<Contact>& fresh = s_.scratch.fresh;
+  fresh.clear();
+  std::vector<Contact>& table = s_.contacts;
+  std::size_t kept = 0, old = 0;
+  const auto keep = [&] {
+    if (kept != old) table[kept] = table[old];
+    ++kept;
     ++old;
   };
-  for (const Contact& contact : wanted) {
-    while (old != s_.contacts.end() && old->key() < contact.key()) pass();
-    if (old != s_.contacts.end() && old->key() == contact.key()) {
-      next.push_back(*old);
-      ++old;
-    } else {
-      next.push_back(contact);
-      changed = true;
-    }
+  const auto pass = [&] {
+    if (!s_.shape_moved[table[old].shape_a] && !s_.shape_moved[table[old].shape_b]) return keep();
+    if (table[old].touched) s_.scratch.lost.push_back(table[old]);
+    ++old;
+  };
+  for (const ContactKey& key : wanted) {
+    while (old < table.size() && table[old].key() < key) pass();
+    if (old < table.size() && table[old].key() == key)
+      keep();
+    else
+      fresh.push_back(make_contact(key));
   }
-  while (old != s_.contacts.end()) pass();
-  s_.table_changed |= changed;
-  // The same contacts: the old table serves.
-  if (changed) s_.contacts.swap(next);
+  while (old < table.size()) pass();
+  if (kept == table.size() && fresh.empty()) return;
+  s_.table_changed = true;
+  // From the back, so that each contact moves once at most.
+  table.resize(kept + fresh.size());
+  for (std::size_t end = table.size(), more = fresh.size(); more > 0;) {
+    if (kept > 0 && fresh[more - 1].key() < table[kept - 1].key())
+      table[--end] = table[--kept];
+    else
+      table[--end] = fresh[--more];
+  }
 }
 
 /// Every pair has its contact already, and every contact its pair: nothing comes or goes.
@@ -93,15 +99,14 @@ bool Step::are_pairs_of_table() const {
 
 /// One contact, or one for each near segment of a chain.
 void Step::add_wanted(const Pair& pair) {
-  std::vector<Contact>& wanted = s_.scratch.wanted;
-  Contact contact = make_contact(pair);
+  std::vector<ContactKey>& wanted = s_.scratch.wanted;
   const ShapeRecord& a = s_.shapes[pair.low];
   const ShapeRecord& b = s_.shapes[pair.high];
   const bool a_chain = a.shape.kind == ShapeKind::Chain;
   const bool b_chain = b.shape.kind == ShapeKind::Chain;
   if (a_chain == b_chain) {
     // Terrain does not meet terrain.
-    if (!a_chain) wanted.push_back(contact);
+    if (!a_chain) wanted.push_back({pair.low, pair.high, 0});
     return;
   }
   const ShapeRecord& chain = a_chain ? a : b;
@@ -110,8 +115,7 @@ void Step::add_wanted(const Pair& pair) {
   chain_segments_near(chain.shape, {at.position, at.rotation}, grown((a_chain ? b : a).box, reach),
                       s_.scratch.segments);
   for (const int segment : s_.scratch.segments) {
-    contact.child = segment;
-    wanted.push_back(contact);
+    wanted.push_back({pair.low, pair.high, segment});
   }
 }
 
@@ -129,12 +133,11 @@ bool Step::may_touch(const Pair& pair) const {
   return true;
 }
 
-Contact Step::make_contact(const Pair& pair) const {
-  const ShapeRecord& a = s_.shapes[pair.low];
-  const ShapeRecord& b = s_.shapes[pair.high];
+Contact Step::make_contact(const ContactKey& key) const {
   Contact contact;
-  contact.shape_a = pair.low;
-  contact.shape_b = pair.high;
+  std::tie(contact.shape_a, contact.shape_b, contact.child) = key;
+  const ShapeRecord& a = s_.shapes[contact.shape_a];
+  const ShapeRecord& b = s_.shapes[contact.shape_b];
   contact.body_a = a.body.index;
   contact.body_b = b.body.index;
   contact.friction =

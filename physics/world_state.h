@@ -65,7 +65,8 @@ struct LinkCount {
 struct StepScratch {
   std::vector<std::uint8_t> dirty;        ///< by body, after the first round: its island steps again
   std::vector<std::uint32_t> others;      ///< active bodies that are not awake ones
-  std::vector<Contact> wanted, next;      ///< contact table in the making
+  std::vector<ContactKey> wanted;         ///< contacts of the pairs
+  std::vector<Contact> fresh;             ///< of which new ones
   std::vector<int> segments;              ///< of a chain
   std::vector<Contact> lost;              ///< touching contacts whose boxes parted
   std::vector<SteppedIsland> last_round;  ///< islands of the round before

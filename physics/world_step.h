@@ -52,7 +52,7 @@ class Step {
   bool are_pairs_of_table() const;
   void add_wanted(const Pair& pair);
   bool may_touch(const Pair& pair) const;
-  Contact make_contact(const Pair& pair) const;
+  Contact make_contact(const ContactKey& key) const;
 
   // world_islands.cpp: which contacts belong to the step, the islands that they make, and their steps.
   void link_contacts();

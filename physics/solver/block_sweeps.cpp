@@ -15,11 +15,6 @@ double dot3(const BodyVector& x, const BodyVector& y) {
   return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
 }
 
-BodyVector scaled(const std::array<double, 3>& J, const InverseMass& mass, double factor) {
-  const double linear = factor * std::sqrt(mass.linear), angular = factor * std::sqrt(mass.angular);
-  return {Vec4{linear * J[0], linear * J[1], angular * J[2], 0}};
-}
-
 }  // namespace
 
 struct BlockSweeps::Kernels {
@@ -80,12 +75,10 @@ struct BlockSweeps::Kernels {
     y[k.b_body].v = b;
   }
 
-  static SKERRY_ALWAYS_INLINE double sweep(BlockSweeps& s, bool backwards) {
+  static SKERRY_ALWAYS_INLINE double sweep(BlockSweeps& s) {
     BodyVector* y = s.velocities_.data();
-    const int n = static_cast<int>(s.blocks_.size());
     double largest = 0;
-    for (int i = 0; i < n; ++i) {
-      const std::size_t k = at(backwards ? n - 1 - i : i);
+    for (std::size_t k = 0; k < s.blocks_.size(); ++k) {
       const Block& block = s.blocks_[k];
       Impulses& impulses = s.impulses_[k];
       const Bounds& bounds = s.bounds_[k];
@@ -103,8 +96,8 @@ struct BlockSweeps::Kernels {
     return largest;
   }
 
-  static double sweep_portable(BlockSweeps& s, bool backwards) { return sweep(s, backwards); }
-  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s, bool backwards) { return sweep(s, backwards); }
+  static double sweep_portable(BlockSweeps& s) { return sweep(s); }
+  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return sweep(s); }
 };
 
 bool BlockSweeps::assign(const IslandSystem& system) {
@@ -115,6 +108,15 @@ bool BlockSweeps::assign(const IslandSystem& system) {
   if (!system.compliance.empty()) return false;
   const int n = system.size(), ground = static_cast<int>(system.bodies.size());
   root_.resize(at(n));
+  blocks_.reserve(at(n) / 2);
+  bounds_.reserve(at(n) / 2);
+  first_.reserve(at(n) / 2);
+  mass_.resize(at(ground + 1));
+  for (std::size_t k = 0; k < system.bodies.size(); ++k) {
+    const double linear = std::sqrt(system.bodies[k].linear), angular = std::sqrt(system.bodies[k].angular);
+    mass_[k].v = Vec4{linear, linear, angular, 0};
+  }
+  mass_[at(ground)].v = Vec4{};
   int i = 0;
   while (i < n) {
     // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
@@ -159,14 +161,14 @@ void BlockSweeps::close(const IslandSystem& system, Block& block, Bounds& bounds
   block.b = Vec4{};
   for (int r = 0; r < block.count; ++r) {
     const Row& row = system.rows[at(first + r)];
-    double D = 0;
-    if (row.a >= 0) D += inverse_mass_along(system.bodies[at(row.a)], row.Ja);
-    if (row.b >= 0) D += inverse_mass_along(system.bodies[at(row.b)], row.Jb);
-    const double root = D > 0 ? std::sqrt(D) : 0, inverse = D > 0 ? 1 / root : 0;
+    const BodyVector low{Vec4{row.Ja[0], row.Ja[1], row.Ja[2], 0} * mass_[at(block.a)].v};
+    const BodyVector high{Vec4{row.Jb[0], row.Jb[1], row.Jb[2], 0} * mass_[at(block.b_body)].v};
+    const double D = dot3(low, low) + dot3(high, high);
+    const double root = std::sqrt(D), inverse = D > 0 ? 1 / root : 0;
     root_[at(first + r)] = root;
     block.speed[at(r)] = root;
-    block.low[r] = row.a >= 0 ? scaled(row.Ja, system.bodies[at(row.a)], inverse) : BodyVector{};
-    block.high[r] = row.b >= 0 ? scaled(row.Jb, system.bodies[at(row.b)], inverse) : BodyVector{};
+    block.low[r].v = inverse * low.v;
+    block.high[r].v = inverse * high.v;
     block.b[r] = inverse * system.b[at(first + r)];
     const int n = bounds.normal[at(r)];
     if (n >= 0) {
@@ -198,11 +200,9 @@ void BlockSweeps::set(std::span<const double> lambda) {
     impulses_[k].v = Vec4{};
     for (int r = 0; r < blocks_[k].count; ++r) {
       const std::size_t row = at(first_[k] + r);
-      const int n = bounds_[k].normal[at(r)];
-      const double bound = n < 0 ? 0 : blocks_[k].mu[at(r)] * std::max(impulses_[k].v[n], 0.0);
+      const ImpulseBounds bounds = bounds_of(blocks_[k], bounds_[k], impulses_[k], r);
       const double given = row < lambda.size() && std::isfinite(lambda[row]) ? root_[row] * lambda[row] : 0;
-      impulses_[k].v[r] =
-          Kernels::clamp(given, bounds_[k].lower[at(r)] - bound, bounds_[k].upper[at(r)] + bound);
+      impulses_[k].v[r] = Kernels::clamp(given, bounds.lower, bounds.upper);
     }
   }
   restart();
@@ -229,8 +229,31 @@ void BlockSweeps::restart() {
   }
 }
 
-double BlockSweeps::sweep(bool backwards) {
-  return cpu_has_avx2() ? Kernels::sweep_avx2(*this, backwards) : Kernels::sweep_portable(*this, backwards);
+double BlockSweeps::sweep() {
+  return cpu_has_avx2() ? Kernels::sweep_avx2(*this) : Kernels::sweep_portable(*this);
+}
+
+ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses,
+                                     int r) {
+  const int n = bounds.normal[at(r)];
+  const double bound = n < 0 ? 0 : block.mu[at(r)] * std::max(impulses.v[n], 0.0);
+  return {bounds.lower[at(r)] - bound, bounds.upper[at(r)] + bound};
+}
+
+double BlockSweeps::violation() const {
+  double worst = 0;
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const Block& block = blocks_[k];
+    for (int r = 0; r < block.count; ++r) {
+      const double w = dot3(block.low[r], velocities_[at(block.a)]) +
+                       dot3(block.high[r], velocities_[at(block.b_body)]) - block.b[r];
+      const ImpulseBounds bounds = bounds_of(block, bounds_[k], impulses_[k], r);
+      // D |lambda - clamp(lambda - w / D)| in scaled numbers.
+      const double low = impulses_[k].v[r] - bounds.upper, high = impulses_[k].v[r] - bounds.lower;
+      worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
+    }
+  }
+  return worst;
 }
 
 }  // namespace skerry

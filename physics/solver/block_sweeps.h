@@ -40,9 +40,12 @@ class BlockSweeps {
   void get(const std::vector<Impulses>& from, std::vector<double>& lambda) const;
   void restart();  ///< velocities from the impulses
 
-  /// One sweep in the order of the blocks, or against it. @return largest change of a row's velocity [m/s],
-  /// an estimate of the residual
-  double sweep(bool backwards = false);
+  /// One sweep in the order of the blocks. @return largest change of a row's velocity [m/s], an estimate of
+  /// the residual
+  double sweep();
+
+  /// Largest violation of the natural map (islands/island_system.h) [m/s].
+  double violation() const;
 
  private:
   struct Kernels;
@@ -64,12 +67,14 @@ class BlockSweeps {
   };
 
   void close(const IslandSystem& system, Block& block, Bounds& bounds);
+  static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
 
   int rows_ = 0;
   std::vector<Block> blocks_;
-  std::vector<Bounds> bounds_;  ///< by block
-  std::vector<int> first_;      ///< row of each block
-  std::vector<double> root_;    ///< D^1/2 by row
+  std::vector<Bounds> bounds_;    ///< by block
+  std::vector<int> first_;        ///< row of each block
+  std::vector<double> root_;      ///< D^1/2 by row
+  std::vector<BodyVector> mass_;  ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
   std::vector<BodyVector> velocities_;
 };

@@ -2,7 +2,9 @@
 //
 // Projected Gauss-Seidel: preview, comparison, and the inner step of nncg. Converges slowly (the error of a
 // stack of n falls by about 1 - 1/n^2 a sweep), but never fails badly.
+#include "physics/solver/block_sweeps.h"
 #include "physics/solver/gauss_seidel.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -38,8 +40,30 @@ Solution sweep_until_done(const typename Operator::Problem& problem, std::span<c
   return solution;
 }
 
+/// The same over blocks. @return false if the island does not fit into them
+bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
+                  Solution& solution) {
+  Spare<BlockSweeps> sweeps;
+  if (options.trace || !sweeps->assign(system)) return false;
+  solution.method = "pgs";
+  sweeps->set(warm_start);
+  const double target = options.tolerance * largest_magnitude(system.b);
+  const int most = options.max_iterations > 0 ? options.max_iterations : kDefaultSweeps;
+  const double limit = options.work_limit > 0 ? options.work_limit : kInfinity;
+  while (solution.iterations < most && solution.work.visits < limit) {
+    ++solution.iterations;
+    solution.work.visits += static_cast<double>(system.rows.size());
+    if (sweeps->sweep() <= 0.5 * target && sweeps->violation() <= target) break;
+  }
+  sweeps->get(sweeps->impulses(), solution.lambda);
+  conclude(system, options, solution);
+  return true;
+}
+
 Solution solve_pgs(const IslandSystem& system, std::span<const double> warm_start,
                    const SolveOptions& options, std::unique_ptr<SolverMemory>*) {
+  Solution solution;
+  if (sweep_blocks(system, warm_start, options, solution)) return solution;
   return sweep_until_done<BodyOperator>(system, warm_start, options);
 }
 

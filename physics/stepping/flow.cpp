@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/solver/block_sweeps.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_energy.h"
@@ -25,8 +26,12 @@ constexpr double kEnter = 0.2, kLeave = 0.05;
 // Landings in a step, each of which would cut it, that count like the larger share, and pieces of an exact
 // step after which the smaller shares serve.
 constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
+// So many pieces are dear for few points, too.
+constexpr int kManyPieces = 16, kFewestPoints = 8;
 // Share of the work that the velocities get; the rest is for the positions.
 constexpr double kVelocityShare = 0.8;
+// Packing an island for the sweeps, in sweeps.
+constexpr double kSetUp = 5;
 // Overlaps below this share of the smaller body stay.
 constexpr double kOverlapFloor = 1e-7;
 // A body that went farther than foreseen by less than this share of its size will be found by the next step.
@@ -145,7 +150,7 @@ class FlowStep {
       SolveOptions options = state_.config.solve;
       options.work_limit = kVelocityShare * limit_;
       options.trace = state_.observe.systems && state_.observe.solve_traces;
-      solution = sweeps().solve(system, *warm, options, nullptr);
+      solution = sweep_until_done(system, *warm, options);
     }
     note_hits(assembly, solution.lambda, before);
     apply_impulses(system, solution.lambda, after);
@@ -169,10 +174,32 @@ class FlowStep {
     give_spare(std::move(solution.lambda));
   }
 
-  /// The world's own solver where it sweeps, too.
-  const SolverEntry& sweeps() const {
-    static const SolverEntry& standard = find_solver("nncg");
-    return state_.solver->exact ? standard : *state_.solver;
+  /// The world's own solver where it is a preview; else sweeps, which at this price leave no more than
+  /// cleverer methods do (tests/bench/solver.md).
+  Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
+                            const SolveOptions& options) const {
+    static const SolverEntry& standard = find_solver("pgs");
+    if (!state_.solver->exact) return state_.solver->solve(system, warm, options, nullptr);
+    Spare<BlockSweeps> sweeps;
+    if (options.trace || !sweeps->assign(system)) return standard.solve(system, warm, options, nullptr);
+    Solution solution;
+    solution.method = standard.name;
+    sweeps->set(warm);
+    const double rows = static_cast<double>(system.rows.size());
+    const double scale = largest_magnitude(system.b), target = options.tolerance * scale;
+    solution.work.visits = kSetUp * rows;
+    double worst = sweeps->violation();
+    while (worst > target && solution.work.visits < options.work_limit) {
+      ++solution.iterations;
+      solution.work.visits += rows;
+      // The change underestimates the violation.
+      const bool done = sweeps->sweep() <= 0.5 * target || !(solution.work.visits < options.work_limit);
+      if (done) worst = sweeps->violation();
+    }
+    sweeps->get(sweeps->impulses(), solution.lambda);
+    solution.residual = scale > 0 ? worst / scale : worst;
+    solution.status = worst <= target ? SolveStatus::Solved : SolveStatus::Inexact;
+    return solution;
   }
 
   static double impulse_of(const PointMemory& memory, RowKind kind) {
@@ -285,8 +312,7 @@ class FlowStep {
     SolveOptions options;
     options.tolerance = 1e-4;
     options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
-    static const SolverEntry& solver = find_solver("nncg");
-    Solution solution = solver.solve(system, {}, options, nullptr);
+    Solution solution = sweep_until_done(system, {}, options);
     result_.work += solution.work;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     shift.assign(island_.bodies.size(), Velocity{});
@@ -335,7 +361,10 @@ bool is_in_flow(const WorldState& state, const Island& island, double h) {
     if (contact.restitution > 0) return false;
     points += contact.manifold.count;
   }
-  if (points <= kFewPoints || has_varying_forces(state, island)) return false;
+  int flow = 0;
+  for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
+  const int few = flow > 1 || !state.solver->exact ? kFewestPoints : kFewPoints;
+  if (points <= few || has_varying_forces(state, island)) return false;
   if (!state.solver->exact) return true;
   slow = h * largest_acceleration(state, island) + state.config.rest_speed;
   points = 0;
@@ -353,20 +382,19 @@ bool is_in_flow(const WorldState& state, const Island& island, double h) {
               slow;
     }
   }
-  int flow = 0;
-  for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
-  if (points <= kFewPoints) return false;
+  if (points <= few) return false;
   return flow > 0 ? fast > kLeave * points || landings > kFewLandings
                   : fast > kEnter * points || landings > kLandings;
 }
 
-bool was_restless(const IslandResult& result) {
-  return result.substeps > kPieces;
+int restlessness(const IslandResult& result) {
+  return result.substeps > kManyPieces ? 2 : result.substeps > kPieces ? 1 : 0;
 }
 
 void step_island_in_flow(WorldState& state, const Island& island, double h, IslandResult& result) {
   FlowStep(state, island, h, result).run();
-  result.step_memory.flow = 1;
+  for (const std::uint32_t i : island.bodies)
+    result.step_memory.flow = std::max({result.step_memory.flow, state.step_memory[i].flow, 1});
 }
 
 }  // namespace skerry

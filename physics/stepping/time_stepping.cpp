@@ -616,7 +616,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     step_island_in_flow(state, island, h, result);
   else {
     IslandStep(state, island, result).run(0, h);
-    result.step_memory.flow = was_restless(result);
+    result.step_memory.flow = restlessness(result);
   }
 }
 

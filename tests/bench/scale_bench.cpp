@@ -2,7 +2,8 @@
 //
 // Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description.
 //
-//   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--stepper NAME] [--awake] [--fresh]
+//   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
+//   [--awake] [--fresh]
 //               [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
@@ -42,6 +43,7 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
   config.gravity = scene.gravity;
   config.threads = options.threads;
   config.solver = options.solver;
+  config.flow_work = options.flow_work;
   config.stepper = options.stepper;
   config.sleep = !options.awake;
   config.reuse_resting = !options.fresh;
@@ -131,6 +133,8 @@ int main(int argc, char** argv) {
       options.threads = std::max(1, std::atoi(next)), ++i;
     else if (word == "--solver")
       options.solver = next, ++i;
+    else if (word == "--flow-work")
+      options.flow_work = std::max(0.0, std::atof(next)), ++i;
     else if (word == "--stepper")
       options.stepper = next, ++i;
     else if (word == "--awake")

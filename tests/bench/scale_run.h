@@ -19,6 +19,7 @@ struct Options {
   double budget = 20;  ///< of one engine in one scene [s]
   int threads = 1;
   std::string solver = "auto";
+  double flow_work = WorldConfig{}.flow_work;  ///< of ours
   std::string stepper = "time_stepping";
   bool awake = false;  ///< nothing sleeps
   bool fresh = false;  ///< nor are islands at rest kept: every step solves everything
