@@ -106,14 +106,14 @@ TEST_F(CommandLine, ErrorsInCallbacksNameTheirLine) {
 }
 
 TEST_F(CommandLine, AccuracyIsTakenFromTheCommandLineBeforeTheScript) {
-  const std::string sliding =
-      folder_.write("slide.lua",
-                    "demo{ title = 'T', seconds = 0.5, accuracy = 1e-3 }\nground{ y = 0 }\n"
-                    "disc{ at = {0, 0.5}, radius = 0.5, mass = 1, velocity = {3, 0} }\n");
+  const std::string swinging =
+      folder_.write("swing.lua",
+                    "demo{ title = 'T', seconds = 0.5, accuracy = 1e-3 }\n"
+                    "rod{ from = {0, 2}, to = disc{ at = {1, 2}, radius = 0.2, mass = 1 } }\n");
   const std::string report = folder_ / "out.json";
   std::uint64_t steps[2];
   for (int i = 0; i < 2; ++i) {
-    std::vector<std::string> words{"run", sliding, "--report", report};
+    std::vector<std::string> words{"run", swinging, "--report", report};
     if (i == 1) words.insert(words.end(), {"--accuracy", "1e-6"});
     ASSERT_EQ(run(words).code, kGood);
     const auto json = nlohmann::json::parse(read_file(report));
@@ -122,7 +122,7 @@ TEST_F(CommandLine, AccuracyIsTakenFromTheCommandLineBeforeTheScript) {
     steps[i] = json["stepping"]["inner_steps"].get<std::uint64_t>();
   }
   EXPECT_GT(steps[1], steps[0]);
-  EXPECT_EQ(run({"run", sliding, "--accuracy", "2"}).code, kUsage);
+  EXPECT_EQ(run({"run", swinging, "--accuracy", "2"}).code, kUsage);
 }
 
 TEST_F(CommandLine, ReportAndSeriesHoldTheRun) {
