@@ -21,10 +21,9 @@ struct BlockSweeps::Kernels {
   /// Sums of the lanes of four vectors.
   static SKERRY_ALWAYS_INLINE void sums(const Vec4& p, const Vec4& q, const Vec4& r, const Vec4& s,
                                         Vec4& out) {
-    using Index = long long __attribute__((vector_size(32)));
-    const Vec4 pq = __builtin_shuffle(p, q, Index{0, 4, 2, 6}) + __builtin_shuffle(p, q, Index{1, 5, 3, 7});
-    const Vec4 rs = __builtin_shuffle(r, s, Index{0, 4, 2, 6}) + __builtin_shuffle(r, s, Index{1, 5, 3, 7});
-    out = __builtin_shuffle(pq, rs, Index{0, 1, 4, 5}) + __builtin_shuffle(pq, rs, Index{2, 3, 6, 7});
+    const Vec4 pq = __builtin_shufflevector(p, q, 0, 4, 2, 6) + __builtin_shufflevector(p, q, 1, 5, 3, 7);
+    const Vec4 rs = __builtin_shufflevector(r, s, 0, 4, 2, 6) + __builtin_shufflevector(r, s, 1, 5, 3, 7);
+    out = __builtin_shufflevector(pq, rs, 0, 1, 4, 5) + __builtin_shufflevector(pq, rs, 2, 3, 6, 7);
   }
 
   static SKERRY_ALWAYS_INLINE double clamp(double z, double lower, double upper) {
