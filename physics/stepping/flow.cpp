@@ -113,12 +113,7 @@ class FlowStep {
   void solve(const std::vector<Velocity>& before, std::vector<Velocity>& after,
              std::vector<std::uint8_t>& pushed) {
     after = before;
-    for (std::size_t k = 0; k < after.size(); ++k) {
-      const std::uint32_t body = island_.bodies[k];
-      after[k][0] += h_ * state_.acceleration[body].x;
-      after[k][1] += h_ * state_.acceleration[body].y;
-      after[k][2] += h_ * state_.angular_acceleration[body];
-    }
+    add_free_motion(state_, island_, h_, after);
     pushed.assign(after.size(), 0);
     Spare<std::vector<std::uint8_t>> points;
     Spare<Assembly> spare;
@@ -354,8 +349,7 @@ class FlowStep {
 
 bool is_in_flow(const WorldState& state, const Island& island, double h) {
   if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
-  int points = 0, fast = 0;
-  double slow = -1;
+  int points = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
     if (contact.restitution > 0) return false;
@@ -366,9 +360,9 @@ bool is_in_flow(const WorldState& state, const Island& island, double h) {
   const int few = flow > 1 || !state.solver->exact ? kFewestPoints : kFewPoints;
   if (points <= few || has_varying_forces(state, island)) return false;
   if (!state.solver->exact) return true;
-  slow = h * largest_acceleration(state, island) + state.config.rest_speed;
+  const double slow = h * largest_acceleration(state, island) + state.config.rest_speed;
   points = 0;
-  int landings = 0;
+  int fast = 0, landings = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
     for (int i = 0; i < contact.manifold.count; ++i) {

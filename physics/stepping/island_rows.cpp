@@ -166,6 +166,15 @@ std::vector<Velocity> island_velocities(const WorldState& state, const Island& i
   return v;
 }
 
+void add_free_motion(const WorldState& state, const Island& island, double h, std::vector<Velocity>& v) {
+  for (std::size_t k = 0; k < v.size(); ++k) {
+    const std::uint32_t body = island.bodies[k];
+    v[k][0] += h * state.acceleration[body].x;
+    v[k][1] += h * state.acceleration[body].y;
+    v[k][2] += h * state.angular_acceleration[body];
+  }
+}
+
 void store_velocities(WorldState& state, const Island& island, const std::vector<Velocity>& v) {
   for (std::size_t k = 0; k < island.bodies.size(); ++k) {
     state.bodies.velocity[island.bodies[k]] = {v[k][0], v[k][1]};

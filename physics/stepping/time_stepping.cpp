@@ -226,12 +226,7 @@ class IslandStep {
       }
       // The first guess needs no contact forces: the second pass has them.
       if (pass == 0) {
-        for (std::size_t k = 0; k < after.size(); ++k) {
-          const std::uint32_t body = island_.bodies[k];
-          after[k][0] += h * state_.acceleration[body].x;
-          after[k][1] += h * state_.acceleration[body].y;
-          after[k][2] += h * state_.angular_acceleration[body];
-        }
+        add_free_motion(state_, island_, h, after);
       } else {
         after = solve_once(h, before, plastic);
       }
@@ -242,12 +237,7 @@ class IslandStep {
   std::vector<Velocity> solve_once(double h, const std::vector<Velocity>& before, bool plastic) {
     std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
     after = before;
-    for (std::size_t k = 0; k < after.size(); ++k) {
-      const std::uint32_t body = island_.bodies[k];
-      after[k][0] += h * state_.acceleration[body].x;
-      after[k][1] += h * state_.acceleration[body].y;
-      after[k][2] += h * state_.angular_acceleration[body];
-    }
+    add_free_motion(state_, island_, h, after);
 
     Spare<Assembly> spare_start, spare_mid;
     Assembly &start = *spare_start, &mid = *spare_mid;
