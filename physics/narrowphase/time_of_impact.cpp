@@ -25,6 +25,8 @@ constexpr int kMaxGuesses = 3;
 constexpr int kMaxNewton = 8;
 // Gaps below this, relative to the coordinates, are touching: a few roundings of the distance.
 constexpr double kTouchingNoise = 2.0e-15;
+// Angle [rad] that bodies may turn by in a step that follows their turning.
+constexpr double kShortTurn = 0.1;
 // Where touching corners neither part nor approach, time goes on by what cannot sink them deeper than this,
 // relative to the coordinates.
 constexpr double kTouchingSlip = 1.0e-12;
@@ -72,27 +74,45 @@ double first_root(double value, double rate, double curvature) {
   return 2 * value / (-rate + std::sqrt(square));
 }
 
-/// First s in (0, longest] at which the lowest of `lines`, bent by `curvature` <= 0, reaches zero; `longest`
-/// if none does. Starting from the end, the line that is lowest there gives an earlier root, until it is
-/// itself the lowest: the minimum is concave, so nothing is skipped.
-double first_root(const Line* lines, int count, double curvature, double longest) {
-  double s = longest;
-  for (int round = 0; round <= count; ++round) {
-    int lowest = 0;
-    double low = kInfinity;
-    for (int i = 0; i < count; ++i) {
-      const double value = lines[i].value + lines[i].rate * s;
-      if (value < low) {
-        low = value;
-        lowest = i;
-      }
+/// First s in (0, longest] with
+///   p(s) = value + rate s + curvature s^2 / 2 - jerk s^3 / 6 = 0,   value >= 0, jerk >= 0,
+/// or a little less, never more; `longest` if there is none. A zero at the start that rises from there does
+/// not count.
+double first_root(double value, double rate, double curvature, double jerk, double longest) {
+  const auto p = [&](double s) { return value + s * (rate + s * (0.5 * curvature - (jerk / 6) * s)); };
+  // p bends up until `low` and down from there.
+  double low = curvature > 0 ? std::min(curvature / jerk, longest) : 0;
+  if (rate < 0 && low > 0) {
+    // It falls into a dip, or as far as it bends up. Newton's steps to a zero before that stay in front of
+    // it.
+    const double square = curvature * curvature + 2 * jerk * rate;
+    const double dip = square > 0 ? std::min(-2 * rate / (curvature + std::sqrt(square)), low) : low;
+    double s = 0, height = value;
+    for (int round = 0; round < kMaxNewton && !(p(dip) > 0); ++round) {
+      const double slope = rate + s * (curvature - 0.5 * jerk * s);
+      if (!(height > 0 && slope < 0)) return s;
+      s = std::min(s - height / slope, dip);
+      height = p(s);
     }
-    if (low + 0.5 * curvature * s * s > 0) return s;
-    const double root = first_root(lines[lowest].value, lines[lowest].rate, curvature);
-    if (!(root < s)) return s;
-    s = root;
+    if (!(p(dip) > 0)) return s;
   }
-  return s;
+  if (p(longest) > 0) return longest;
+  if (!(low > 0)) {
+    // Up to a zero of the parabola above, p is above another one.
+    const double high = std::min(first_root(value, rate, curvature), longest);
+    return std::min(first_root(value, rate, curvature - (jerk / 3) * high), longest);
+  }
+  // Below what bends down a chord meets zero too early, a tangent too late.
+  double high = longest;
+  for (int round = 0; round < kMaxNewton && p(low) > 0; ++round) {
+    const double slope = rate + high * (curvature - 0.5 * jerk * high);
+    if (slope < 0) high = std::max(high - p(high) / slope, low);
+    const double at_low = p(low), at_high = p(high);
+    const double s = at_high < 0 ? low + (high - low) * (at_low / (at_low - at_high)) : low;
+    if (!(s - low > 1e-3 * low)) break;
+    low = s;
+  }
+  return low;
 }
 
 /// Room for the lines of all corners, left as it is.
@@ -144,7 +164,7 @@ class Flight {
   double step_of_discs() const;
   double step_on_fixed_axis(double gap, double longest, double direction = 1) const;
   double root_of_features(double t) const;
-  double step_on_turning_edge(double gap, double span) const;
+  double step_on_turning_axis(double gap, double span) const;
   double jump_to_discs_contact() const;
   bool is_neighbours_contact() const;
   double step_past_neighbours_contact();
@@ -249,7 +269,8 @@ SKERRY_TWICE double Flight::step_on_fixed_axis(double gap, double longest, doubl
   }
   const Line base{gap, direction * dot(n_, v_)};
   double s = longest;
-  // As in first_root of lines; the lowest sum is the sum of the lowest.
+  // Starting from the end, the lines that are lowest there give an earlier root, until they are themselves
+  // the lowest: the minimum is concave, so nothing is skipped. The lowest sum is the sum of the lowest.
   const auto lowest_at = [&](const Line* lines, int count, double time) {
     Line best = lines[0];
     double low = kInfinity;
@@ -273,40 +294,50 @@ SKERRY_TWICE double Flight::step_on_fixed_axis(double gap, double longest, doubl
   return s;
 }
 
-/// Step along the normal of the reference edge, which turns with its body; only the other body's corners
-/// count. In the edge's frame a corner x moves with
-///   x'' = acceleration - 2 omega x (velocity of x) - omega x (omega x x) - alpha x x.
-double Flight::step_on_turning_edge(double gap, double span) const {
-  if (from_ == NormalFrom::Corners) return 0;
-  const bool first = from_ == NormalFrom::First;
+/// Step along the present normal as seen from the body whose edge it belongs to, with which it turns; only
+/// the other body's corners count. In that body's frame, for a corner at d + r and with J the quarter turn,
+///   x'  = v - w J d + (w_other - w) J r
+///   x'' = a - alpha J d - 2 w J v - w^2 d + (alpha_other - alpha) J r - (w_other - w)^2 r
+/// are taken as they are, so that bodies that turn together, and corners that part at second order only, do
+/// not stop the step; x''' is bounded over `span`.
+SKERRY_TWICE double Flight::step_on_turning_axis(double gap, double span) const {
+  const bool first = from_ != NormalFrom::Second;
   const Mover& owner = first ? a_ : b_;
   const Mover& other = first ? b_ : a_;
-  if (!owner.turns) return 0;
   const Vec2 d = first ? d_ : -d_, v = first ? v_ : -v_, n = first ? n_ : -n_;
+  const Vec2 push = first ? acceleration_ : -acceleration_;
   const Rot q = first ? qb_ : qa_;
-  const double w_owner = owner.omega_at(t_), w_other = other.omega_at(t_);
-  // Rate of a corner at x = d + r: n (v + w_other perp(r)) + w_owner perp(n) x.
-  Lines lines;
-  fill_lines(other.hull, inverse_rotate(q, n), w_other - w_owner, lines.line);
-  const double base_rate = dot(n, v) + w_owner * dot(perp(n), d);
+  const double w = owner.omega_at(t_), alpha = owner.turns ? owner.motion.alpha : 0;
+  const double dw = other.omega_at(t_) - w, dalpha = (other.turns ? other.motion.alpha : 0) - alpha;
+  const double base_rate = dot(n, v - w * perp(d));
+  const double base_curvature = dot(n, push - alpha * perp(d) - 2 * w * perp(v) - (w * w) * d);
+
+  const double a = length(push), top_v = length(v) + a * span, top_d = length(d) + top_v * span;
+  const double top_w = owner.top_omega, top_dw = std::max(std::abs(dw), std::abs(dw + span * dalpha));
+  const double jerk = 3 * (std::abs(alpha) + top_w * top_w) * top_v + 3 * top_w * a +
+                      top_w * (3 * std::abs(alpha) + top_w * top_w) * top_d +
+                      top_dw * (3 * std::abs(dalpha) + top_dw * top_dw) * other.reach;
+
+  const Vec2 along = inverse_rotate(q, n), sideways = -perp(along);
+  double lowest = kInfinity;
+  for (int i = 0; i < other.hull.count; ++i) lowest = std::min(lowest, dot(along, other.hull.v[i]));
+  double s = span;
   for (int i = 0; i < other.hull.count; ++i) {
-    lines.line[i].value += gap;
-    lines.line[i].rate += base_rate;
+    const double height = dot(along, other.hull.v[i]), side = dot(sideways, other.hull.v[i]);
+    s = first_root(gap + (height - lowest), base_rate + dw * side,
+                   base_curvature + dalpha * side - dw * dw * height, jerk, s);
   }
-  const double push = length(acceleration_), speed = length(v_);
-  const double top_speed = speed + push * span + other.top_omega * other.reach;
-  const double top_far = length(d_) + other.reach + top_speed * span;
-  const double curvature = -(push + other.turning_bound() + 2 * owner.top_omega * top_speed +
-                             (owner.top_omega * owner.top_omega + std::abs(owner.motion.alpha)) * top_far);
-  return first_root(lines.line, other.hull.count, curvature, span);
+  return s;
 }
 
 /// Step that is safe whatever the features do, given that on the fixed axis.
 double Flight::safe_step(double t, double on_fixed_axis) const {
   const double gap = std::max(gap_, 0.0), longest = t_max_ - t, s = on_fixed_axis;
   if (s >= longest) return s;
-  // The bound on accelerations grows with the span that it is for, so the span is one that is worth having.
-  return std::max(s, step_on_turning_edge(gap, s > 0 ? std::min(8 * s, longest) : longest));
+  // The bounds grow with the span that they are for, so the span is one that is worth having.
+  const double turn = std::max(a_.top_omega, b_.top_omega);
+  const double span = s > 0 && turn > 0 ? std::min(std::max(8 * s, kShortTurn / turn), longest) : longest;
+  return std::max(s, step_on_turning_axis(gap, span));
 }
 
 /// When the features that are closest now would touch, if they stayed so: Newton's method on the distance of

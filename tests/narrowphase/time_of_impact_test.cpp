@@ -277,6 +277,45 @@ TEST(TimeOfImpact, NeverPassesThroughWhateverTheSpin) {
   std::printf("%d hits, %d at the work limit\n", hits, limits);
 }
 
+TEST(TimeOfImpact, FollowsTwoFacesThatTurnTogetherInFewSteps) {
+  // Faces a hair apart that turn, slide and fall together, as within a pile: nothing stops the search but
+  // what they do to each other.
+  const unsigned seed = 411;
+  Scenes scenes(seed);
+  int hits = 0, most = 0;
+  for (int k = 0; k < test_scale(300); ++k) {
+    const double w = scenes.uniform(-3, 3), angle = scenes.angle();
+    const double hair = std::pow(10.0, scenes.uniform(-13, -6)), aside = scenes.uniform(-0.9, 0.9);
+    const Rot q = Rot::from_angle(angle);
+    const Shape a = make_box({1, 0.3}), b = make_box({scenes.uniform(0.1, 1), 0.4});
+    const Motion ma{.p0 = scenes.uniform(0, 3) * scenes.direction(),
+                    .angle0 = angle,
+                    .v = scenes.direction(),
+                    .omega = w,
+                    .a = 10 * scenes.direction()};
+    const Vec2 d = rotate(q, {aside, 0.35 + hair});
+    Motion mb = ma;
+    mb.p0 += d;
+    mb.v += w * perp(d) + rotate(q, {scenes.uniform(-0.5, 0.5), scenes.uniform(-1, 1) * 1e3 * hair});
+    mb.omega += scenes.uniform(-1, 1) * 1e2 * hair;
+    mb.a += -(w * w) * d +
+            rotate(q, {scenes.uniform(-10, 10), scenes.below(2) == 0 ? 0.0 : scenes.uniform(-5, 5)});
+    const ImpactTime impact = time_of_impact(a, ma, b, mb, 1.0 / 60);
+    ASSERT_TRUE(impact.converged) << "case " << k << " seed " << seed;
+    ASSERT_LE(impact.iterations, 40) << "case " << k << " seed " << seed << " hair " << hair;
+    most = std::max(most, impact.iterations);
+    for (int i = 1; i <= 100; ++i) {
+      ASSERT_GT(distance_at(a, ma, b, mb, impact.t * i / 100), -1e-13)
+          << "case " << k << " seed " << seed << " t " << impact.t << " at " << i;
+    }
+    if (!impact.hit) continue;
+    ++hits;
+    ASSERT_NEAR(static_cast<double>(distance_at(a, ma, b, mb, impact.t)), 0, 1e-13) << "case " << k;
+  }
+  EXPECT_GT(hits, 20);
+  std::printf("%d hits, at most %d looks\n", hits, most);
+}
+
 TEST(TimeOfImpact, RefusesBadArguments) {
   const Shape disc = make_disc(1);
   EXPECT_THROW(time_of_impact(disc, {}, disc, {}, -1), std::invalid_argument);
