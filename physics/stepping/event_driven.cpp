@@ -297,6 +297,10 @@ class EventStep {
     problem_.derivative(y, forces_, dy);
     for (std::size_t i = 6 * island_.bodies.size(); i < y.size(); ++i) y[i] = (h_ - elapsed_) * dy[i];
     store_forces(y);
+    // The piece before this one may reach beyond its event.
+    if (state_.observe.paths)
+      record_hermite(state_, island_.bodies, elapsed_, h_ - elapsed_, path_ends(state_, island_.bodies),
+                     result_);
     ++result_.substeps;
     return true;
   }
