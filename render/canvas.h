@@ -9,9 +9,11 @@
 #include "render/draw_list.h"
 #include "render/gl_renderer.h"
 #include "render/image.h"
-#include "render/raster.h"
+#include "render/surface.h"
 
 namespace skerry::render {
+
+struct RasterKernels;
 
 /// The same shapes as GlRenderer's by the same signed distances: pictures differ by roundings. A driver that
 /// shades on the processor pays for blocks of pixels and for their whole shader; this one pays for the pixels
@@ -20,8 +22,9 @@ class Canvas {
  public:
   /// @param width, height  final size [px]
   /// @param ssaa           1 to 4: the scene is drawn so many times finer in each direction, and averaged
+  /// @param avx2           false: as if the processor had none; the picture is the same to the bit
   /// @throws std::invalid_argument as Target does
-  Canvas(int width, int height, int ssaa = 1);
+  explicit Canvas(int width, int height, int ssaa = 1, bool avx2 = true);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
@@ -35,6 +38,8 @@ class Canvas {
 
   /// The final picture, to draw panels on.
   [[nodiscard]] Surface surface();
+  /// What draws on it.
+  [[nodiscard]] const RasterKernels& kernels() const;
 
   /// Hands the picture out. The canvas takes the memory of `image` for the next one: nothing is copied.
   void take(Image& image);

@@ -1,20 +1,29 @@
 // SPDX-License-Identifier: MIT
 //
-// Four floats at once, for the rasteriser in memory (canvas.h): the same bits on every processor, because
-// each operation is rounded by itself.
+// Several floats at once, for the rasteriser in memory (canvas.h): the same bits on every processor and for
+// any number of lanes, because each operation is rounded by itself.
+//
+// Eight lanes where a file asks for them (SKERRY_EIGHT_LANES, compiled for AVX2), else four. What depends on
+// the number is in a namespace of that name, so that both can be in one program.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 
-#if defined(__SSE2__)
+#if defined(SKERRY_EIGHT_LANES)
+#include <immintrin.h>
+#define SKERRY_LANES eight_lanes
+#elif defined(__SSE2__)
 #include <emmintrin.h>
+#define SKERRY_LANES four_lanes
+#else
+#define SKERRY_LANES plain_lanes
 #endif
 
 // The innermost loops are put together from small functions, which have to vanish.
 #if defined(__GNUC__)
-#define SKERRY_INLINE [[gnu::always_inline]] inline
+#define SKERRY_INLINE inline __attribute__((always_inline))
 #define SKERRY_INLINE_LAMBDA __attribute__((always_inline))
 #else
 #define SKERRY_INLINE inline
@@ -22,16 +31,79 @@
 #endif
 
 namespace skerry::render {
+inline namespace SKERRY_LANES {
 
-#if defined(__SSE2__)
+#if defined(SKERRY_EIGHT_LANES)
+
+inline constexpr int kLanes = 8;
+
+struct Lanes {
+  __m256 v;
+  SKERRY_INLINE Lanes(float all) : v(_mm256_set1_ps(all)) {}
+  SKERRY_INLINE Lanes(__m256 eight) : v(eight) {}
+  friend SKERRY_INLINE Lanes operator+(Lanes a, Lanes b) { return _mm256_add_ps(a.v, b.v); }
+  friend SKERRY_INLINE Lanes operator-(Lanes a, Lanes b) { return _mm256_sub_ps(a.v, b.v); }
+  friend SKERRY_INLINE Lanes operator*(Lanes a, Lanes b) { return _mm256_mul_ps(a.v, b.v); }
+};
+
+SKERRY_INLINE Lanes min(Lanes a, Lanes b) {
+  return _mm256_min_ps(a.v, b.v);
+}
+SKERRY_INLINE Lanes max(Lanes a, Lanes b) {
+  return _mm256_max_ps(a.v, b.v);
+}
+SKERRY_INLINE Lanes sqrt(Lanes a) {
+  return _mm256_sqrt_ps(a.v);
+}
+SKERRY_INLINE Lanes abs(Lanes a) {
+  return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v);
+}
+/// `first`, `first` + 1, ...
+SKERRY_INLINE Lanes count_from(float first) {
+  return _mm256_add_ps(_mm256_set1_ps(first), _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7));
+}
+/// `a` in the lanes where low <= x < high, elsewhere 0.
+SKERRY_INLINE Lanes within(Lanes a, Lanes x, float low, float high) {
+  return _mm256_and_ps(a.v, _mm256_and_ps(_mm256_cmp_ps(x.v, _mm256_set1_ps(low), _CMP_GE_OQ),
+                                          _mm256_cmp_ps(x.v, _mm256_set1_ps(high), _CMP_LT_OQ)));
+}
+SKERRY_INLINE bool none_positive(Lanes a) {
+  return _mm256_movemask_ps(_mm256_cmp_ps(a.v, _mm256_setzero_ps(), _CMP_GT_OQ)) == 0;
+}
+
+/// As many pixels as lanes, as three vectors of their channels, in 1/255.
+struct Pixels {
+  Lanes r, g, b;
+};
+SKERRY_INLINE Pixels load_pixels(const std::uint8_t* from) {
+  const __m256i eight = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+  const __m256i byte = _mm256_set1_epi32(255);
+  return {_mm256_cvtepi32_ps(_mm256_and_si256(eight, byte)),
+          _mm256_cvtepi32_ps(_mm256_and_si256(_mm256_srli_epi32(eight, 8), byte)),
+          _mm256_cvtepi32_ps(_mm256_and_si256(_mm256_srli_epi32(eight, 16), byte))};
+}
+/// Rounds to the nearest, halves up; opaque.
+SKERRY_INLINE void store_pixels(std::uint8_t* to, const Pixels& p) {
+  const Lanes half = 0.5f;
+  const __m256i r = _mm256_cvttps_epi32((p.r + half).v), g = _mm256_cvttps_epi32((p.g + half).v),
+                b = _mm256_cvttps_epi32((p.b + half).v);
+  const __m256i low = _mm256_or_si256(r, _mm256_slli_epi32(g, 8));
+  const __m256i high =
+      _mm256_or_si256(_mm256_slli_epi32(b, 16), _mm256_set1_epi32(static_cast<int>(0xff000000)));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_or_si256(low, high));
+}
+
+#elif defined(__SSE2__)
+
+inline constexpr int kLanes = 4;
 
 struct Lanes {
   __m128 v;
-  Lanes(float all) : v(_mm_set1_ps(all)) {}
-  Lanes(__m128 four) : v(four) {}
-  friend Lanes operator+(Lanes a, Lanes b) { return _mm_add_ps(a.v, b.v); }
-  friend Lanes operator-(Lanes a, Lanes b) { return _mm_sub_ps(a.v, b.v); }
-  friend Lanes operator*(Lanes a, Lanes b) { return _mm_mul_ps(a.v, b.v); }
+  SKERRY_INLINE Lanes(float all) : v(_mm_set1_ps(all)) {}
+  SKERRY_INLINE Lanes(__m128 four) : v(four) {}
+  friend SKERRY_INLINE Lanes operator+(Lanes a, Lanes b) { return _mm_add_ps(a.v, b.v); }
+  friend SKERRY_INLINE Lanes operator-(Lanes a, Lanes b) { return _mm_sub_ps(a.v, b.v); }
+  friend SKERRY_INLINE Lanes operator*(Lanes a, Lanes b) { return _mm_mul_ps(a.v, b.v); }
 };
 
 SKERRY_INLINE Lanes min(Lanes a, Lanes b) {
@@ -59,7 +131,7 @@ SKERRY_INLINE bool none_positive(Lanes a) {
   return _mm_movemask_ps(_mm_cmpgt_ps(a.v, _mm_setzero_ps())) == 0;
 }
 
-/// Four pixels as three vectors of their channels, in 1/255.
+/// As many pixels as lanes, as three vectors of their channels, in 1/255.
 struct Pixels {
   Lanes r, g, b;
 };
@@ -72,14 +144,17 @@ SKERRY_INLINE Pixels load_pixels(const std::uint8_t* from) {
 }
 /// Rounds to the nearest, halves up; opaque.
 SKERRY_INLINE void store_pixels(std::uint8_t* to, const Pixels& p) {
-  const auto whole = [](Lanes a) { return _mm_cvttps_epi32((a + 0.5f).v); };
-  const __m128i low = _mm_or_si128(whole(p.r), _mm_slli_epi32(whole(p.g), 8));
-  const __m128i high =
-      _mm_or_si128(_mm_slli_epi32(whole(p.b), 16), _mm_set1_epi32(static_cast<int>(0xff000000)));
+  const Lanes half = 0.5f;
+  const __m128i r = _mm_cvttps_epi32((p.r + half).v), g = _mm_cvttps_epi32((p.g + half).v),
+                b = _mm_cvttps_epi32((p.b + half).v);
+  const __m128i low = _mm_or_si128(r, _mm_slli_epi32(g, 8));
+  const __m128i high = _mm_or_si128(_mm_slli_epi32(b, 16), _mm_set1_epi32(static_cast<int>(0xff000000)));
   _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm_or_si128(low, high));
 }
 
 #else
+
+inline constexpr int kLanes = 4;
 
 struct Lanes {
   float v[4];
@@ -125,7 +200,7 @@ SKERRY_INLINE bool none_positive(Lanes a) {
   return !(a.v[0] > 0 || a.v[1] > 0 || a.v[2] > 0 || a.v[3] > 0);
 }
 
-/// Four pixels as three vectors of their channels, in 1/255.
+/// As many pixels as lanes, as three vectors of their channels, in 1/255.
 struct Pixels {
   Lanes r, g, b;
 };
@@ -150,4 +225,5 @@ SKERRY_INLINE void store_pixels(std::uint8_t* to, const Pixels& p) {
 
 #endif
 
+}  // namespace SKERRY_LANES
 }  // namespace skerry::render

@@ -1,42 +1,59 @@
 // SPDX-License-Identifier: MIT
 //
-// Blending into a picture in memory: what shapes (canvas.cpp) and panels (ui_raster.cpp) share. Used inside
-// of render/ only.
+// Blending into a picture in memory: what shapes (raster_shapes.h) and panels (ui_raster.cpp) share. Used
+// inside of render/ only.
+//
+// Files that are compiled for AVX2 include this. What they take from elsewhere has to vanish into them: a
+// function of the standard library that the compiler does not inline would be kept once for all files,
+// perhaps in the version that older processors cannot run. Hence functions of our own for the smallest
+// things.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
 
 #include "render/draw_list.h"
 #include "render/lanes.h"
+#include "render/surface.h"
 
 namespace skerry::render {
+inline namespace SKERRY_LANES {
 
-/// An opaque RGBA8 picture that somebody else owns, at least four pixels wide, top row first, no padding.
-struct Surface {
-  std::uint8_t* pixels = nullptr;
-  int width = 0, height = 0;  ///< [px]
-  [[nodiscard]] std::uint8_t* row(int y) const { return pixels + std::size_t{4} * y * width; }
-};
+template <class T>
+SKERRY_INLINE T lesser(T a, T b) {
+  return b < a ? b : a;
+}
+template <class T>
+SKERRY_INLINE T greater(T a, T b) {
+  return a < b ? b : a;
+}
+template <class T>
+SKERRY_INLINE T clamped(T a, T low, T high) {
+  return a < low ? low : high < a ? high : a;
+}
+
+SKERRY_INLINE std::uint8_t* row_of(const Surface& surface, int y) {
+  return surface.pixels +
+         std::size_t{4} * static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.width);
+}
 
 /// Premultiplied colour: r, g, b in 0..255, a in 0..1.
 struct Ink {
   float r = 0, g = 0, b = 0, a = 0;
-  Ink() = default;
-  Ink(float red, float green, float blue, float alpha) : r(red), g(green), b(blue), a(alpha) {}
-  explicit Ink(Color c)
+  SKERRY_INLINE Ink() {}
+  SKERRY_INLINE Ink(float red, float green, float blue, float alpha) : r(red), g(green), b(blue), a(alpha) {}
+  SKERRY_INLINE explicit Ink(Color c)
       : r(c.r * (c.a / 255.0f)), g(c.g * (c.a / 255.0f)), b(c.b * (c.a / 255.0f)), a(c.a / 255.0f) {}
 };
 
-/// An ink for four pixels. Made before a loop and kept in registers: bytes that are stored could be part of
+/// An ink for all lanes. Made before a loop and kept in registers: bytes that are stored could be part of
 /// anything that is only referred to.
 struct Brush {
   Lanes r, g, b, a;
-  explicit Brush(const Ink& ink) : r(ink.r), g(ink.g), b(ink.b), a(ink.a) {}
+  SKERRY_INLINE explicit Brush(const Ink& ink) : r(ink.r), g(ink.g), b(ink.b), a(ink.a) {}
 };
 
-/// @param cover of each of the four pixels, 0 to 1
+/// @param cover of each of the pixels, 0 to 1
 SKERRY_INLINE void blend(std::uint8_t* at, Lanes cover, const Brush& ink) {
   const Pixels under = load_pixels(at);
   const Lanes keep = Lanes(1.0f) - cover * ink.a;
@@ -55,44 +72,45 @@ SKERRY_INLINE void blend(std::uint8_t* at, Lanes whole, const Brush& rim, Lanes 
 }
 
 /// One pixel.
-inline void blend_one(std::uint8_t* at, float cover, const Ink& ink) {
+SKERRY_INLINE void blend_one(std::uint8_t* at, float cover, const Ink& ink) {
   const float keep = 1 - cover * ink.a;
   at[0] = static_cast<std::uint8_t>(static_cast<float>(at[0]) * keep + cover * ink.r + 0.5f);
   at[1] = static_cast<std::uint8_t>(static_cast<float>(at[1]) * keep + cover * ink.g + 0.5f);
   at[2] = static_cast<std::uint8_t>(static_cast<float>(at[2]) * keep + cover * ink.b + 0.5f);
 }
 
-/// Calls `four(x, centres, inside)` for groups of four pixels that hold x0..x1 once each; `inside(value)` is
-/// 0 in the lanes that are not among them. All of a group lies in the picture.
-template <class Four>
-SKERRY_INLINE void by_four(int x0, int x1, int width, const Four& four) {
+/// Calls `group(x, centres, inside)` for groups of kLanes pixels that hold x0..x1 once each; `inside(value)`
+/// is 0 in the lanes that are not among them. All of a group lies in the picture.
+template <class Group>
+SKERRY_INLINE void by_lanes(int x0, int x1, int width, const Group& group) {
   int x = x0;
-  Lanes centres = count_from(static_cast<float>(x0) + 0.5f);
-  for (; x + 4 <= x1; x += 4, centres = centres + 4.0f)
-    four(x, centres, [](Lanes value) SKERRY_INLINE_LAMBDA { return value; });
+  for (; x + kLanes <= x1; x += kLanes)
+    group(x, count_from(static_cast<float>(x) + 0.5f),
+          [](Lanes value) SKERRY_INLINE_LAMBDA { return value; });
   if (x >= x1) return;
-  const int start = std::min(x, width - 4);
+  const int start = lesser(x, width - kLanes);
   const float low = static_cast<float>(x), high = static_cast<float>(x1);
   const Lanes at = count_from(static_cast<float>(start) + 0.5f);
-  four(start, at, [&](Lanes value) SKERRY_INLINE_LAMBDA { return within(value, at, low, high); });
+  group(start, at, [&](Lanes value) SKERRY_INLINE_LAMBDA { return within(value, at, low, high); });
 }
 
 /// Pixels x0 to x1 of row y, all of them inside of the picture, in one ink.
-inline void fill_span(const Surface& surface, int y, int x0, int x1, const Ink& ink) {
+SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, const Ink& ink) {
   if (x0 >= x1) return;
-  std::uint8_t* row = surface.row(y);
+  std::uint8_t* const row = row_of(surface, y);
   if (ink.a >= 1) {
-    std::uint8_t pixel[4] = {static_cast<std::uint8_t>(ink.r + 0.5f), static_cast<std::uint8_t>(ink.g + 0.5f),
-                             static_cast<std::uint8_t>(ink.b + 0.5f), 255};
+    const std::uint8_t pixel[4] = {static_cast<std::uint8_t>(ink.r + 0.5f),
+                                   static_cast<std::uint8_t>(ink.g + 0.5f),
+                                   static_cast<std::uint8_t>(ink.b + 0.5f), 255};
     std::uint32_t word;
     std::memcpy(&word, pixel, 4);
-    auto* words = reinterpret_cast<std::uint32_t*>(row);
-    std::fill(words + x0, words + x1, word);
+    auto* const words = reinterpret_cast<std::uint32_t*>(row);
+    for (int x = x0; x < x1; ++x) words[x] = word;
     return;
   }
   if (!(ink.a > 0)) return;
   const Brush brush(ink);
-  by_four(x0, x1, surface.width, [row, brush](int x, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
+  by_lanes(x0, x1, surface.width, [row, brush](int x, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
     blend(row + 4 * x, inside(1.0f), brush);
   });
 }
@@ -100,13 +118,15 @@ inline void fill_span(const Surface& surface, int y, int x0, int x1, const Ink& 
 /// The pixels of a row whose centres lie in low..high, cut to the picture.
 struct Span {
   int x0 = 0, x1 = 0;
-  [[nodiscard]] bool empty() const { return x0 >= x1; }
+  [[nodiscard]] SKERRY_INLINE bool empty() const { return x0 >= x1; }
 };
-inline Span span_of(double low, double high, int width) {
-  const auto after = [&](double edge) {
-    return static_cast<int>(std::clamp(edge - 0.5, -1.0, static_cast<double>(width - 1)) + 1);
-  };
-  return {after(low), after(high)};
+/// The first pixel whose centre is beyond `edge`; 0 to `width`.
+SKERRY_INLINE int pixel_after(double edge, int width) {
+  return static_cast<int>(clamped(edge - 0.5, -1.0, static_cast<double>(width - 1)) + 1);
+}
+SKERRY_INLINE Span span_of(double low, double high, int width) {
+  return {pixel_after(low, width), pixel_after(high, width)};
 }
 
+}  // namespace SKERRY_LANES
 }  // namespace skerry::render

@@ -259,7 +259,7 @@ void UiHost::end_frame(Canvas& canvas) {
   const ImDrawData* data = ImGui::GetDrawData();
   if (data == nullptr || data->TotalVtxCount == 0) return;
   const ImVec2 white = ImGui::GetIO().Fonts->TexUvWhitePixel;
-  draw_panels(canvas.surface(), *data, state_->fonts, white.x, white.y);
+  draw_panels(canvas.surface(), canvas.kernels(), *data, state_->fonts, white.x, white.y);
 }
 
 void UiHost::State::draw(const ImDrawData& data, Target& target) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "render/ui_raster.h"
 
+#include <algorithm>
 #include <cmath>
 #include <imgui.h>
 #include <utility>
+
+#include "render/raster.h"
 
 namespace skerry::render {
 namespace {
@@ -84,8 +87,9 @@ int first_pixel(float edge) {
 
 class PanelRaster {
  public:
-  PanelRaster(const Surface& surface, const UiPixels& fonts, float white_u, float white_v)
-      : surface_(surface), fonts_(fonts), white_u_(white_u), white_v_(white_v) {}
+  PanelRaster(const Surface& surface, const RasterKernels& kernels, const UiPixels& fonts, float white_u,
+              float white_v)
+      : surface_(surface), kernels_(kernels), fonts_(fonts), white_u_(white_u), white_v_(white_v) {}
 
   void draw(const ImDrawList& list, const ImDrawCmd& command) {
     const ImVec4 c = command.ClipRect;
@@ -126,8 +130,7 @@ class PanelRaster {
     const int y0 = std::max(first_pixel(a.pos.y), clip_.top),
               y1 = std::min(first_pixel(c.pos.y), clip_.bottom);
     if (is_white(a) && is_white(b) && is_white(c) && is_white(d)) {
-      const Ink ink(to_color(a.col));
-      for (int y = y0; y < y1; ++y) fill_span(surface_, y, x0, x1, ink);
+      kernels_.fill(surface_, x0, y0, x1, y1, to_color(a.col));
       return true;
     }
     if (a.uv.y != b.uv.y || b.uv.x != c.uv.x || c.uv.y != d.uv.y || d.uv.x != a.uv.x) return false;
@@ -141,7 +144,7 @@ class PanelRaster {
     for (int y = y0; y < y1; ++y) {
       const Tap v =
           tap(a.uv.y + (static_cast<float>(y) + 0.5f - a.pos.y) * dv, texture_->height, texture_->smooth);
-      std::uint8_t* row = surface_.row(y);
+      std::uint8_t* row = row_of(surface_, y);
       if (texture_->channels == 1) {
         letters(row + 4 * x0, v, ink);
         continue;
@@ -220,7 +223,7 @@ class PanelRaster {
       if (empty || low >= high) continue;
       const int x0 = static_cast<int>(low), x1 = static_cast<int>(high);
       if (white && flat) {
-        fill_span(surface_, row, x0, x1, ink);
+        kernels_.fill(surface_, x0, row, x1, row + 1, to_color(first.col));
         continue;
       }
       // Shares of the corners at the centre of a pixel, and their change to the next.
@@ -241,7 +244,7 @@ class PanelRaster {
                   du = mix(v[0]->uv.x, v[1]->uv.x, v[2]->uv.x, slope),
                   w = mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, share),
                   dw = mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, slope);
-      std::uint8_t* at_pixel = surface_.row(row) + 4 * x0;
+      std::uint8_t* at_pixel = row_of(surface_, row) + 4 * x0;
       for (int px = 0; px < x1 - x0; ++px, at_pixel += 4) {
         const auto steps = static_cast<float>(px);
         Tint texel{1, 1, 1, 1};
@@ -270,6 +273,7 @@ class PanelRaster {
   }
 
   const Surface& surface_;
+  const RasterKernels& kernels_;
   const UiPixels& fonts_;
   const float white_u_, white_v_;
   const UiPixels* texture_ = nullptr;
@@ -279,9 +283,9 @@ class PanelRaster {
 
 }  // namespace
 
-void draw_panels(const Surface& surface, const ImDrawData& data, const UiPixels& fonts, float white_u,
-                 float white_v) {
-  PanelRaster raster(surface, fonts, white_u, white_v);
+void draw_panels(const Surface& surface, const RasterKernels& kernels, const ImDrawData& data,
+                 const UiPixels& fonts, float white_u, float white_v) {
+  PanelRaster raster(surface, kernels, fonts, white_u, white_v);
   for (int n = 0; n < data.CmdListsCount; ++n) {
     const ImDrawList& list = *data.CmdLists[n];
     for (const ImDrawCmd& command : list.CmdBuffer) {

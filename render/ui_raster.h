@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/raster.h"
+#include "render/raster_kernels.h"
 
 struct ImDrawData;
 
@@ -22,7 +22,7 @@ struct UiPixels {
 };
 
 /// @param white_u, white_v  a texel of `fonts` that covers all: solid shapes have it at every corner
-void draw_panels(const Surface& surface, const ImDrawData& data, const UiPixels& fonts, float white_u,
-                 float white_v);
+void draw_panels(const Surface& surface, const RasterKernels& kernels, const ImDrawData& data,
+                 const UiPixels& fonts, float white_u, float white_v);
 
 }  // namespace skerry::render

@@ -18,9 +18,10 @@ struct YuvPlanes {
 
 /// 4:2:0: one chroma sample for 2 x 2 pixels, their mean, sited in the middle.
 /// @pre both sides of the image are even
-void to_yuv420(const Image& image, const YuvPlanes& out);
+/// @param avx2 false: as if the processor had none; the result is the same
+void to_yuv420(const Image& image, const YuvPlanes& out, bool avx2 = true);
 
 /// 4:4:4: a chroma sample for each pixel.
-void to_yuv444(const Image& image, const YuvPlanes& out);
+void to_yuv444(const Image& image, const YuvPlanes& out, bool avx2 = true);
 
 }  // namespace skerry::render
