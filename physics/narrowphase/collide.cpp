@@ -11,9 +11,6 @@ namespace {
 
 using narrow::Hull;
 
-/// Beyond this distance of the bodies [m] their squares would overflow; they do not touch.
-constexpr double kFarAway = 1.0e100;
-
 /// Direction of two discs with one centre.
 [[gnu::noinline, gnu::cold]] void discs_at_one_place(const Shape& a, const Transform& pose_a, const Shape& b,
                                                      const Transform& pose_b, Vec2& n) {
@@ -42,16 +39,6 @@ constexpr double kFarAway = 1.0e100;
   m.points[0].separation = distance - radii;
   m.points[0].feature = make_feature(corner_code(0), corner_code(0));
   m.count = 1;
-}
-
-/// True if the pair cannot have come within `limit` of each other (cores) on the axis that held them apart.
-bool still_apart(const SatCache& cache, const Transform& pose_a, const Transform& pose_b, double limit) {
-  using narrow::load, narrow::Two;
-  const Two d = load(pose_b.p) - load(pose_a.p);
-  const Two moved = magnitude(d - load(cache.offset)) +
-                    (Two::both(cache.reach) * magnitude(load(pose_a.q) - load(cache.turn)) +
-                     Two::both(cache.reach_b) * magnitude(load(pose_b.q) - load(cache.turn_b)));
-  return cache.slack - (moved.low() + moved.high()) > limit;
 }
 
 /// True if the cached axis separates the cores by more than `limit` beyond doubt: then the full search would
@@ -133,23 +120,12 @@ template <int N>
   narrow::clip_overlap<N>(first, second, placed, axis, margin, out);
 }
 
-/// True if the discs around two rectangles are farther apart than `limit` beyond doubt. Without a root: their
-/// radii r and s have (r + s)^2 <= 2 (r^2 + s^2) = S, and (sqrt(S) + l)^2 <= 65/64 S + 65 l^2.
-[[gnu::always_inline]] inline bool discs_around_apart(const Shape::Rectangle& a, const Shape::Rectangle& b,
-                                                      Vec2 d, double limit) {
-  using narrow::load, narrow::Two;
-  const Two half_a = load(a.half), half_b = load(b.half), squares = half_a * half_a + half_b * half_b;
-  const Two middles = magnitude(load(a.middle)) + magnitude(load(b.middle));
-  const double l = limit + (middles.low() + middles.high());
-  return length_squared(d) > (65.0 / 32) * (squares.low() + squares.high()) + 65 * (l * l);
-}
-
 /// Two polygons or capsules.
 [[gnu::always_inline]] inline void cores(const Shape& shape_a, const Transform& pose_a, const Shape& shape_b,
                                          const Transform& pose_b, double margin, SatCache* cache,
                                          NarrowPhaseStats* stats, Manifold& m) {
   const Vec2 d = pose_b.p - pose_a.p;
-  if (!(narrow::magnitude(d) < kFarAway)) return;
+  if (!(narrow::magnitude(d) < narrow::kFarAway)) return;
   const double limit = margin + shape_a.radius + shape_b.radius;
   if (cache != nullptr && cache->state == SatCache::State::Apart &&
       apart_again(shape_a, pose_a, shape_b, pose_b, limit, *cache, stats)) {
@@ -157,7 +133,8 @@ template <int N>
   }
   const bool boxes = shape_a.rectangle.half.x > 0 && shape_b.rectangle.half.x > 0;
   // With a cache an axis is worth knowing.
-  if (boxes && cache == nullptr && discs_around_apart(shape_a.rectangle, shape_b.rectangle, d, limit)) {
+  if (boxes && cache == nullptr &&
+      narrow::discs_around_apart(shape_a.rectangle, shape_b.rectangle, d, limit)) {
     if (stats != nullptr) stats->axes_skipped += 8;
     return;
   }
@@ -182,7 +159,7 @@ void others(const Shape& a, const Transform& pose_a, const Shape& b, const Trans
     throw std::invalid_argument("collide: a chain is met segment by segment (collide_chain_segment)");
   }
   const int rank_a = narrow::rank_of(a.kind), rank_b = narrow::rank_of(b.kind);
-  if (rank_a == rank_b || !(narrow::magnitude(pose_b.p - pose_a.p) < kFarAway)) return;
+  if (rank_a == rank_b || !(narrow::magnitude(pose_b.p - pose_a.p) < narrow::kFarAway)) return;
   const bool exchange = rank_a < rank_b;
   const Transform& frame = exchange ? pose_b : pose_a;
   narrow::Output out{m, frame, exchange, {}};
@@ -216,7 +193,7 @@ SKERRY_TWICE Manifold collide(const Shape& a, const Transform& pose_a, const Sha
   if (a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc) {
     discs(a, pose_a, b, pose_b, margin, m);
   } else if (cache != nullptr && cache->state == SatCache::State::Apart &&
-             still_apart(*cache, pose_a, pose_b, margin + a.radius + b.radius)) {
+             narrow::still_apart(*cache, pose_a, pose_b, margin + a.radius + b.radius)) {
     if (stats != nullptr) stats->axes_skipped += a.vertices.size() + b.vertices.size();
   } else {
     collide_others(a, pose_a, b, pose_b, margin, cache, stats, m);

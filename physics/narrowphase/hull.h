@@ -29,6 +29,12 @@ inline constexpr double kCornerOnCorner = 1.0e-7;
 // Shorter vectors have squares that underflow, so no direction [m].
 inline constexpr double kNoDirection = 1.0e-100;
 
+// Beyond this distance of the bodies [m] their squares would overflow; they do not touch.
+inline constexpr double kFarAway = 1.0e100;
+// Pairs are ordered by the sign of a product with the direction (1, this), one that man-made scenes do not
+// have: the golden ratio less one.
+inline constexpr double kOrderSlope = 0.6180339887498949;
+
 /// A core and its radius; points into a Shape. A half-plane has its point and normal.
 struct Hull {
   ShapeKind kind = ShapeKind::Disc;
@@ -76,12 +82,11 @@ bool second_comes_first_by_details(const Shape& a, const Transform& pose_a, cons
 
 /// True if a pair calls shape `b` its first. Exchanging the arguments exchanges the roles (unless shapes and
 /// poses are all equal), so what is computed from the first and second shape does not depend on their order.
-/// The answer rarely changes while a pair moves: it is the sign of a product with the direction (1,
-/// 0.618...), one that man-made scenes do not have.
+/// The answer rarely changes while a pair moves.
 inline bool second_comes_first(const Shape& a, const Transform& pose_a, const Shape& b,
                                const Transform& pose_b) {
   const Vec2 d = pose_b.p - pose_a.p;
-  const double side = d.x + 0.6180339887498949 * d.y;
+  const double side = d.x + kOrderSlope * d.y;
   return side != 0 ? side < 0 : second_comes_first_by_details(a, pose_a, b, pose_b);
 }
 

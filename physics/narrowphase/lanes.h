@@ -4,6 +4,8 @@
 // same order, so results do not depend on whether the processor's registers or the plain version are used.
 #pragma once
 
+#include <bit>
+#include <cstdint>
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
@@ -36,6 +38,17 @@ struct Two {
     return {_mm_or_pd(_mm_and_pd(mask.v, a.v), _mm_andnot_pd(mask.v, b.v))};
   }
   friend Two at_least(Two a, Two b) { return {_mm_cmpge_pd(a.v, b.v)}; }
+  friend Two below(Two a, Two b) { return {_mm_cmplt_pd(a.v, b.v)}; }
+  /// Bit by bit, of masks, or of a mask and numbers: 0 where it is not set.
+  friend Two operator&(Two a, Two b) { return {_mm_and_pd(a.v, b.v)}; }
+  friend Two operator|(Two a, Two b) { return {_mm_or_pd(a.v, b.v)}; }
+  friend Two operator^(Two a, Two b) { return {_mm_xor_pd(a.v, b.v)}; }
+  friend Two without(Two a, Two mask) { return {_mm_andnot_pd(mask.v, a.v)}; }
+  friend Two root(Two a) { return {_mm_sqrt_pd(a.v)}; }
+  /// Whole numbers from 0 on, as 64-bit integers in the same place.
+  friend Two as_integers(Two a) {
+    return {_mm_castsi128_pd(_mm_unpacklo_epi32(_mm_cvttpd_epi32(a.v), _mm_setzero_si128()))};
+  }
   friend unsigned bits(Two mask) { return static_cast<unsigned>(_mm_movemask_pd(mask.v)); }
   friend Two operator+(Two a, Two b) { return {_mm_add_pd(a.v, b.v)}; }
   friend Two operator-(Two a, Two b) { return {_mm_sub_pd(a.v, b.v)}; }
@@ -69,7 +82,34 @@ struct Two {
   friend Two chosen(Two mask, Two a, Two b) {
     return {{mask.v[0] != 0 ? a.v[0] : b.v[0], mask.v[1] != 0 ? a.v[1] : b.v[1]}};
   }
-  friend Two at_least(Two a, Two b) { return {{a.v[0] >= b.v[0] ? 1.0 : 0.0, a.v[1] >= b.v[1] ? 1.0 : 0.0}}; }
+  using Bits = std::uint64_t;
+  static double set(bool on) { return std::bit_cast<double>(on ? ~Bits{0} : Bits{0}); }
+  template <class Operation>
+  static Two by_bits(Two a, Two b, Operation op) {
+    const auto one = [&](int i) {
+      return std::bit_cast<double>(op(std::bit_cast<Bits>(a.v[i]), std::bit_cast<Bits>(b.v[i])));
+    };
+    return {{one(0), one(1)}};
+  }
+  friend Two at_least(Two a, Two b) { return {{set(a.v[0] >= b.v[0]), set(a.v[1] >= b.v[1])}}; }
+  friend Two below(Two a, Two b) { return {{set(a.v[0] < b.v[0]), set(a.v[1] < b.v[1])}}; }
+  friend Two operator&(Two a, Two b) {
+    return by_bits(a, b, [](Bits x, Bits y) { return x & y; });
+  }
+  friend Two operator|(Two a, Two b) {
+    return by_bits(a, b, [](Bits x, Bits y) { return x | y; });
+  }
+  friend Two operator^(Two a, Two b) {
+    return by_bits(a, b, [](Bits x, Bits y) { return x ^ y; });
+  }
+  friend Two without(Two a, Two mask) {
+    return by_bits(a, mask, [](Bits x, Bits y) { return x & ~y; });
+  }
+  friend Two root(Two a) { return {{std::sqrt(a.v[0]), std::sqrt(a.v[1])}}; }
+  friend Two as_integers(Two a) {
+    const auto one = [&](int i) { return std::bit_cast<double>(static_cast<Bits>(a.v[i])); };
+    return {{one(0), one(1)}};
+  }
   friend unsigned bits(Two mask) { return (mask.v[0] != 0 ? 1u : 0u) | (mask.v[1] != 0 ? 2u : 0u); }
   friend Two operator+(Two a, Two b) { return {{a.v[0] + b.v[0], a.v[1] + b.v[1]}}; }
   friend Two operator-(Two a, Two b) { return {{a.v[0] - b.v[0], a.v[1] - b.v[1]}}; }

@@ -187,6 +187,26 @@ Ranking rank_all(const Hull& a, const Hull& b, const Placed& placed, double limi
   return true;
 }
 
+/// True if the discs around two rectangles are farther apart than `limit` beyond doubt. Without a root: their
+/// radii r and s have (r + s)^2 <= 2 (r^2 + s^2) = S, and (sqrt(S) + l)^2 <= 65/64 S + 65 l^2.
+[[gnu::always_inline]] inline bool discs_around_apart(const Shape::Rectangle& a, const Shape::Rectangle& b,
+                                                      Vec2 d, double limit) {
+  const Two half_a = load(a.half), half_b = load(b.half), squares = half_a * half_a + half_b * half_b;
+  const Two middles = magnitude(load(a.middle)) + magnitude(load(b.middle));
+  const double l = limit + (middles.low() + middles.high());
+  return length_squared(d) > (65.0 / 32) * (squares.low() + squares.high()) + 65 * (l * l);
+}
+
+/// True if the pair cannot have come within `limit` of each other (cores) on the axis that held them apart.
+inline bool still_apart(const SatCache& cache, const Transform& pose_a, const Transform& pose_b,
+                        double limit) {
+  const Two d = load(pose_b.p) - load(pose_a.p);
+  const Two moved = magnitude(d - load(cache.offset)) +
+                    (Two::both(cache.reach) * magnitude(load(pose_a.q) - load(cache.turn)) +
+                     Two::both(cache.reach_b) * magnitude(load(pose_b.q) - load(cache.turn_b)));
+  return cache.slack - (moved.low() + moved.high()) > limit;
+}
+
 /// The axis of least penetration of two cores with NA and NB corners (0: any number). Inlined, as for boxes
 /// half of the time would go into handing things over.
 template <int NA, int NB>

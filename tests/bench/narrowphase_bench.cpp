@@ -3,6 +3,7 @@
 // Narrow phase, ns a pair; beside it the same calls of the engines that are installed, in the same run. Each
 // benchmark goes round over many poses of the same kind, so that no branch predictor learns one of them.
 #include <benchmark/benchmark.h>
+#include <cstdio>
 #include <random>
 #include <vector>
 
@@ -16,6 +17,7 @@
 
 #include "physics/narrowphase/chain.h"
 #include "physics/narrowphase/collide.h"
+#include "physics/narrowphase/collide_batch.h"
 #include "physics/narrowphase/queries.h"
 #include "physics/narrowphase/time_of_impact.h"
 
@@ -100,14 +102,19 @@ BENCHMARK(BM_Collide)
     ->Args({64, 102, 150, 1});
 
 /// Boxes that lie on each other in a stack, as most pairs of a settled scene do.
-void BM_CollideStacked(benchmark::State& state) {
-  const Shape a = make_box({1, 1}), b = a;
+std::vector<PosePair> stacked() {
   std::mt19937_64 random(2026);
   std::uniform_real_distribution<double> shift(-0.5, 0.5);
   std::vector<PosePair> pairs;
   for (std::size_t i = 0; i < kPoses; ++i) {
     pairs.push_back({{{0, 0}, Rot::from_angle(0)}, {{shift(random), 0.9999}, Rot::from_angle(0)}, 0, 0});
   }
+  return pairs;
+}
+
+void BM_CollideStacked(benchmark::State& state) {
+  const Shape a = make_box({1, 1}), b = a;
+  const auto pairs = stacked();
   std::vector<SatCache> caches(kPoses);
   std::size_t i = 0;
   for (auto _ : state) {
@@ -163,6 +170,48 @@ void BM_CollideApartInMotion(benchmark::State& state) {
 }
 BENCHMARK(BM_CollideApartInMotion);
 
+/// All poses of one kind in one call; the time is that of one pair. Arguments as for BM_Collide, and `scene`:
+/// 0 poses by distance, 1 stacked, 2 near misses; `version`: 0 what the library takes on this processor, then
+/// those that it could take.
+void BM_CollideBatch(benchmark::State& state) {
+  const int corners = static_cast<int>(state.range(0));
+  const Shape shape = shape_of(corners);
+  const auto pairs = state.range(3) == 1   ? stacked()
+                     : state.range(3) == 2 ? near_misses()
+                                           : poses(0.01 * static_cast<double>(state.range(1)),
+                                                   0.01 * static_cast<double>(state.range(2)));
+  const std::vector<const Shape*> shapes(kPoses, &shape);
+  const std::vector<double> margin(kPoses, state.range(3) == 1 ? 0.005 : 0.0);
+  std::vector<Transform> a, b;
+  std::vector<Manifold> results(kPoses);
+  std::vector<Manifold*> out;
+  for (std::size_t i = 0; i < kPoses; ++i) {
+    a.push_back(pairs[i].a);
+    b.push_back(pairs[i].b);
+    out.push_back(&results[i]);
+  }
+  const PairArrays arrays{shapes, shapes, a, b, margin, {}, out};
+  const auto versions = narrow::batch_versions();
+  const auto wanted = static_cast<std::size_t>(state.range(4));
+  if (wanted > versions.size()) return state.SkipWithError("not on this processor");
+  const narrow::BatchVersion& version = versions[wanted == 0 ? 0 : wanted - 1];
+  state.SetLabel(version.name);
+  while (state.KeepRunningBatch(kPoses)) {
+    (corners == 0 ? version.discs : version.boxes)(arrays, nullptr);
+    benchmark::DoNotOptimize(results.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(BM_CollideBatch)
+    ->ArgNames({"corners", "from", "to", "scene", "version"})
+    ->Args({0, 80, 99, 0, 0})
+    ->Args({4, 60, 95, 0, 0})
+    ->Args({4, 0, 0, 1, 0})
+    ->Args({4, 142, 200, 0, 0})
+    ->Args({4, 0, 0, 2, 0})
+    ->Args({0, 80, 99, 0, 2})
+    ->Args({4, 60, 95, 0, 2});
+
 struct Flights {
   std::vector<Motion> a, b;
 };
@@ -187,6 +236,17 @@ Flights flights(double spin) {
   return out;
 }
 
+/// A label and no counters: a table in CSV has the same columns in all rows.
+void label_shares(benchmark::State& state, double hits, double evaluations) {
+  char text[64];
+  if (evaluations > 0) {
+    std::snprintf(text, sizeof text, "%.0f %% hit; %.2f evaluations", 100 * hits, evaluations);
+  } else {
+    std::snprintf(text, sizeof text, "%.0f %% hit", 100 * hits);
+  }
+  state.SetLabel(text);
+}
+
 void BM_TimeOfImpact(benchmark::State& state) {
   const Shape a = shape_of(static_cast<int>(state.range(0))), b = a;
   const Flights f = flights(static_cast<double>(state.range(1)));
@@ -200,8 +260,7 @@ void BM_TimeOfImpact(benchmark::State& state) {
     runs += 1;
     benchmark::DoNotOptimize(impact);
   }
-  state.counters["evaluations"] = evaluations / runs;
-  state.counters["hit_share"] = hits / runs;
+  label_shares(state, hits / runs, evaluations / runs);
 }
 BENCHMARK(BM_TimeOfImpact)
     ->ArgNames({"corners", "spin"})
@@ -304,14 +363,11 @@ BENCHMARK(BM_Box2DCollide)
     ->Args({8, 60, 90, 0})
     ->Args({8, 60, 90, 1});
 
+/// Stacked boxes; `world` as above.
 void BM_Box2DCollideStacked(benchmark::State& state) {
   const b2PolygonShape polygon = b2_polygon(4);
-  std::mt19937_64 random(2026);
-  std::uniform_real_distribution<double> shift(-0.5, 0.5);
   std::vector<b2Transform> b;
-  for (std::size_t i = 0; i < kPoses; ++i) {
-    b.push_back({b2Vec2(static_cast<float>(shift(random)), 0.9999f), b2Rot(0)});
-  }
+  for (const PosePair& p : stacked()) b.push_back(b2_pose(p.b, 0));
   const b2Transform a{b2Vec2(0, 0), b2Rot(0)};
   std::size_t i = 0;
   for (auto _ : state) {
@@ -319,9 +375,57 @@ void BM_Box2DCollideStacked(benchmark::State& state) {
     b2Manifold m;
     b2CollidePolygons(&m, &polygon, a, &polygon, b[i]);
     benchmark::DoNotOptimize(m);
+    if (state.range(0) == 0) continue;
+    b2WorldManifold points;
+    points.Initialize(&m, a, polygon.m_radius, b[i], polygon.m_radius);
+    benchmark::DoNotOptimize(points);
   }
 }
-BENCHMARK(BM_Box2DCollideStacked);
+BENCHMARK(BM_Box2DCollideStacked)->ArgName("world")->Arg(0)->Arg(1);
+
+/// A loop over all poses of one kind that keeps the results, as BM_CollideBatch does; the time is that of one
+/// pair. Arguments as there; `world` as above.
+void BM_Box2DCollideLoop(benchmark::State& state) {
+  const int corners = static_cast<int>(state.range(0));
+  const auto pairs = state.range(3) == 1   ? stacked()
+                     : state.range(3) == 2 ? near_misses()
+                                           : poses(0.01 * static_cast<double>(state.range(1)),
+                                                   0.01 * static_cast<double>(state.range(2)));
+  std::vector<b2Transform> a, b;
+  for (const PosePair& p : pairs) {
+    a.push_back(b2_pose(p.a, p.angle_a));
+    b.push_back(b2_pose(p.b, p.angle_b));
+  }
+  const b2PolygonShape polygon = b2_polygon(4);
+  b2CircleShape circle;
+  circle.m_radius = 0.5f;
+  const float radius = corners == 0 ? circle.m_radius : polygon.m_radius;
+  std::vector<b2Manifold> results(kPoses);
+  std::vector<b2WorldManifold> points(kPoses);
+  while (state.KeepRunningBatch(kPoses)) {
+    for (std::size_t i = 0; i < kPoses; ++i) {
+      if (corners == 0) {
+        b2CollideCircles(&results[i], &circle, a[i], &circle, b[i]);
+      } else {
+        b2CollidePolygons(&results[i], &polygon, a[i], &polygon, b[i]);
+      }
+      if (state.range(4) != 0) points[i].Initialize(&results[i], a[i], radius, b[i], radius);
+    }
+    benchmark::DoNotOptimize(results.data());
+    benchmark::DoNotOptimize(points.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(BM_Box2DCollideLoop)
+    ->ArgNames({"corners", "from", "to", "scene", "world"})
+    ->Args({0, 80, 99, 0, 0})
+    ->Args({0, 80, 99, 0, 1})
+    ->Args({4, 60, 95, 0, 0})
+    ->Args({4, 60, 95, 0, 1})
+    ->Args({4, 0, 0, 1, 0})
+    ->Args({4, 0, 0, 1, 1})
+    ->Args({4, 142, 200, 0, 0})
+    ->Args({4, 0, 0, 2, 0});
 
 void BM_Box2DCollideNearMiss(benchmark::State& state) {
   const b2PolygonShape polygon = b2_polygon(4);
@@ -375,7 +479,7 @@ void BM_Box2DTimeOfImpact(benchmark::State& state) {
     runs += 1;
     benchmark::DoNotOptimize(out);
   }
-  state.counters["hit_share"] = hits / runs;
+  label_shares(state, hits / runs, 0);
 }
 BENCHMARK(BM_Box2DTimeOfImpact)
     ->ArgNames({"corners", "spin"})
