@@ -122,6 +122,7 @@ Ranking rank(const Hull& a, const Hull& b, const Placed& placed, double limit, d
   // The first axis that is as good as the best.
   const double best = maximum(separation, 0, total), good = best - bias;
   int chosen = 0;
+  // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): all are written; cores have edges.
   for (int i = total - 1; i >= 0; --i) chosen = separation[i] >= good ? i : chosen;
   out.first = out.second = chosen;
   if (keep) choose_partner(separation, total, chosen, best, out);

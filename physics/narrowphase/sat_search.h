@@ -84,6 +84,7 @@ template <int NA, int NB>
 
 inline double maximum(const double* value, int from, int to) {
   double high = value[from];
+  // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): callers have filled them.
   for (int i = from + 1; i < to; ++i) high = value[i] > high ? value[i] : high;
   return high;
 }
