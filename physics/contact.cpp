@@ -35,24 +35,42 @@ ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Mot
   return time_of_impact(a, motion_a, b, motion_b, h);
 }
 
-bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
-                      const Transform& pose_b, double margin, const Skips& skips, NarrowPhaseStats& stats) {
-  if (skips.manifolds && pose_a == contact.pose_a && pose_b == contact.pose_b) {
-    const bool serves = contact.manifold.count == 1 && contact.manifold.points[0].separation <= margin &&
-                        meet_at_one_point(a, b);
-    if (serves) contact.margin = margin;
-    if (margin == contact.margin) return false;
-  }
-  contact.manifold =
-      contact_manifold(contact, a, pose_a, b, pose_b, margin, skips.axes ? &contact.cache : nullptr, &stats);
+bool keep_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                   const Transform& pose_b, double margin, const Skips& skips) {
+  if (!skips.manifolds || pose_a != contact.pose_a || pose_b != contact.pose_b) return false;
+  const bool serves = contact.manifold.count == 1 && contact.manifold.points[0].separation <= margin &&
+                      meet_at_one_point(a, b);
+  if (serves) contact.margin = margin;
+  return margin == contact.margin;
+}
+
+void adopt_manifold(Contact& contact, const Transform& pose_a, const Transform& pose_b, double margin) {
   contact.margin = margin;
   contact.pose_a = pose_a;
   contact.pose_b = pose_b;
   match_points(contact);
+}
+
+bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                      const Transform& pose_b, double margin, const Skips& skips, NarrowPhaseStats& stats) {
+  if (keep_manifold(contact, a, pose_a, b, pose_b, margin, skips)) return false;
+  contact.manifold =
+      contact_manifold(contact, a, pose_a, b, pose_b, margin, skips.axes ? &contact.cache : nullptr, &stats);
+  adopt_manifold(contact, pose_a, pose_b, margin);
+  return true;
+}
+
+/// Every slot has the memory of its feature already.
+static bool points_match(const Contact& contact) {
+  for (int i = 0; i < 2; ++i) {
+    const std::uint32_t feature = i < contact.manifold.count ? contact.manifold.points[i].feature : ~0u;
+    if (contact.points[i].feature != feature) return false;
+  }
   return true;
 }
 
 void match_points(Contact& contact) {
+  if (points_match(contact)) return;
   const std::array<PointMemory, 2> old = contact.points;
   std::array<PointMemory, 2> next;
   std::array<bool, 2> taken{};

@@ -77,8 +77,14 @@ inline bool meet_at_one_point(const Shape& a, const Shape& b) {
 ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
                                const Motion& motion_b, double h);
 
-/// Makes the contact's manifold for these poses, unless it is that of these poses (bit by bit) already and
-/// `skips` lets it be kept.
+/// True if the contact's manifold is that of these poses (bit by bit) already and `skips` lets it be kept.
+bool keep_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                   const Transform& pose_b, double margin, const Skips& skips);
+
+/// Carries on with `contact.manifold`, which was made for these poses and this margin.
+void adopt_manifold(Contact& contact, const Transform& pose_a, const Transform& pose_b, double margin);
+
+/// Makes the contact's manifold for these poses, unless it can be kept.
 /// @return false if nothing had to be done
 bool refresh_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
                       const Transform& pose_b, double margin, const Skips& skips, NarrowPhaseStats& stats);

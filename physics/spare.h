@@ -36,12 +36,12 @@ T take_spare() {
 
 /// Gives memory back to this thread. What is in `used` does not matter.
 template <class T>
-void give_spare(T&& used) {
+requires(!std::is_reference_v<T>) void give_spare(T&& used) {
   using Plain = std::remove_cvref_t<T>;
   std::vector<Plain>& all = spare::stack<Plain>();
   if (all.capacity() == 0) all.reserve(spare::kMost);
   if constexpr (requires { used.clear(); }) used.clear();
-  if (all.size() < spare::kMost) all.push_back(std::move(used));
+  if (all.size() < spare::kMost) all.push_back(std::forward<T>(used));
 }
 
 /// A spare T for the length of a scope.

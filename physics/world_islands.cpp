@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/contact_batch.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/world_step.h"
 
@@ -40,6 +41,13 @@ bool is_dynamic(const WorldState& s, std::uint32_t body) {
   return s.bodies.type[body] == BodyType::Dynamic;
 }
 
+/// The smallest separation that the manifold reports [m]; infinite: none.
+double gap_of(const Contact& contact) {
+  double gap = kInfinity;
+  for (int i = 0; i < contact.manifold.count; ++i) gap = std::min(gap, contact.manifold.points[i].separation);
+  return gap;
+}
+
 }  // namespace
 
 /// The small table of who touches whom follows the contacts.
@@ -65,16 +73,11 @@ void Step::link_contacts() {
   if (counts.size() < std::max<std::size_t>(chunks, 1)) counts.resize(std::max<std::size_t>(chunks, 1));
   for (LinkCount& count : counts) clear(count);
   s_.pool->run(chunks, [&](std::size_t chunk) {
-    LinkCount& count = counts[chunk];
-    const std::size_t end = std::min((chunk + 1) * kContactsPerChunk, s_.links.size());
-    for (std::size_t i = chunk * kContactsPerChunk; i < end; ++i) {
-      const ContactLink& at = s_.links[i];
-      // Two bodies that are where they were have the manifold that they had.
-      if (first && s_.kept[at.body_a] && s_.kept[at.body_b]) {
-        count.reused += !at.sensor;
-        continue;
-      }
-      link(s_.contacts[i], first, count);
+    const std::size_t from = chunk * kContactsPerChunk;
+    const std::size_t to = std::min(from + kContactsPerChunk, s_.links.size());
+    if (first) return link_together(from, to, counts[chunk]);
+    for (std::size_t i = from; i < to; ++i) {
+      link(s_.contacts[i], first, counts[chunk]);
       s_.contacts[i].woken = false;
     }
   });
@@ -127,18 +130,48 @@ bool Step::wake_linked(bool first) {
   return true;
 }
 
+/// Contacts of the first round. Boxes and discs go through the narrow phase in batches.
+void Step::link_together(std::size_t from, std::size_t to, LinkCount& count) const {
+  const auto settle = [&](Contact& contact) { set_linked(contact, gap_of(contact) < kInfinity, count); };
+  ManifoldRefresh manifolds(s_.config.skips, count.narrow, settle);
+  for (std::size_t i = from; i < to; ++i) {
+    const ContactLink& at = s_.links[i];
+    // Two bodies that are where they were have the manifold that they had.
+    if (s_.kept[at.body_a] && s_.kept[at.body_b]) {
+      count.reused += !at.sensor;
+      continue;
+    }
+    Contact& contact = s_.contacts[i];
+    contact.woken = false;
+    begin(contact);
+    if (at.sensor) {
+      set_linked(contact, false, count);
+      continue;
+    }
+    const BodyBackup &a = s_.backup[at.body_a], &b = s_.backup[at.body_b];
+    const bool made =
+        manifolds.refresh(contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
+                          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin_of(contact));
+    contact.manifold_reused = !made;
+    count.reused += contact.manifold_reused;
+  }
+  manifolds.finish();
+}
+
+void Step::set_linked(Contact& contact, bool linked, LinkCount& count) const {
+  count.relinked |= contact.linked != linked;
+  contact.linked = linked;
+  if (!linked) return;
+  // What rests on a body that moves, or was moved, has to be looked at.
+  for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+    if (is_dynamic(s_, body) && s_.kept[body]) count.disturbed.push_back(body);
+  }
+}
+
 void Step::link(Contact& contact, bool first, LinkCount& count) const {
   if (first) {
-    const bool before = contact.linked;
     begin(contact);
-    contact.linked = !contact.sensor && make_manifold(contact, count) < kInfinity;
-    count.relinked |= contact.linked != before;
-    if (!contact.linked) return;
-    // What rests on a body that moves, or was moved, has to be looked at.
-    for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
-      if (is_dynamic(s_, body) && s_.kept[body]) count.disturbed.push_back(body);
-    }
-    return;
+    return set_linked(contact, !contact.sensor && make_manifold(contact, count) < kInfinity, count);
   }
   if (contact.sensor || contact.linked) return;
   if (!s_.scratch.dirty[contact.body_a] && !s_.scratch.dirty[contact.body_b]) return;
@@ -149,19 +182,21 @@ void Step::link(Contact& contact, bool first, LinkCount& count) const {
   count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
 }
 
+/// Farther apart than this [m] the step cannot bring the shapes together.
+double Step::margin_of(const Contact& contact) const {
+  return 2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
+}
+
 /// The manifold where the step begins. @return its smallest gap [m], infinite if the shapes are farther apart
 /// than the step can bring them
 double Step::make_manifold(Contact& contact, LinkCount& count) const {
-  const double margin = 2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
   const BodyBackup& a = s_.backup[contact.body_a];
   const BodyBackup& b = s_.backup[contact.body_b];
   contact.manifold_reused = !refresh_manifold(
       contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation}, s_.shapes[contact.shape_b].shape,
-      {b.position, b.rotation}, margin, s_.config.skips, count.narrow);
+      {b.position, b.rotation}, margin_of(contact), s_.config.skips, count.narrow);
   count.reused += contact.manifold_reused;
-  double gap = kInfinity;
-  for (int i = 0; i < contact.manifold.count; ++i) gap = std::min(gap, contact.manifold.points[i].separation);
-  return gap;
+  return gap_of(contact);
 }
 
 void Step::find_islands() {

@@ -59,6 +59,9 @@ class Step {
   void refresh_links();
   bool wake_linked(bool first);
   void link(Contact& contact, bool first, LinkCount& count) const;
+  void link_together(std::size_t from, std::size_t to, LinkCount& count) const;
+  void set_linked(Contact& contact, bool linked, LinkCount& count) const;
+  double margin_of(const Contact& contact) const;
   double make_manifold(Contact& contact, LinkCount& count) const;
   void find_islands();
   void step_islands();

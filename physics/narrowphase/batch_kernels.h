@@ -439,6 +439,11 @@ inline std::size_t box_groups(const PairArrays& pairs, const std::uint32_t* list
                               std::uint32_t* left, NarrowPhaseStats& stats) {
   std::size_t rest = 0;
   for (std::size_t i = 0; i < count; i += 4) {
+    // One alone is as fast by itself.
+    if (i + 1 == count) {
+      left[rest++] = list[i];
+      break;
+    }
     std::uint32_t at[4];
     const unsigned wanted = next_lanes(list + i, count - i, at);
     for (unsigned bad = box_group({pairs, at}, wanted, stats); bad != 0; bad &= bad - 1) {

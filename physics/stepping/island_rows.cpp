@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/island_rows.h"
 
+#include "physics/contact_batch.h"
 #include "physics/joint_rows.h"
 #include "physics/spare.h"
 #include "physics/stepping/touching.h"
@@ -192,13 +193,14 @@ double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>
 
 int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {
   int reused = 0;
+  ManifoldRefresh manifolds(state.config.skips, stats, [](Contact&) {});
   for (const std::uint32_t index : island.contacts) {
     Contact& contact = state.contacts[index];
-    reused +=
-        !refresh_manifold(contact, state.shapes[contact.shape_a].shape,
-                          pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
-                          pose_at(state, contact.body_b, elapsed), contact.margin, state.config.skips, stats);
+    reused += !manifolds.refresh(contact, state.shapes[contact.shape_a].shape,
+                                 pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
+                                 pose_at(state, contact.body_b, elapsed), contact.margin);
   }
+  manifolds.finish();
   return reused;
 }
 
