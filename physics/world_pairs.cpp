@@ -3,11 +3,35 @@
 // The stage of a step that finds pairs: boxes that bound the motion -> broad phase -> contact table.
 #include <algorithm>
 #include <tuple>
+#include <type_traits>
 
 #include "physics/narrowphase/chain.h"
+#include "physics/spare.h"
 #include "physics/world_step.h"
 
 namespace skerry {
+namespace {
+
+/// Neighbouring contacts that stay neighbours: where they are in the table, and where they go.
+struct ContactRun {
+  std::size_t from, to, count;
+};
+
+/// Each contact moves once at most. A run that goes to the front lands behind where those before it were, so
+/// such runs can be moved first, from the front; the others then from the back.
+void move_runs(std::vector<Contact>& table, const std::vector<ContactRun>& runs) {
+  static_assert(std::is_trivially_copyable_v<Contact>);
+  const auto at = [&](std::size_t i) { return table.begin() + static_cast<std::ptrdiff_t>(i); };
+  for (const ContactRun& run : runs) {
+    if (run.to < run.from) std::copy(at(run.from), at(run.from + run.count), at(run.to));
+  }
+  for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
+    if (run->to > run->from)
+      std::copy_backward(at(run->from), at(run->from + run->count), at(run->to + run->count));
+  }
+}
+
+}  // namespace
 
 void Step::find_pairs() {
   const auto start = now();
@@ -52,15 +76,21 @@ void Step::merge_pairs(bool moved) {
   for (const Pair& pair : s_.pairs) {
     if (may_touch(pair)) add_wanted(pair);
   }
-  // What stays keeps its place where nothing in front of it comes or goes: contacts are large.
+  // Contacts are large, so it is found out first where each of them goes, and runs of them move at once.
+  Spare<std::vector<ContactRun>> runs;
+  Spare<std::vector<std::size_t>> fresh_places;
   std::vector<Contact>& fresh = s_.scratch.fresh;
   fresh.clear();
   std::vector<Contact>& table = s_.contacts;
-  std::size_t kept = 0, old = 0;
+  std::size_t old = 0, place = 0;
   const auto keep = [&] {
-    if (kept != old) table[kept] = table[old];
-    ++kept;
+    if (runs->empty() || runs->back().from + runs->back().count != old ||
+        runs->back().to + runs->back().count != place) {
+      runs->push_back({old, place, 0});
+    }
+    ++runs->back().count;
     ++old;
+    ++place;
   };
   const auto pass = [&] {
     if (!s_.shape_moved[table[old].shape_a] && !s_.shape_moved[table[old].shape_b]) return keep();
@@ -69,22 +99,20 @@ void Step::merge_pairs(bool moved) {
   };
   for (const ContactKey& key : wanted) {
     while (old < table.size() && table[old].key() < key) pass();
-    if (old < table.size() && table[old].key() == key)
+    if (old < table.size() && table[old].key() == key) {
       keep();
-    else
+    } else {
       fresh.push_back(make_contact(key));
+      fresh_places->push_back(place++);
+    }
   }
   while (old < table.size()) pass();
-  if (kept == table.size() && fresh.empty()) return;
+  if (place == table.size() && fresh.empty()) return;
   s_.table_changed = true;
-  // From the back, so that each contact moves once at most.
-  table.resize(kept + fresh.size());
-  for (std::size_t end = table.size(), more = fresh.size(); more > 0;) {
-    if (kept > 0 && fresh[more - 1].key() < table[kept - 1].key())
-      table[--end] = table[--kept];
-    else
-      table[--end] = fresh[--more];
-  }
+  table.resize(std::max(place, table.size()));
+  move_runs(table, *runs);
+  for (std::size_t k = 0; k < fresh.size(); ++k) table[(*fresh_places)[k]] = fresh[k];
+  table.resize(place);
 }
 
 /// Every pair has its contact already, and every contact its pair: nothing comes or goes.
