@@ -133,7 +133,7 @@ DrawStats Canvas::draw(const DrawList& list, const Camera& camera) {
     std::memcpy(surface.pixels, s.ground_picture.data(), s.ground_picture.size());
   } else {
     const Color c = list.background;
-    s.kernels->fill({surface.pixels, pixels, 1}, 0, 0, pixels, 1, Color{c.r, c.g, c.b, 255});
+    s.kernels->fill({surface.pixels, pixels, 1}, 0, 0, pixels, 1, Color{c.r, c.g, c.b, 255}, 1);
     constexpr int kGround = static_cast<int>(Layer::Background);
     static_assert(kGround == 0);
     s.frame.build(list, camera, s.ssaa, s.atlas, kGround, kGround + 1);

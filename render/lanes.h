@@ -52,6 +52,9 @@ SKERRY_INLINE Lanes min(Lanes a, Lanes b) {
 SKERRY_INLINE Lanes max(Lanes a, Lanes b) {
   return _mm256_max_ps(a.v, b.v);
 }
+SKERRY_INLINE Lanes load(const float* from) {
+  return _mm256_loadu_ps(from);
+}
 SKERRY_INLINE Lanes sqrt(Lanes a) {
   return _mm256_sqrt_ps(a.v);
 }
@@ -111,6 +114,9 @@ SKERRY_INLINE Lanes min(Lanes a, Lanes b) {
 }
 SKERRY_INLINE Lanes max(Lanes a, Lanes b) {
   return _mm_max_ps(a.v, b.v);
+}
+SKERRY_INLINE Lanes load(const float* from) {
+  return _mm_loadu_ps(from);
 }
 SKERRY_INLINE Lanes sqrt(Lanes a) {
   return _mm_sqrt_ps(a.v);
@@ -181,6 +187,9 @@ SKERRY_INLINE Lanes min(Lanes a, Lanes b) {
 }
 SKERRY_INLINE Lanes max(Lanes a, Lanes b) {
   return Lanes::each(a, b, [](float x, float y) { return x > y ? x : y; });
+}
+SKERRY_INLINE Lanes load(const float* from) {
+  return {from[0], from[1], from[2], from[3]};
 }
 SKERRY_INLINE Lanes sqrt(Lanes a) {
   return Lanes::each(a, a, [](float x, float) { return std::sqrt(x); });

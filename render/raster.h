@@ -95,10 +95,10 @@ SKERRY_INLINE void by_lanes(int x0, int x1, int width, const Group& group) {
 }
 
 /// Pixels x0 to x1 of row y, all of them inside of the picture, in one ink.
-SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, const Ink& ink) {
+SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, const Ink& ink, float cover = 1) {
   if (x0 >= x1) return;
   std::uint8_t* const row = row_of(surface, y);
-  if (ink.a >= 1) {
+  if (ink.a >= 1 && cover >= 1) {
     const std::uint8_t pixel[4] = {static_cast<std::uint8_t>(ink.r + 0.5f),
                                    static_cast<std::uint8_t>(ink.g + 0.5f),
                                    static_cast<std::uint8_t>(ink.b + 0.5f), 255};
@@ -110,8 +110,8 @@ SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, cons
   }
   if (!(ink.a > 0)) return;
   const Brush brush(ink);
-  by_lanes(x0, x1, surface.width, [row, brush](int x, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
-    blend(row + 4 * x, inside(1.0f), brush);
+  by_lanes(x0, x1, surface.width, [row, brush, cover](int x, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
+    blend(row + 4 * x, inside(cover), brush);
   });
 }
 

@@ -16,8 +16,12 @@ struct RasterKernels {
   /// Instances of one program, in their order. @param corners of ShapeBatches
   void (*shapes)(const Surface& surface, Program program, const ShapeInstance* shapes, std::size_t count,
                  const float* corners);
-  /// A rectangle inside of the picture, x0..x1-1 by y0..y1-1, in one colour.
-  void (*fill)(const Surface& surface, int x0, int y0, int x1, int y1, Color color);
+  /// A rectangle inside of the picture, x0..x1-1 by y0..y1-1, in one colour that covers each pixel alike.
+  void (*fill)(const Surface& surface, int x0, int y0, int x1, int y1, Color color, float cover);
+  /// Blends `color` by a table of coverages, 0 to 1, whose rows are padded with zeros to `stride`, a multiple
+  /// of kLeastWidth. The table without its padding lies inside of the picture.
+  void (*cover)(const Surface& surface, int x0, int y0, const float* covers, int stride, int width,
+                int height, Color color);
   /// A row of RGBA to one plane of video. @return the first pixel that is left to do
   int (*weigh_row)(const std::uint8_t* from, std::uint8_t* to, int width, const int (&weight)[3], int offset);
   /// Two rows of RGBA to colour of half the width, `width`. @return the first that is left to do

@@ -135,6 +135,7 @@ struct UiHost::State {
   double scale = 0;
   GLuint program = 0, solid_program = 0, vertex_array = 0;
   UiPixels fonts;
+  LetterCache letters;
   StreamBuffer vertices{GL_ARRAY_BUFFER}, indices{GL_ELEMENT_ARRAY_BUFFER};
   ImFont* regular = nullptr;
   ImFont* bold = nullptr;
@@ -175,6 +176,7 @@ UiHost::~UiHost() {
 void UiHost::State::build_fonts() {
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
+  letters.clear();
   const auto add = [&](FontData data, double size) {
     ImFontConfig config;
     config.FontDataOwnedByAtlas = false;
@@ -259,7 +261,7 @@ void UiHost::end_frame(Canvas& canvas) {
   const ImDrawData* data = ImGui::GetDrawData();
   if (data == nullptr || data->TotalVtxCount == 0) return;
   const ImVec2 white = ImGui::GetIO().Fonts->TexUvWhitePixel;
-  draw_panels(canvas.surface(), canvas.kernels(), *data, state_->fonts, white.x, white.y);
+  draw_panels(canvas.surface(), canvas.kernels(), *data, state_->fonts, state_->letters, white.x, white.y);
 }
 
 void UiHost::State::draw(const ImDrawData& data, Target& target) {

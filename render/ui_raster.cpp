@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <imgui.h>
 #include <utility>
 
@@ -78,18 +79,38 @@ Tint to_tint(ImU32 packed) {
           static_cast<float>(c.a) / 255};
 }
 
+/// Edges lie on 1/256 px, as drivers have them: the nearest, halves away from zero.
+std::int64_t on_grid(float edge) {
+  const double steps = static_cast<double>(edge * 256);
+  return static_cast<std::int64_t>(steps < 0 ? steps - 0.5 : steps + 0.5);
+}
+
 /// The first pixel whose centre is not left of `edge`: a pixel belongs to the shape whose left or upper edge
-/// goes through its centre. Edges lie on 1/256 px, as drivers have them.
+/// goes through its centre.
 int first_pixel(float edge) {
-  const auto steps = static_cast<int>(std::lround(edge * 256));
-  return (steps - 128 + 255) >> 8;
+  return (static_cast<int>(on_grid(edge)) - 128 + 255) >> 8;
+}
+
+/// Whether no centre of a pixel is between the three, ends and roundings included.
+bool misses_centres(float a, float b, float c) {
+  constexpr float kHair = 1.0f / 128;
+  const float low = std::min({a, b, c}) - 0.5f - kHair, high = std::max({a, b, c}) - 0.5f + kHair;
+  if (!(std::abs(low) < 1e5f && std::abs(high) < 1e5f)) return false;
+  auto centre = static_cast<float>(static_cast<int>(high));  // the last one that is not beyond `high`
+  if (centre > high) centre -= 1;
+  return centre < low;
 }
 
 class PanelRaster {
  public:
-  PanelRaster(const Surface& surface, const RasterKernels& kernels, const UiPixels& fonts, float white_u,
-              float white_v)
-      : surface_(surface), kernels_(kernels), fonts_(fonts), white_u_(white_u), white_v_(white_v) {}
+  PanelRaster(const Surface& surface, const RasterKernels& kernels, const UiPixels& fonts,
+              LetterCache& letters, float white_u, float white_v)
+      : surface_(surface),
+        kernels_(kernels),
+        fonts_(fonts),
+        letters_(letters),
+        white_u_(white_u),
+        white_v_(white_v) {}
 
   void draw(const ImDrawList& list, const ImDrawCmd& command) {
     const ImVec4 c = command.ClipRect;
@@ -130,33 +151,52 @@ class PanelRaster {
     const int y0 = std::max(first_pixel(a.pos.y), clip_.top),
               y1 = std::min(first_pixel(c.pos.y), clip_.bottom);
     if (is_white(a) && is_white(b) && is_white(c) && is_white(d)) {
-      kernels_.fill(surface_, x0, y0, x1, y1, to_color(a.col));
+      kernels_.fill(surface_, x0, y0, x1, y1, to_color(a.col), 1);
       return true;
     }
     if (a.uv.y != b.uv.y || b.uv.x != c.uv.x || c.uv.y != d.uv.y || d.uv.x != a.uv.x) return false;
-    const Tint tint = to_tint(a.col);
+    if (x0 >= x1 || y0 >= y1) return true;
     const float du = (c.uv.x - a.uv.x) / (c.pos.x - a.pos.x), dv = (c.uv.y - a.uv.y) / (c.pos.y - a.pos.y);
-    columns_.clear();
-    for (int x = x0; x < x1; ++x)
-      columns_.push_back(
-          tap(a.uv.x + (static_cast<float>(x) + 0.5f - a.pos.x) * du, texture_->width, texture_->smooth));
-    const Ink ink(to_color(a.col));
-    for (int y = y0; y < y1; ++y) {
-      const Tap v =
-          tap(a.uv.y + (static_cast<float>(y) + 0.5f - a.pos.y) * dv, texture_->height, texture_->smooth);
-      std::uint8_t* row = row_of(surface_, y);
-      if (texture_->channels == 1) {
-        letters(row + 4 * x0, v, ink);
-        continue;
+    const auto columns = [&] {
+      columns_.clear();
+      for (int x = x0; x < x1; ++x)
+        columns_.push_back(
+            tap(a.uv.x + (static_cast<float>(x) + 0.5f - a.pos.x) * du, texture_->width, texture_->smooth));
+    };
+    const auto line = [&](int y) {
+      return tap(a.uv.y + (static_cast<float>(y) + 0.5f - a.pos.y) * dv, texture_->height, texture_->smooth);
+    };
+    if (texture_ == &fonts_) {
+      // Differences of such numbers are exact: the key says all that the coverages follow from.
+      const auto left = static_cast<float>(x0), top = static_cast<float>(y0);
+      const LetterCache::Key key{a.uv.x,        a.uv.y,         c.uv.x,        c.uv.y,  a.pos.x - left,
+                                 a.pos.y - top, c.pos.x - left, c.pos.y - top, x1 - x0, y1 - y0};
+      LetterCache::Letter& letter = letters_.at(key);
+      if (letter.stride == 0 || !(letter.key == key)) {
+        columns();
+        letter.key = key;
+        letter.stride = (x1 - x0 + kLeastWidth - 1) / kLeastWidth * kLeastWidth;
+        letter.covers.assign(static_cast<std::size_t>(letter.stride) * static_cast<std::size_t>(y1 - y0), 0);
+        for (int y = y0; y < y1; ++y)
+          cover_row(line(y), letter.covers.data() + static_cast<std::ptrdiff_t>(y - y0) * letter.stride);
       }
+      kernels_.cover(surface_, x0, y0, letter.covers.data(), letter.stride, x1 - x0, y1 - y0,
+                     to_color(a.col));
+      return true;
+    }
+    columns();
+    const Tint tint = to_tint(a.col);
+    for (int y = y0; y < y1; ++y) {
+      const Tap v = line(y);
+      std::uint8_t* row = row_of(surface_, y);
       for (int x = x0; x < x1; ++x)
         put(row + 4 * x, tint, sample(*texture_, columns_[static_cast<std::size_t>(x - x0)], v));
     }
     return true;
   }
 
-  /// A row of letters: coverage between the texels of columns_.
-  void letters(std::uint8_t* at, const Tap& v, const Ink& ink) const {
+  /// A row of a letter: coverage between the texels of columns_.
+  void cover_row(const Tap& v, float* out) const {
     const auto texels = [&](int y) {
       return texture_->texels.data() +
              static_cast<std::size_t>(y) * static_cast<std::size_t>(texture_->width);
@@ -168,9 +208,7 @@ class PanelRaster {
           static_cast<float>(upper[u.first]) * above + static_cast<float>(lower[u.first]) * below;
       const float second =
           static_cast<float>(upper[u.second]) * above + static_cast<float>(lower[u.second]) * below;
-      const float cover = first + (second - first) * u.share;
-      if (cover > 0) blend_one(at, std::min(cover, 1.0f), ink);
-      at += 4;
+      *out++ = std::clamp(first + (second - first) * u.share, 0.0f, 1.0f);
     }
   }
 
@@ -178,11 +216,15 @@ class PanelRaster {
   /// too, so that neighbours share none. Edges by whole numbers.
   void triangle(const ImDrawVert& first, const ImDrawVert& second, const ImDrawVert& third) {
     const ImDrawVert* v[3] = {&first, &second, &third};
+    // Curves are made of slivers: most lie between the centres of pixels.
+    if (misses_centres(first.pos.x, second.pos.x, third.pos.x) ||
+        misses_centres(first.pos.y, second.pos.y, third.pos.y))
+      return;
     std::int64_t x[3], y[3];
     for (int i = 0; i < 3; ++i) {
       if (!(std::abs(v[i]->pos.x) < 1e5f) || !(std::abs(v[i]->pos.y) < 1e5f)) return;
-      x[i] = std::lround(v[i]->pos.x * 256);
-      y[i] = std::lround(v[i]->pos.y * 256);
+      x[i] = on_grid(v[i]->pos.x);
+      y[i] = on_grid(v[i]->pos.y);
     }
     std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
     if (area == 0) return;
@@ -223,7 +265,7 @@ class PanelRaster {
       if (empty || low >= high) continue;
       const int x0 = static_cast<int>(low), x1 = static_cast<int>(high);
       if (white && flat) {
-        kernels_.fill(surface_, x0, row, x1, row + 1, to_color(first.col));
+        kernels_.fill(surface_, x0, row, x1, row + 1, to_color(first.col), 1);
         continue;
       }
       // Shares of the corners at the centre of a pixel, and their change to the next.
@@ -244,6 +286,13 @@ class PanelRaster {
                   du = mix(v[0]->uv.x, v[1]->uv.x, v[2]->uv.x, slope),
                   w = mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, share),
                   dw = mix(v[0]->uv.y, v[1]->uv.y, v[2]->uv.y, slope);
+      if (flat && texture_->channels == 1 && du == 0 && dw == 0) {
+        // An upright line: one texel for all of the row.
+        const Tint texel = sample(*texture_, tap(u, texture_->width, texture_->smooth),
+                                  tap(w, texture_->height, texture_->smooth));
+        if (texel.a > 0) kernels_.fill(surface_, x0, row, x1, row + 1, to_color(first.col), texel.a);
+        continue;
+      }
       std::uint8_t* at_pixel = row_of(surface_, row) + 4 * x0;
       for (int px = 0; px < x1 - x0; ++px, at_pixel += 4) {
         const auto steps = static_cast<float>(px);
@@ -275,6 +324,7 @@ class PanelRaster {
   const Surface& surface_;
   const RasterKernels& kernels_;
   const UiPixels& fonts_;
+  LetterCache& letters_;
   const float white_u_, white_v_;
   const UiPixels* texture_ = nullptr;
   Clip clip_{};
@@ -283,9 +333,23 @@ class PanelRaster {
 
 }  // namespace
 
+LetterCache::Letter& LetterCache::at(const Key& key) {
+  // A word on the screen has its letters at many fractions of a pixel; what does not fit is sampled anew.
+  constexpr std::size_t kPlaces = 4096;
+  if (letters_.empty()) letters_.resize(kPlaces);
+  std::uint64_t hash = 0;
+  for (const float part : {key.u0, key.v0, key.left, key.top, key.right, key.u1}) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &part, sizeof bits);
+    hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 29;
+  }
+  return letters_[hash % kPlaces];
+}
+
 void draw_panels(const Surface& surface, const RasterKernels& kernels, const ImDrawData& data,
-                 const UiPixels& fonts, float white_u, float white_v) {
-  PanelRaster raster(surface, kernels, fonts, white_u, white_v);
+                 const UiPixels& fonts, LetterCache& letters, float white_u, float white_v) {
+  PanelRaster raster(surface, kernels, fonts, letters, white_u, white_v);
   for (int n = 0; n < data.CmdListsCount; ++n) {
     const ImDrawList& list = *data.CmdLists[n];
     for (const ImDrawCmd& command : list.CmdBuffer) {
