@@ -47,6 +47,7 @@ struct Canvas::State {
   Camera ground_camera;
   DrawStats ground_stats;
   std::vector<std::uint8_t> ground_picture;  // empty: none yet
+  std::vector<int> ground_row;               // the first row with the same pixels as each
 
   // Groups of pixels never leave the picture.
   int stride() const { return std::max(width, kLeastWidth); }
@@ -60,6 +61,8 @@ struct Canvas::State {
            camera.centre == ground_camera.centre && camera.height == ground_camera.height &&
            list[Layer::Background] == ground;
   }
+  void keep_ground(const Surface& from);
+  void copy_ground(const Surface& to) const;
   /// Paints what `frame` holds.
   DrawStats paint_frame(const Surface& surface) const;
 };
@@ -119,6 +122,30 @@ void Canvas::State::average() {
   }
 }
 
+/// The rows of a grid are few different ones: those stay in the cache, and half of the traffic is saved.
+void Canvas::State::keep_ground(const Surface& from) {
+  const std::size_t bytes = std::size_t{4} * static_cast<std::size_t>(from.width);
+  ground_picture.assign(from.pixels, from.pixels + bytes * static_cast<std::size_t>(from.height));
+  ground_row.resize(static_cast<std::size_t>(from.height));
+  std::vector<int> different;
+  for (int y = 0; y < from.height; ++y) {
+    const auto same = std::find_if(different.begin(), different.end(), [&](int other) {
+      return std::memcmp(row_of(from, y), row_of(from, other), bytes) == 0;
+    });
+    ground_row[static_cast<std::size_t>(y)] = same == different.end() ? y : *same;
+    if (same == different.end() && different.size() < 16) different.push_back(y);
+  }
+}
+
+void Canvas::State::copy_ground(const Surface& to) const {
+  const std::size_t bytes = std::size_t{4} * static_cast<std::size_t>(to.width);
+  for (int y = 0; y < to.height; ++y)
+    std::memcpy(
+        row_of(to, y),
+        ground_picture.data() + bytes * static_cast<std::size_t>(ground_row[static_cast<std::size_t>(y)]),
+        bytes);
+}
+
 DrawStats Canvas::draw(const DrawList& list, const Camera& camera) {
   State& s = *state_;
   camera.validate();
@@ -130,7 +157,7 @@ DrawStats Canvas::draw(const DrawList& list, const Camera& camera) {
   const Surface surface = s.scene();
   const int pixels = surface.width * surface.height;
   if (s.has_ground(list, camera)) {
-    std::memcpy(surface.pixels, s.ground_picture.data(), s.ground_picture.size());
+    s.copy_ground(surface);
   } else {
     const Color c = list.background;
     s.kernels->fill({surface.pixels, pixels, 1}, 0, 0, pixels, 1, Color{c.r, c.g, c.b, 255}, 1);
@@ -141,8 +168,7 @@ DrawStats Canvas::draw(const DrawList& list, const Camera& camera) {
     s.ground = list[Layer::Background];
     s.ground_color = list.background;
     s.ground_camera = camera;
-    s.ground_picture.assign(surface.pixels,
-                            surface.pixels + std::size_t{4} * static_cast<std::size_t>(pixels));
+    s.keep_ground(surface);
   }
   s.frame.build(list, camera, s.ssaa, s.atlas, 1);
   const DrawStats rest = s.paint_frame(surface);

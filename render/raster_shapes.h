@@ -236,6 +236,8 @@ inline void paint_disc(const Surface& surface, const ShapeInstance& shape) {
   const double reach = radius + 0.5;
   if (reach < kSmall + (kLanes - 4) / 4)
     paint(surface, shape, reach, Strip{x - reach, x + reach}, Nothing{}, distance);
+  else if (radius - outline < 2 * kLanes - 2)
+    paint(surface, shape, reach, Round{x, y, reach}, Nothing{}, distance);
   else
     paint(surface, shape, reach, Round{x, y, reach}, Round{x, y, radius - outline - 0.501}, distance);
 }

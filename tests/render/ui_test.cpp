@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <imgui.h>
 
@@ -284,6 +285,40 @@ TEST(Styles, HaveNamesAndWrapAround) {
   EXPECT_EQ(ui_scale(100), 0.6);
   EXPECT_EQ(faded({1, 2, 3, 200}, 0.5), (Color{1, 2, 3, 100}));
   EXPECT_EQ(mixed({0, 0, 0, 0}, {200, 100, 50, 255}, 0.5), (Color{100, 50, 25, 128}));
+}
+
+// Letters keep what they cover from frame to frame: the picture is that of a host that never drew before, and
+// that of a processor with fewer lanes.
+TEST_F(Panels, LettersThatStayAndLettersThatMoveAreTheSameBits) {
+  const auto picture = [&](UiHost& ui, float x, float y, double scale, bool avx2) {
+    ui.begin_frame(640, 360, scale, 1.0 / 60);
+    ImDrawList& out = *ImGui::GetBackgroundDrawList();
+    out.AddText({x, y}, IM_COL32(20, 30, 40, 255), "resting contacts: W \xce\xbb = b, 0123456789");
+    out.AddText({x + 500.3f, y + 3}, IM_COL32(200, 30, 40, 120), "cut by the edge of the picture");
+    out.AddText({-9.6f, y + 40}, IM_COL32(0, 0, 200, 255), "and by the left one");
+    out.AddRectFilled({x, y + 60}, {x + 90.5f, y + 90.25f}, IM_COL32(40, 90, 10, 130), 6);
+    out.AddRect({x, y + 60}, {x + 90.5f, y + 90.25f}, IM_COL32(40, 90, 10, 255), 6, 0, 1);
+    for (int i = 0; i < 60; ++i)  // slivers
+      out.AddLine({x + 0.2f * static_cast<float>(i), y + 120},
+                  {x + 0.2f * static_cast<float>(i + 1), y + 121.5f}, IM_COL32(90, 0, 90, 255), 1.8f);
+    Canvas canvas(640, 360, 1, avx2);
+    canvas.draw(list, camera);
+    ui.end_frame(canvas);
+    Image image;
+    canvas.take(image);
+    return image;
+  };
+  UiHost kept(style(Theme::Light));
+  list.background = {240, 240, 230, 255};
+  for (const auto& [x, y, scale] :
+       {std::array{20.0, 30.0, 1.0}, std::array{20.0, 30.0, 1.0}, std::array{27.0, 31.0, 1.0},
+        std::array{27.37, 31.0, 1.0}, std::array{20.0, 30.0, 1.5}, std::array{20.0, 30.0, 1.0}}) {
+    UiHost fresh(style(Theme::Light)), plain(style(Theme::Light));
+    const auto left = static_cast<float>(x), top = static_cast<float>(y);
+    const Image expected = picture(fresh, left, top, scale, true);
+    EXPECT_EQ(picture(kept, left, top, scale, true), expected) << x << ", " << scale;
+    EXPECT_EQ(picture(plain, left, top, scale, false), expected) << x << ", " << scale;
+  }
 }
 
 }  // namespace
