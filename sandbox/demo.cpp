@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "physics/snapshot.h"
+#include "physics/stepping/root.h"
 #include "sandbox/errors.h"
 #include "sandbox/lua_args.h"
 #include "sandbox/names.h"
@@ -65,20 +66,52 @@ double measure(LuaHost& host, int function, const std::string& place, const std:
   return value;
 }
 
-/// Calls the actions of events whose function changed its sign during the last step, with the time at which
-/// it did so by linear interpolation.
-void watch_crossings(Script& script, double time) {
+/// The function of event `i` with the bodies as they were `back` [s] before the end of the last step.
+double measure_crossing(Script& script, std::size_t i, double back) {
+  struct Look {
+    Script& script;
+    ~Look() { script.look_back.reset(); }
+  } look{script};
+  if (back > 0) script.look_back = back;
+  return measure(script.host, script.crossings[i].function, script.crossings[i].place, "on_event");
+}
+
+bool changes_sign(double before, double after) {
+  return (before < 0 && after >= 0) || (before > 0 && after <= 0);
+}
+
+/// How long before the end of the last step the function of event `i` changed its sign [s].
+/// @param before, after  its values at the two ends
+double find_crossing(Script& script, std::size_t i, double before, double after) {
+  const double dt = script.dt;
+  // What does not follow the bodies within the step (forces, sums of the report): by a straight line.
+  const double begin = measure_crossing(script, i, dt);
+  if (!changes_sign(begin, after)) return dt * after / (after - before);
+  const double sign = begin > 0 ? 1 : -1;
+  const auto value = [&](double t) { return sign * measure_crossing(script, i, dt - t); };
+  return dt - falling_root(value, 0, sign * begin, dt, sign * after);
+}
+
+/// Calls the actions of events whose function changed its sign during the last step, in the order of time.
+void watch_crossings(Script& script) {
+  struct Root {
+    double back;
+    int action;
+  };
+  std::vector<Root> roots;
+  // Vectors may grow while callbacks run, hence the indices.
   for (std::size_t i = 0; i < script.crossings.size(); ++i) {
-    const double value =
-        measure(script.host, script.crossings[i].function, script.crossings[i].place, "on_event");
-    Crossing& crossing = script.crossings[i];
-    const double before = crossing.last;
-    const bool crosses = crossing.known && ((before < 0 && value >= 0) || (before > 0 && value <= 0));
-    crossing.last = value;
-    crossing.known = true;
-    if (!crosses) continue;
-    const double at = time - script.dt * value / (value - before);
-    script.host.call(crossing.action, 0, [at](lua_State* state) {
+    const double value = measure_crossing(script, i, 0);
+    if (script.crossings[i].known && changes_sign(script.crossings[i].last, value))
+      roots.push_back(
+          {find_crossing(script, i, script.crossings[i].last, value), script.crossings[i].action});
+    script.crossings[i].last = value;
+    script.crossings[i].known = true;
+  }
+  std::stable_sort(roots.begin(), roots.end(), [](const Root& x, const Root& y) { return x.back > y.back; });
+  for (const Root& root : roots) {
+    const double at = script.time() - root.back;
+    script.host.call(root.action, 0, [at](lua_State* state) {
       lua_pushnumber(state, at);
       return 1;
     });
@@ -242,11 +275,17 @@ void Demo::step() {
       lua_pushnumber(state, script.dt);
       return 2;
     });
-  watch_crossings(script, time);
+  // From here on they are looked for.
+  for (std::size_t i = 0; i < script.crossings.size(); ++i) {
+    if (script.crossings[i].known) continue;
+    script.crossings[i].last = measure_crossing(script, i, 0);
+    script.crossings[i].known = true;
+  }
   script.shown_time.reset();
   add_totals(script.world->step(script.dt), script.totals);
   ++script.steps;
   advance_bridges(script);
+  watch_crossings(script);
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {
     const Check& due = script.checks[i];

@@ -160,7 +160,7 @@ BodyId self(lua_State* L, const char* what) {
   return *body;
 }
 
-using Getter = double (*)(const World&, BodyId);
+using Getter = double (*)(const Script&, BodyId);
 using Setter = void (*)(World&, BodyId, double);
 
 struct Field {
@@ -170,33 +170,34 @@ struct Field {
 };
 
 constexpr Field kFields[] = {
-    {"x", [](const World& w, BodyId b) { return w.position(b).x; },
+    {"x", [](const Script& s, BodyId b) { return s.state_of(b).position.x; },
      [](World& w, BodyId b, double v) {
        w.set_pose(b, {v, w.position(b).y}, w.angle(b));
      }},
-    {"y", [](const World& w, BodyId b) { return w.position(b).y; },
+    {"y", [](const Script& s, BodyId b) { return s.state_of(b).position.y; },
      [](World& w, BodyId b, double v) {
        w.set_pose(b, {w.position(b).x, v}, w.angle(b));
      }},
-    {"angle", [](const World& w, BodyId b) { return w.angle(b); },
+    {"angle", [](const Script& s, BodyId b) { return s.state_of(b).angle; },
      [](World& w, BodyId b, double v) { w.set_pose(b, w.position(b), v); }},
-    {"vx", [](const World& w, BodyId b) { return w.velocity(b).x; },
+    {"vx", [](const Script& s, BodyId b) { return s.state_of(b).velocity.x; },
      [](World& w, BodyId b, double v) {
        w.set_velocity(b, {v, w.velocity(b).y}, w.omega(b));
      }},
-    {"vy", [](const World& w, BodyId b) { return w.velocity(b).y; },
+    {"vy", [](const Script& s, BodyId b) { return s.state_of(b).velocity.y; },
      [](World& w, BodyId b, double v) {
        w.set_velocity(b, {w.velocity(b).x, v}, w.omega(b));
      }},
-    {"omega", [](const World& w, BodyId b) { return w.omega(b); },
+    {"omega", [](const Script& s, BodyId b) { return s.state_of(b).omega; },
      [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }},
-    {"speed", [](const World& w, BodyId b) { return length(w.velocity(b)); }, nullptr},
-    {"mass", [](const World& w, BodyId b) { return w.mass(b); }, nullptr},
-    {"inertia", [](const World& w, BodyId b) { return w.inertia(b); }, nullptr},
+    {"speed", [](const Script& s, BodyId b) { return length(s.state_of(b).velocity); }, nullptr},
+    {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); }, nullptr},
+    {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, nullptr},
     {"kinetic_energy",
-     [](const World& w, BodyId b) {
-       const double spin = w.omega(b);
-       return 0.5 * (w.mass(b) * length_squared(w.velocity(b)) + w.inertia(b) * spin * spin);
+     [](const Script& s, BodyId b) {
+       const BodyState now = s.state_of(b);
+       return 0.5 *
+              (s.world->mass(b) * length_squared(now.velocity) + s.world->inertia(b) * now.omega * now.omega);
      },
      nullptr},
 };
@@ -242,10 +243,11 @@ int body_torque(lua_State* L) {
 
 // Where a point of the body, given in its frame from the centre of mass, is now.
 int body_point(lua_State* L) {
-  const World& world = *script_with_world(L, "point").world;
+  const Script& script = script_with_world(L, "point");
   const BodyId body = self(L, "point");
   const Vec2 local{number_argument(L, 2, "point", "x"), number_argument(L, 3, "point", "y")};
-  const Vec2 point = to_world(world.pose(body), local);
+  const BodyState now = script.state_of(body);
+  const Vec2 point = to_world({now.position, Rot::from_angle(now.angle)}, local);
   lua_pushnumber(L, point.x);
   lua_pushnumber(L, point.y);
   return 2;
@@ -259,12 +261,13 @@ int body_remove(lua_State* L) {
 }
 
 int body_index(lua_State* L) {
-  const World& world = *script_with_world(L, "body").world;
+  const Script& script = script_with_world(L, "body");
+  const World& world = *script.world;
   const BodyId body = self(L, "field");
   const std::string key = text_argument(L, 2, "body", "field");
   for (const Field& field : kFields) {
     if (key != field.name) continue;
-    lua_pushnumber(L, field.get(world, body));
+    lua_pushnumber(L, field.get(script, body));
     return 1;
   }
   if (key == "alive") {

@@ -99,6 +99,8 @@ int on_event(lua_State* L) {
   crossing.function = function_argument(L, 1, "on_event", "measure");
   crossing.action = function_argument(L, 2, "on_event", "action");
   script.crossings.push_back(std::move(crossing));
+  script.needed.paths = true;
+  script.observe();
   return 0;
 }
 

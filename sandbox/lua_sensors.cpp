@@ -112,7 +112,8 @@ int angular_momentum(lua_State* L) {
 }
 
 int time(lua_State* L) {
-  lua_pushnumber(L, script_of(L).time());
+  const Script& script = script_of(L);
+  lua_pushnumber(L, script.time() - script.look_back.value_or(0));
   return 1;
 }
 

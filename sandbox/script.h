@@ -25,8 +25,8 @@ struct Appointment {
 struct Crossing {
   int function = 0, action = 0;
   std::string place;
-  double last = 0;
-  bool known = false;
+  double last = 0;     ///< value at the end of the last step
+  bool known = false;  ///< there was one since the function was given
 };
 
 /// What changes while a demo runs, besides its world and its Lua variables.
@@ -62,10 +62,16 @@ struct Script : ScriptProgress {
   std::vector<BridgeView> bridges;   ///< their states are part of a demo's state, too
   Observe wanted;                    ///< by the overlays
   std::optional<double> shown_time;  ///< of pictures, if it is not that of the last step
+  std::optional<double> look_back;   ///< bodies are as so long before the end of the last step [s]
   std::string usage_error;           ///< a `--set` value that the script refused
   LuaHost host;
 
   double time() const { return static_cast<double>(steps) * dt; }
+  /// A body as the script's functions see it. @throws std::invalid_argument for a body that is no more
+  BodyState state_of(BodyId body) const {
+    if (look_back) return world->interpolated(body, world->time() - *look_back);
+    return {world->position(body), world->angle(body), world->velocity(body), world->omega(body)};
+  }
   void observe() {
     if (!world) return;
     world->observe({.contacts = needed.contacts || wanted.contacts,

@@ -25,7 +25,7 @@ for i = 1, 3 do
     end
   end)
   expect("period of " .. m .. " kg", function() return periods[i] or 0 end,
-    { equals = 2 * math.pi * math.sqrt(m / k), within = 1e-3, unit = "s" })
+    { equals = 2 * math.pi * math.sqrt(m / k), within = 1e-10, unit = "s" })
   expect("place of " .. m .. " kg", function() return loads[i].y + 1.4 end,
     { at = 5, equals = amplitude * math.cos(math.sqrt(k / m) * 5), within = 1e-10, unit = "m" })
 end

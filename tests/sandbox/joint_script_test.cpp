@@ -118,7 +118,21 @@ TEST_F(JointScript, ForcesActAndEventsAreTold) {
   expect_good(
       "local when = 0\n"
       "on_event(function() return a.y + 1 end, function(t) when = t end)\n"
-      "expect('crossing', function() return when end, { equals = math.sqrt(0.2), within = 1e-3 })");
+      "expect('crossing', function() return when end, { equals = math.sqrt(0.2), within = 1e-12 })");
+  // time() follows, too; actions come in the order of time.
+  expect_good(
+      "local order, off = '', 0\n"
+      "on_event(function() return time() - 0.342 end, function(t) order = order .. 'b' off = off + t - 0.342 "
+      "end)\n"
+      "on_event(function() return time() - 0.341 end, function(t) order = order .. 'a' off = off + t - 0.341 "
+      "end)\n"
+      "expect('order', function() return order == 'ab' and 1 or 0 end, { equals = 1, within = 0 })\n"
+      "expect('times', function() return off end, { equals = 0, within = 1e-12 })");
+  // Energies are known at the ends of steps only: a straight line between them.
+  expect_good(
+      "gravity(0, 0) local when = 0 a.vx = -1 on_step(function() a:force(-2, 0) end)\n"
+      "on_event(function() return kinetic_energy() - 1.5 end, function(t) when = t end)\n"
+      "expect('crossing', function() return when end, { equals = math.sqrt(1.5) - 1, within = 1e-4 })");
 }
 
 }  // namespace
