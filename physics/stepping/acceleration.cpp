@@ -46,6 +46,16 @@ struct AccelerationProblem::Geometry {
   std::vector<double> grip_speed;
   std::vector<AccelerationRow> rows;
   std::vector<JointRow> joint_rows;
+  std::vector<JointEnd> ends;  ///< of the island's bodies
+
+  void clear() {
+    points.clear();
+    normals.clear();
+    grips.clear();
+    grip_speed.clear();
+    rows.clear();
+    joint_rows.clear();
+  }
 };
 
 AccelerationProblem::State AccelerationProblem::gather(const ContactMode& mode) const {
@@ -89,12 +99,33 @@ BodyMotion AccelerationProblem::motion(std::uint32_t body, double elapsed, const
 
 /// An unknown force: `row` is what it keeps at zero, `force` how it acts, with the friction it brings.
 struct AccelerationProblem::Unknown {
-  AccelerationRow row, force;
+  const AccelerationRow* row;
+  const AccelerationRow* force;
   double* value;
   /// Sliding and rolling that follow a normal force: rows and factors.
   std::array<std::pair<const AccelerationRow*, double>, 2> friction{};
   int count = 0;
 };
+
+/// Memory of the evaluations.
+struct AccelerationProblem::Scratch {
+  Geometry geometry;
+  std::vector<Block> free;
+  std::vector<Unknown> unknowns;
+  std::vector<AccelerationRow> pushes;  ///< of normal forces, with the friction they bring
+  std::vector<double> lambda;
+  std::vector<InverseMass> bodies;
+  std::vector<BilateralForces::Row> rows;
+};
+
+AccelerationProblem::AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result)
+    : state_(state),
+      island_(island),
+      result_(result),
+      varying_(has_varying_forces(state, island)),
+      scratch_(std::make_unique<Scratch>()) {}
+
+AccelerationProblem::~AccelerationProblem() = default;
 
 JointEnd AccelerationProblem::joint_end(std::uint32_t body, double elapsed, const State& y) const {
   if (body == BodyId::kNone) return {};
@@ -121,9 +152,22 @@ AccelerationProblem::AccelerationRow AccelerationProblem::contact_row(const Cont
 
 bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, const State& y,
                                    Geometry& out) const {
+  out.clear();
+  out.ends.resize(island_.bodies.size());
+  for (std::size_t k = 0; k < out.ends.size(); ++k) out.ends[k] = joint_end(island_.bodies[k], elapsed, y);
+  const auto end_of = [&](std::uint32_t body) {
+    if (body == BodyId::kNone) return JointEnd{};
+    const int k = state_.local_index[body];
+    return k >= 0 ? out.ends[static_cast<std::size_t>(k)] : skerry::joint_end(state_, body, elapsed);
+  };
+  const auto motion_of = [&](std::uint32_t body) {
+    if (body == BodyId::kNone || state_.local_index[body] < 0) return motion(body, elapsed, y);
+    const JointEnd& end = out.ends[static_cast<std::size_t>(state_.local_index[body])];
+    return BodyMotion{end.p, end.q, end.v, end.omega};
+  };
   for (const ModePoint& point : mode.points) {
     const Contact& contact = state_.contacts[island_.contacts[point.contact]];
-    const BodyMotion a = motion(contact.body_a, elapsed, y), b = motion(contact.body_b, elapsed, y);
+    const BodyMotion a = motion_of(contact.body_a), b = motion_of(contact.body_b);
     const std::optional<ContactKinematics> k = kinematics_of(point.features, a, b);
     if (!k) return false;
     out.points.push_back(*k);
@@ -131,7 +175,7 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
   }
   for (const Grip& grip : mode.grips) {
     const Contact& contact = state_.contacts[island_.contacts[grip.contact]];
-    const BodyMotion a = motion(contact.body_a, elapsed, y), b = motion(contact.body_b, elapsed, y);
+    const BodyMotion a = motion_of(contact.body_a), b = motion_of(contact.body_b);
     AccelerationRow row;
     double speed = 0;
     if (grip.rolling) {
@@ -159,8 +203,7 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
     const std::uint32_t slot = island_.joints[wanted.joint];
     if (joint != &state_.joints[slot]) {
       joint = &state_.joints[slot];
-      skerry::joint_rows(*joint, joint_end(joint->def.a.index, elapsed, y),
-                         joint_end(joint->def.b.index, elapsed, y), rows);
+      skerry::joint_rows(*joint, end_of(joint->def.a.index), end_of(joint->def.b.index), rows);
     }
     const JointRow& from = rows[static_cast<std::size_t>(wanted.row)];
     // Slack ropes may well have no direction.
@@ -190,13 +233,13 @@ double AccelerationProblem::ground_bias(std::uint32_t body, const Block& J, doub
   return J[0] * now.a.x + J[1] * now.a.y + J[2] * now.alpha;
 }
 
-void AccelerationProblem::apply(const ContactMode& mode, double elapsed, const State& y, const Geometry& g,
+void AccelerationProblem::apply(const ContactMode& mode, double elapsed, const Geometry& g,
                                 std::vector<Block>& acceleration) const {
   acceleration.resize(island_.bodies.size());
   for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
     const std::uint32_t body = island_.bodies[k];
     if (varying_) {
-      acceleration[k] = applied_acceleration(state_, body, joint_end(body, elapsed, y), elapsed);
+      acceleration[k] = applied_acceleration(state_, body, g.ends[k], elapsed);
       continue;
     }
     acceleration[k] = {state_.acceleration[body].x, state_.acceleration[body].y,
@@ -225,11 +268,11 @@ bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, cons
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd rhs(n);
   for (int j = 0; j < n; ++j) {
-    const AccelerationRow& force = unknowns[static_cast<std::size_t>(j)].force;
+    const AccelerationRow& force = *unknowns[static_cast<std::size_t>(j)].force;
     const Block fa = force.a >= 0 ? weighted(force.a, force.Ja) : Block{};
     const Block fb = force.b >= 0 ? weighted(force.b, force.Jb) : Block{};
     for (int i = 0; i < n; ++i) {
-      const AccelerationRow& row = unknowns[static_cast<std::size_t>(i)].row;
+      const AccelerationRow& row = *unknowns[static_cast<std::size_t>(i)].row;
       double w = 0;
       if (row.a >= 0 && row.a == force.a) w += product(row.Ja, fa);
       if (row.a >= 0 && row.a == force.b) w += product(row.Ja, fb);
@@ -237,7 +280,7 @@ bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, cons
       if (row.b >= 0 && row.b == force.b) w += product(row.Jb, fb);
       matrix(i, j) = w;
     }
-    const AccelerationRow& row = unknowns[static_cast<std::size_t>(j)].row;
+    const AccelerationRow& row = *unknowns[static_cast<std::size_t>(j)].row;
     rhs(j) = -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free));
   }
   Eigen::VectorXd solution;
@@ -274,7 +317,7 @@ bool AccelerationProblem::solve_sparse(const std::vector<Unknown>& unknowns, con
     return system.rows.back();
   };
   for (const Unknown& unknown : unknowns) {
-    const AccelerationRow& row = unknown.row;
+    const AccelerationRow& row = *unknown.row;
     add(row, -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free)));
   }
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
@@ -288,37 +331,71 @@ bool AccelerationProblem::solve_sparse(const std::vector<Unknown>& unknowns, con
   return sparse_.solve(system, static_cast<int>(unknowns.size()), result_.work, lambda);
 }
 
+bool AccelerationProblem::solve_joints(const std::vector<Unknown>& unknowns, const std::vector<Block>& free,
+                                       std::vector<double>& lambda) const {
+  Scratch& s = *scratch_;
+  s.bodies.clear();
+  for (const std::uint32_t body : island_.bodies)
+    s.bodies.push_back({state_.bodies.inverse_mass[body], state_.bodies.inverse_inertia[body]});
+  s.rows.clear();
+  for (const Unknown& unknown : unknowns) {
+    const AccelerationRow& row = *unknown.row;
+    s.rows.push_back(
+        {row.a, row.b, row.Ja, row.Jb, -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free))});
+  }
+  return joints_.solve(s.bodies, s.rows, result_.work, lambda);
+}
+
+/// More rows than a dense factorisation is good for.
+bool AccelerationProblem::solve_many(const std::vector<Unknown>& unknowns, const std::vector<Block>& free,
+                                     std::vector<double>& lambda) const {
+  const bool slides =
+      std::any_of(unknowns.begin(), unknowns.end(), [](const Unknown& one) { return one.count > 0; });
+  if (!slides && solve_joints(unknowns, free, lambda)) {
+    work_ += 0.25 * static_cast<double>(unknowns.size());
+    return true;
+  }
+  work_ += static_cast<double>(unknowns.size());
+  return solve_sparse(unknowns, free, lambda);
+}
+
 bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, const State& y,
                                    ModeForces& out) const {
   ++result_.force_solves;
-  Geometry g;
+  Geometry& g = scratch_->geometry;
   if (!geometry(mode, elapsed, y, g)) return false;
-  out.points = g.points;
-  out.grip_speed = g.grip_speed;
-  out.rows = g.joint_rows;
-  apply(mode, elapsed, y, g, out.acceleration);
-  const std::vector<Block> free = out.acceleration;
+  apply(mode, elapsed, g, out.acceleration);
+  out.points.swap(g.points);
+  out.grip_speed.swap(g.grip_speed);
+  out.rows.swap(g.joint_rows);
+  std::vector<Block>& free = scratch_->free;
+  free = out.acceleration;
 
-  std::vector<Unknown> unknowns;
+  std::vector<Unknown>& unknowns = scratch_->unknowns;
+  std::vector<AccelerationRow>& pushes = scratch_->pushes;
+  unknowns.clear();
+  pushes.clear();
+  pushes.reserve(mode.points.size());
   out.point_force.assign(mode.points.size(), 0);
   out.grip_force.assign(mode.grips.size(), 0);
   out.grip_limit.assign(mode.grips.size(), 0);
   out.row_force.resize(mode.rows.size());
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
-    out.row_force[i] = given_force(mode.rows[i], g.joint_rows[i]);
+    out.row_force[i] = given_force(mode.rows[i], out.rows[i]);
     if (mode.rows[i].state == RowState::Holds)
-      unknowns.push_back(Unknown{g.rows[i], g.rows[i], &out.row_force[i]});
+      unknowns.push_back(Unknown{&g.rows[i], &g.rows[i], &out.row_force[i]});
   }
   for (std::size_t p = 0; p < mode.points.size(); ++p) {
     if (!mode.points[p].closed) continue;
-    Unknown normal{g.normals[p], g.normals[p], &out.point_force[p]};
+    AccelerationRow& push = pushes.emplace_back(g.normals[p]);
+    Unknown normal{&g.normals[p], &push, &out.point_force[p]};
     for (std::size_t k = 0; k < mode.grips.size(); ++k) {
       const Grip& grip = mode.grips[k];
       if (grip.contact != mode.points[p].contact || grip.sign == 0) continue;
       const double factor = -grip.sign * grip.mu;
       for (std::size_t c = 0; c < 3; ++c) {
-        normal.force.Ja[c] += factor * g.grips[k].Ja[c];
-        normal.force.Jb[c] += factor * g.grips[k].Jb[c];
+        push.Ja[c] += factor * g.grips[k].Ja[c];
+        push.Jb[c] += factor * g.grips[k].Jb[c];
       }
       normal.friction[static_cast<std::size_t>(normal.count++)] = {&g.grips[k], factor};
     }
@@ -332,7 +409,7 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   };
   for (std::size_t k = 0; k < mode.grips.size(); ++k) {
     if (mode.grips[k].sign == 0 && is_loaded(mode.grips[k]))
-      unknowns.push_back(Unknown{g.grips[k], g.grips[k], &out.grip_force[k]});
+      unknowns.push_back(Unknown{&g.grips[k], &g.grips[k], &out.grip_force[k]});
   }
 
   const int n = static_cast<int>(unknowns.size());
@@ -342,9 +419,9 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
     heaviest = std::max(heaviest, 1 / state_.bodies.inverse_mass[island_.bodies[k]]);
   }
   out.scale = fastest * heaviest;
-  std::vector<double> lambda;
-  work_ += n > kDenseRows ? n : 1 + 0.01 * n * n * n;
-  if (n > 0 && !(n > kDenseRows ? solve_sparse(unknowns, free, lambda) : solve_dense(unknowns, free, lambda)))
+  std::vector<double>& lambda = scratch_->lambda;
+  if (n <= kDenseRows) work_ += 1 + 0.01 * n * n * n;
+  if (n > 0 && !(n > kDenseRows ? solve_many(unknowns, free, lambda) : solve_dense(unknowns, free, lambda)))
     return false;
   for (int j = 0; j < n; ++j) {
     const Unknown& unknown = unknowns[static_cast<std::size_t>(j)];
@@ -357,8 +434,8 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
       for (std::size_t c = 0; c < 3; ++c)
         out.acceleration[static_cast<std::size_t>(k)][c] += m[c] * force[c] * value;
     };
-    act(unknown.force.a, unknown.force.Ja);
-    act(unknown.force.b, unknown.force.Jb);
+    act(unknown.force->a, unknown.force->Ja);
+    act(unknown.force->b, unknown.force->Jb);
   }
   for (std::size_t k = 0; k < mode.grips.size(); ++k) {
     const Grip& grip = mode.grips[k];
@@ -387,10 +464,10 @@ void AccelerationProblem::derivative(const State& y, const ModeForces& forces, S
 
 bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State& y) const {
   ++result_.force_solves;
-  Geometry g;
+  Geometry& g = scratch_->geometry;
   if (!geometry(mode, elapsed, y, g)) return false;
   std::vector<Block> free;
-  apply(mode, elapsed, y, g, free);
+  apply(mode, elapsed, g, free);
   IslandSystem system;
   double largest = 0;
   for (std::size_t k = 0; k < island_.bodies.size(); ++k) {

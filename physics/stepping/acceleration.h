@@ -3,10 +3,12 @@
 // The contact problem at acceleration level: forces and accelerations of an island at one instant.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/bilateral_forces.h"
 #include "physics/stepping/contact_mode.h"
 #include "physics/stepping/sparse_forces.h"
 #include "physics/stepping/stepper.h"
@@ -38,8 +40,8 @@ class AccelerationProblem {
   /// a grip, one a row of a joint.
   using State = std::vector<double>;
 
-  AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result)
-      : state_(state), island_(island), result_(result), varying_(has_varying_forces(state, island)) {}
+  AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result);
+  ~AccelerationProblem();
 
   State gather(const ContactMode& mode) const;  ///< from the bodies; impulses are zero
   void scatter(const State& y, WorldState& state) const;
@@ -56,8 +58,8 @@ class AccelerationProblem {
   /// @return false if the solver found no answer
   bool choose(ContactMode& mode, double elapsed, const State& y) const;
 
-  /// What the evaluations so far cost, in unknown forces: a dense elimination of n counts as n^3 / 100, a
-  /// sparse one as n. About 0.3 us each.
+  /// What the evaluations so far cost, in unknown forces of body space (about 0.3 us each): a dense
+  /// elimination of n counts as n^3 / 100, one of n rows of joints alone as n / 4.
   double work() const { return work_; }
 
  private:
@@ -68,10 +70,11 @@ class AccelerationProblem {
   };
   struct Geometry;
   struct Unknown;
+  struct Scratch;
 
   bool geometry(const ContactMode& mode, double elapsed, const State& y, Geometry& out) const;
   /// Accelerations by everything that is known: external forces, springs, motors at their largest force.
-  void apply(const ContactMode& mode, double elapsed, const State& y, const Geometry& g,
+  void apply(const ContactMode& mode, double elapsed, const Geometry& g,
              std::vector<std::array<double, 3>>& acceleration) const;
   /// What the acceleration of ground that moves as told adds to a row's bias.
   double ground_bias(std::uint32_t body, const std::array<double, 3>& J, double elapsed) const;
@@ -84,13 +87,19 @@ class AccelerationProblem {
                    std::vector<double>& lambda) const;
   bool solve_sparse(const std::vector<Unknown>& unknowns, const std::vector<std::array<double, 3>>& free,
                     std::vector<double>& lambda) const;
+  bool solve_joints(const std::vector<Unknown>& unknowns, const std::vector<std::array<double, 3>>& free,
+                    std::vector<double>& lambda) const;
+  bool solve_many(const std::vector<Unknown>& unknowns, const std::vector<std::array<double, 3>>& free,
+                  std::vector<double>& lambda) const;
 
   const WorldState& state_;
   const Island& island_;
   IslandResult& result_;
-  bool varying_;                 ///< forces depend on the state
-  mutable double work_ = 0;      ///< see `work`
-  mutable SparseForces sparse_;  ///< keeps the analysis of the body graph
+  bool varying_;                    ///< forces depend on the state
+  mutable double work_ = 0;         ///< see `work`
+  mutable SparseForces sparse_;     ///< keeps the analysis of the body graph
+  mutable BilateralForces joints_;  ///< and this one that of the joints
+  std::unique_ptr<Scratch> scratch_;
 };
 
 }  // namespace skerry

@@ -56,4 +56,27 @@ void record_hermite(const WorldState& state, const std::vector<std::uint32_t>& b
   }
 }
 
+void end_paths_here(const WorldState& state, const std::vector<std::uint32_t>& bodies, double t,
+                    IslandResult& result) {
+  const std::vector<PathEnd> to = path_ends(state, bodies);
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    PathPiece& piece = result.path[result.path.size() - bodies.size() + k];
+    const double theta = (t - piece.begin) / piece.length;
+    if (!(theta > 0)) continue;
+    std::array<double, 3> q{}, v{};
+    piece.at(t, q, v);
+    // 3 s^2 - 2 s^3 with s = t' / theta leaves the rates at both ends alone; shares too small for it get a
+    // line.
+    const double third = theta > 1e-3 ? -2 / (theta * theta * theta) : 0;
+    const double first = theta > 1e-3 ? 3 / (theta * theta) + third : 1 / theta;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double change = to[k].q[c] - q[c];
+      piece.c[c][1] += first * change;
+      if (third == 0) continue;
+      piece.c[c][2] -= first * change;
+      piece.c[c][3] -= third * change;
+    }
+  }
+}
+
 }  // namespace skerry

@@ -45,5 +45,9 @@ std::vector<PathEnd> path_ends(const WorldState& state, const std::vector<std::u
 /// Adds the cubics from `from` to the present state. @param begin, length  as in PathPiece
 void record_hermite(const WorldState& state, const std::vector<std::uint32_t>& bodies, double begin,
                     double length, const std::vector<PathEnd>& from, IslandResult& result);
+/// Bends the last pieces of these bodies, one of each at the end of the list and in the same order, so that
+/// they end at `t` where the bodies are: a projection moved them.
+void end_paths_here(const WorldState& state, const std::vector<std::uint32_t>& bodies, double t,
+                    IslandResult& result);
 
 }  // namespace skerry

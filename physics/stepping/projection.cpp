@@ -22,6 +22,8 @@ double position_floor(const WorldState& state, Vec2 where) {
 
 // Relative velocities below this share of the fastest are rounding.
 constexpr double kVelocityFloor = 1e-13;
+// The same after an integration to rounding, which must keep the energy for 1e5 steps.
+constexpr double kFineVelocityFloor = 1e-16;
 
 bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
@@ -334,7 +336,9 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   *v = *before;
   bilateral.system.b.resize(bilateral.system.rows.size());
   // The friction that comes along disturbs the normal velocities a little, hence the rounds.
-  for (int round = 0; round < 4 && error > kVelocityFloor * std::max(fastest, 1e-3); ++round) {
+  // What is left does work against the joints' forces all the way to the next projection.
+  const double floor = (may_open ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
+  for (int round = 0; round < 4 && error > floor; ++round) {
     for (int i = 0; i < bilateral.system.size(); ++i) bilateral.system.b[i] = -row_velocity(bilateral, i, *v);
     const Spare<std::vector<double>> spare_lambda(
         solve_rows(state, SolvePurpose::Velocities, bilateral.system, result));

@@ -153,6 +153,7 @@ double RungeKutta::attempt(double t, const State& y, const State& dy, double h, 
   constexpr double kFailed = std::numeric_limits<double>::infinity();
   t_ = t;
   h_ = h;
+  dense_ready_ = false;
   y0_ = y;
   work_.resize(y.size());
   k_[0] = dy;
@@ -179,6 +180,7 @@ double RungeKutta::attempt(double t, const State& y, const State& dy, double h, 
 }
 
 bool RungeKutta::prepare_dense() {
+  if (dense_ready_) return true;
   for (int i = 13; i < 16; ++i) {
     if (!stage(i)) return false;
   }
@@ -190,6 +192,7 @@ bool RungeKutta::prepare_dense() {
     dense_[2][j] = change - h_ * k_[12][j] - dense_[1][j];
     for (int i = 0; i < 4; ++i) dense_[3 + i][j] = h_ * weighted(kDense[i], k_, j);
   }
+  dense_ready_ = true;
   return true;
 }
 

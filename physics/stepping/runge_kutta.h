@@ -31,7 +31,7 @@ class RungeKutta {
   const State& end() const { return y1_; }
   const State& end_derivative() const { return k_[12]; }
 
-  /// Makes `at` ready for the step that was tried last. @return false if f could not be evaluated
+  /// Makes `at` ready for the step that was tried last, once. @return false if f could not be evaluated
   bool prepare_dense();
   /// State at the share `theta` in [0, 1] of the step. @pre prepare_dense
   void at(double theta, State& y) const;
@@ -48,6 +48,7 @@ class RungeKutta {
   Derivative f_;
   int controlled_;
   double t_ = 0, h_ = 0;
+  bool dense_ready_ = false;
   State y0_, y1_, work_;
   State k_[16];
   State dense_[7];  ///< coefficients of the interpolant; the first belongs to theta

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/mode_events.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/joint_rows.h"
+#include "physics/stepping/free_flight.h"
+#include "physics/stepping/root.h"
+#include "physics/stepping/touching.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+using State = AccelerationProblem::State;
+
+// A contact has passed a corner when it is this far beyond [m]: then the narrow phase sees it, too.
+constexpr double kBeyond = 1e-10;
+
+JointEnd end_at(const Motion& m, double t) {
+  const Motion then = later(m, t);
+  return {then.p0, Rot::from_angle(then.angle0), then.angle0, then.v, then.omega};
+}
+
+/// About the largest rate at which a flight of length `h` changes the slack of a limit.
+double limit_speed(const JointRow& row, const Motion& a, const Motion& b, double h) {
+  double sum = 1e-9;
+  const auto add = [&](const std::array<double, 3>& J, const Motion& m) {
+    sum += std::hypot(J[0], J[1]) * (length(m.v) + h * length(m.a)) +
+           (std::abs(J[2]) + h * length(m.v)) * (std::abs(m.omega) + h * std::abs(m.alpha));
+  };
+  add(row.Ja, a);
+  add(row.Jb, b);
+  return sum;
+}
+
+}  // namespace
+
+const Contact& ModeEvents::contact_at(std::size_t k) const {
+  return state_.contacts[island_.contacts[k]];
+}
+
+bool ModeEvents::is_loaded(const Grip& grip) const {
+  for (int i = 0; i < grip.count; ++i) {
+    if (mode_.points[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])].closed) return true;
+  }
+  return false;
+}
+
+std::vector<ModeWatch> ModeEvents::watches(const ModeForces& forces) const {
+  std::vector<ModeWatch> out;
+  for (std::size_t p = 0; p < mode_.points.size(); ++p) {
+    if (!mode_.points[p].closed) continue;
+    out.push_back({MotionEventKind::Release, p});
+    out.push_back({MotionEventKind::Feature, p});
+  }
+  for (std::size_t k = 0; k < mode_.grips.size(); ++k) {
+    if (!is_loaded(mode_.grips[k])) continue;
+    out.push_back({mode_.grips[k].sign == 0 ? MotionEventKind::Slip : MotionEventKind::Stick, k});
+  }
+  for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
+    if (mode_.rows[i].kind == JointRowKind::Limit) out.push_back({MotionEventKind::Limit, i});
+    if (mode_.rows[i].kind == JointRowKind::Motor && forces.rows[i].most < kInfinity)
+      out.push_back({MotionEventKind::Motor, i});
+  }
+  return out;
+}
+
+double ModeEvents::value(const ModeWatch& watch, const ModeForces& forces) const {
+  const std::size_t i = watch.index;
+  switch (watch.kind) {
+    case MotionEventKind::Release:
+      return forces.point_force[i] + 1e-14 * forces.scale;
+    case MotionEventKind::Feature:
+      return forces.points[i].range + kBeyond;
+    case MotionEventKind::Slip:
+      return forces.grip_limit[i] - std::abs(forces.grip_force[i]) + 1e-14 * forces.scale;
+    case MotionEventKind::Stick:
+      return mode_.grips[i].sign * forces.grip_speed[i];
+    case MotionEventKind::Motor: {
+      const JointRow& row = forces.rows[i];
+      if (mode_.rows[i].state == RowState::Forward) return row.speed - row.rate;
+      if (mode_.rows[i].state == RowState::Backward) return row.rate - row.speed;
+      return row.most - std::abs(forces.row_force[i]) + 1e-14 * forces.scale;
+    }
+    default:
+      return mode_.rows[i].state == RowState::Holds ? forces.row_force[i] + 1e-14 * forces.scale
+                                                    : forces.rows[i].error;
+  }
+}
+
+/// True if a point touches without parting: it was released a moment ago, or rests beside.
+bool ModeEvents::lingers(const Contact& contact, double elapsed) const {
+  for (int i = 0; i < contact.manifold.count; ++i) {
+    const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
+    if (is_touching(state_, point) &&
+        std::abs(normal_velocity(state_, contact, point.position, elapsed)) < 1e-8) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Smallest separation at these poses, closed points left out; the contact's margin if there is none.
+double ModeEvents::open_gap(std::size_t k, const Transform& a, const Transform& b) const {
+  const Contact& contact = contact_at(k);
+  const Manifold manifold =
+      contact_manifold(contact, state_.shapes[contact.shape_a].shape, a, state_.shapes[contact.shape_b].shape,
+                       b, contact.margin, nullptr, nullptr);
+  double smallest = contact.margin;
+  for (int i = 0; i < manifold.count; ++i) {
+    const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+    const bool closed = std::any_of(mode_.points.begin(), mode_.points.end(), [&](const ModePoint& p) {
+      return p.closed && p.contact == k && p.feature == point.feature;
+    });
+    if (!closed) smallest = std::min(smallest, point.separation);
+  }
+  return smallest;
+}
+
+/// Largest speed at which any gap of a contact can change within `h` of constrained motion [m/s].
+double ModeEvents::gap_speed(const Contact& contact, double elapsed, double h,
+                             const ModeForces& forces) const {
+  double sum = 1e-9;
+  for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+    if (body == BodyId::kNone) continue;
+    const Motion m = free_flight(state_, body, elapsed);
+    const double radius = std::isfinite(state_.radius[body]) ? state_.radius[body] : 0;
+    double acceleration = length(m.a), angular = std::abs(m.alpha);
+    const int k = state_.local_index[body];
+    if (k >= 0) {
+      const std::array<double, 3>& f = forces.acceleration[static_cast<std::size_t>(k)];
+      acceleration = std::max(acceleration, std::hypot(f[0], f[1]));
+      angular = std::max(angular, std::abs(f[2]));
+    }
+    sum += length(m.v) + h * acceleration + (std::abs(m.omega) + h * angular) * radius;
+  }
+  return sum;
+}
+
+FlightEnd ModeEvents::end_of_flight(double elapsed, double length) const {
+  FlightEnd end{length};
+  for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
+    const Contact& contact = contact_at(k);
+    const Motion a = free_flight(state_, contact.body_a, elapsed),
+                 b = free_flight(state_, contact.body_b, elapsed);
+    double from = 0;
+    if (lingers(contact, elapsed)) {
+      const double tolerance = touch_tolerance(state_, state_.bodies.position[contact.body_b]);
+      from = 1e-6 * end.length;
+      double gap = open_gap(k, a.at(from), b.at(from));
+      while (std::abs(gap) <= tolerance && from < end.length) {
+        from = std::min(2 * from, end.length);
+        gap = open_gap(k, a.at(from), b.at(from));
+      }
+      if (gap < -tolerance) {
+        end.length = from;
+        end.landing = &contact;
+        continue;
+      }
+      if (from >= end.length) continue;
+    }
+    const ImpactTime impact =
+        contact_impact_time(contact, state_.shapes[contact.shape_a].shape, later(a, from),
+                            state_.shapes[contact.shape_b].shape, later(b, from), end.length - from);
+    if (!impact.hit) continue;
+    end.length = from + impact.t;
+    end.landing = &contact;
+  }
+  for (const ModeRow& row : mode_.rows) {
+    const JointRecord& joint = state_.joints[island_.joints[row.joint]];
+    if (row.kind != JointRowKind::Limit) continue;
+    const Motion a = free_flight(state_, joint.def.a.index, elapsed),
+                 b = free_flight(state_, joint.def.b.index, elapsed);
+    JointRows rows;
+    const auto slack = [&](double t) {
+      joint_rows(joint, end_at(a, t), end_at(b, t), rows);
+      return rows[static_cast<std::size_t>(row.row)].error;
+    };
+    slack(0);
+    const std::optional<double> reached =
+        closing_time(slack, limit_speed(rows[static_cast<std::size_t>(row.row)], a, b, end.length),
+                     end.length, touch_tolerance(state_, state_.bodies.position[joint.def.b.index]));
+    if (!reached) continue;
+    end.length = *reached;
+    end.landing = nullptr;
+    end.limit = &joint;
+  }
+  return end;
+}
+
+bool ModeEvents::find(RungeKutta& method, const std::vector<ModeWatch>& watched, double elapsed,
+                      const ModeForces& begin, const ModeForces& end, ModeEvent& event) const {
+  return find_roots(method, watched, begin, end, event) && find_landings(method, elapsed, begin, event);
+}
+
+bool ModeEvents::find_roots(RungeKutta& method, const std::vector<ModeWatch>& watched,
+                            const ModeForces& begin, const ModeForces& end, ModeEvent& event) const {
+  State y;
+  ModeForces forces;
+  for (const ModeWatch& watch : watched) {
+    double high = value(watch, end), low = value(watch, begin);
+    if (!(high < 0)) continue;
+    if (!method.prepare_dense()) return false;
+    const auto at = [&](double theta) {
+      method.at(theta, y);
+      if (!problem_.evaluate(mode_, method.begin() + theta * method.length(), y, forces)) return 0.0;
+      return value(watch, forces);
+    };
+    if (event.found && (high = at(event.theta)) >= 0) continue;
+    double from = 0;
+    if (!(low > 0)) {
+      // It begins at zero: look for the moment from which on it was positive.
+      from = 1e-4;
+      while (from < event.theta && !((low = at(from)) > 0)) from *= 4;
+      if (!(low > 0)) return false;
+    }
+    event.theta = falling_root(at, from, low, event.theta, high);
+    event.watch = watch;
+    event.found = true;
+  }
+  return true;
+}
+
+bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeForces& begin,
+                               ModeEvent& event) const {
+  State y;
+  for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
+    const Contact& contact = contact_at(k);
+    const double span = event.theta * method.length();
+    const double speed = gap_speed(contact, elapsed, span, begin);
+    const auto pose = [&](std::uint32_t body, double time, const State& at) {
+      const BodyMotion m = problem_.motion(body, time, at);
+      return Transform{m.p, m.q};
+    };
+    const double now =
+        open_gap(k, pose_at(state_, contact.body_a, elapsed), pose_at(state_, contact.body_b, elapsed));
+    if (now > 1.5 * span * speed) continue;
+    if (!method.prepare_dense()) return false;
+    const auto gap = [&](double t) {
+      method.at(t / method.length(), y);
+      return open_gap(k, pose(contact.body_a, method.begin() + t, y),
+                      pose(contact.body_b, method.begin() + t, y));
+    };
+    const double tolerance = touch_tolerance(state_, state_.bodies.position[contact.body_b]);
+    const std::optional<double> closes =
+        closing_time(gap, speed, span, lingers(contact, elapsed) ? tolerance : 1e-14);
+    if (!closes) continue;
+    event.found = true;
+    event.theta = *closes / method.length();
+    event.watch = {MotionEventKind::Landing, k};
+  }
+  return true;
+}
+
+}  // namespace skerry

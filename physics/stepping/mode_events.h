@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+//
+// What ends a contact mode, and when: roots along a flight, or in the continuous output of an inner step.
+#pragma once
+
+#include <vector>
+
+#include "physics/narrowphase/time_of_impact.h"
+#include "physics/stepping/acceleration.h"
+#include "physics/stepping/runge_kutta.h"
+
+namespace skerry {
+
+/// Something that falls to zero when the mode ends.
+struct ModeWatch {
+  MotionEventKind kind = MotionEventKind::Landing;
+  std::size_t index = 0;  ///< of the point, grip or joint row of the mode; Landing: of the island's contact
+};
+
+/// The first event of an inner step.
+struct ModeEvent {
+  bool found = false;
+  double theta = 1;  ///< share of the inner step
+  ModeWatch watch;
+};
+
+/// The first event of a flight; at most one of the two is there.
+struct FlightEnd {
+  double length = 0;  ///< [s]; without an event all that was asked for
+  const Contact* landing = nullptr;
+  const JointRecord* limit = nullptr;
+};
+
+/// Locates the events of an island. Holds references to all it is given, which may change between the calls.
+class ModeEvents {
+ public:
+  ModeEvents(const WorldState& state, const Island& island, const AccelerationProblem& problem,
+             const ContactMode& mode)
+      : state_(state), island_(island), problem_(problem), mode_(mode) {}
+
+  /// What can end the mode. @param forces  of the mode
+  std::vector<ModeWatch> watches(const ModeForces& forces) const;
+  double value(const ModeWatch& watch, const ModeForces& forces) const;
+
+  /// Of bodies on which nothing but their external forces acts. @param length  of the flight at most [s]
+  FlightEnd end_of_flight(double elapsed, double length) const;
+
+  /// The first event of the inner step that was tried last.
+  /// @param begin, end  forces at its two ends
+  /// @return false if there is one that cannot be located
+  bool find(RungeKutta& method, const std::vector<ModeWatch>& watched, double elapsed,
+            const ModeForces& begin, const ModeForces& end, ModeEvent& event) const;
+
+ private:
+  const Contact& contact_at(std::size_t k) const;
+  bool is_loaded(const Grip& grip) const;
+  bool lingers(const Contact& contact, double elapsed) const;
+  double open_gap(std::size_t k, const Transform& a, const Transform& b) const;
+  double gap_speed(const Contact& contact, double elapsed, double h, const ModeForces& forces) const;
+  bool find_roots(RungeKutta& method, const std::vector<ModeWatch>& watched, const ModeForces& begin,
+                  const ModeForces& end, ModeEvent& event) const;
+  bool find_landings(RungeKutta& method, double elapsed, const ModeForces& begin, ModeEvent& event) const;
+
+  const WorldState& state_;
+  const Island& island_;
+  const AccelerationProblem& problem_;
+  const ContactMode& mode_;
+};
+
+}  // namespace skerry
