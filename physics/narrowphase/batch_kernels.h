@@ -85,6 +85,21 @@ inline Probed probe(const Cores& cores, Four axis) {
   return {axis, nx, ny, low - (nx * face.x + ny * face.y), three - last};
 }
 
+/// The first of the edges `near` the best that is as good as the best, exactly. @param lanes  that matter
+inline Four first_of_equals(const Cores& cores, const Four* near, unsigned lanes, Four bias) {
+  Four exact[8], best = Four::both(-kInfinity);
+  for (int k = 0; k < 8; ++k) {
+    exact[k] = Four::both(-kInfinity);
+    if ((bits(near[k]) & lanes) == 0) continue;
+    exact[k] = chosen(near[k], probe(cores, Four::both(k)).separation, exact[k]);
+    best = greater(best, exact[k]);
+  }
+  const Four good = best - bias;
+  Four first = Four::both(0);
+  for (int k = 7; k >= 0; --k) first = chosen(at_least(exact[k], good), Four::both(k), first);
+  return first;
+}
+
 /// Codes of two features as one number, and its mirror image.
 inline Four joined(Four high, Four low) {
   return high * Four::both(65536) + low;
@@ -188,16 +203,16 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
   doubtful |= ~bits(apart | at_least(limit - doubt, best));
   // The first and the last edge that are as good as the best; the middle form is right within the doubt only.
   const Four good = best - doubt;
-  Four before_first = zero, last_axis = zero, count = zero;
+  Four near[8], before_first = zero, last_axis = zero, count = zero;
   for (int k = 0; k < 8; ++k) {
-    const Four near = at_least(separation[k], good);
-    before_first = greater(before_first, near & Four::both(7 - k));
-    last_axis = greater(last_axis, near & Four::both(k));
-    count = count + (near & Four::both(1));
+    near[k] = at_least(separation[k], good);
+    before_first = greater(before_first, near[k] & Four::both(7 - k));
+    last_axis = greater(last_axis, near[k] & Four::both(k));
+    count = count + (near[k] & Four::both(1));
   }
-  const Four first_axis = Four::both(7) - before_first;
+  Four first_axis = Four::both(7) - before_first;
   const unsigned parted = bits(apart) & ~doubtful & wanted;
-  doubtful |= (bits(below(Four::both(2.5), count)) | bits(below(count, Four::both(0.5)))) & ~bits(apart);
+  doubtful |= bits(below(count, Four::both(0.5))) & ~bits(apart);  // not a number
   if (parted != 0) {
     ApartLanes lanes;
     const bool keep = !group.pairs.cache.empty();
@@ -235,7 +250,12 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
     cores.by[i].store(cores.corners.y[i + 4]);
   }
 
-  // The better of the two edges that are left, exactly.
+  // The better of the two edges that are left, exactly; of more than two the first that is as good as the
+  // best.
+  if (const Four tied = below(Four::both(2.5), count); (bits(tied) & meet) != 0) {
+    first_axis = chosen(tied, first_of_equals(cores, near, bits(tied) & meet, bias), first_axis);
+    last_axis = chosen(tied, first_axis, last_axis);
+  }
   Probed axis = probe(cores, first_axis);
   if ((bits(below(first_axis, last_axis)) & meet) != 0) {
     const Probed rival = probe(cores, last_axis);
@@ -285,7 +305,7 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
   const Four from_ref = Four::both(0.5) * (radius_ref - radius_inc);
   const Four noise = Four::both(kNoise) * scale;
 
-  // Left to `collide`: so little overlap that there is one point, corners or another edge that are closer.
+  // Left to `collide`: corners or another edge that are closer, although the edges overlap.
   const Four overlap = lesser(x0, len) - greater(x1, zero);
   const Four touching = at_least(axis.separation, negated(noise));
   const Four x = chosen(take_before, x1, x0), beside = below(x, zero) | below(len, x);
@@ -298,7 +318,10 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
     const Four tilted = below(Four::both(0.1) * noise, magnitude(y0 - y1));
     doubtful |= maybe & (bits(at_least(zero, ahead)) | bits(tilted));
   }
-  doubtful |= ~bits(below(noise, overlap)) & meet;
+  // Lanes with one point, between corners or on the edge.
+  const Four several = below(noise, overlap), disjoint = below(overlap, zero);
+  const unsigned single = ~bits(several) & meet;
+  doubtful = (doubtful & ~(single & bits(disjoint))) | (single & bits(without(touching & beside, disjoint)));
 
   // Both ends of the contact segment: see write_ends.
   const Four slope = (y0 - y1) / (x0 - x1), over_start = x1, over_end = len - x0;
@@ -345,18 +368,48 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
                                                                 chosen(on_a, start_plain, start_mirrored)));
   const Four start_second = without(end.keep, start.keep & ordered);
   const Four plain = on_a ^ exchange;
-  const Columns start_rows = {start.x, start.y, start.separation,
-                              as_integers(chosen(plain, start_plain, start_mirrored))};
+  Columns start_rows = {start.x, start.y, start.separation,
+                        as_integers(chosen(plain, start_plain, start_mirrored))};
   const Columns end_rows = {end.x, end.y, end.separation,
                             as_integers(chosen(plain, end_plain, end_mirrored))};
   const Four back = without(Four::both(-0.0), on_a);
-  const Four out_nx = flipped(nx, back), out_ny = flipped(ny, back);
+  Four out_nx = flipped(nx, back), out_ny = flipped(ny, back), single_kept = zero;
+  if ((single & ~doubtful) != 0) {
+    // See clip_apart and write_single.
+    const Four corners = touching & disjoint, at_start = below(x0, zero);
+    const Four corner_x = chosen(at_start, p0.x, p1.x), corner_y = chosen(at_start, p0.y, p1.y);
+    const Four to0_x = q0.x - corner_x, to0_y = q0.y - corner_y;
+    const Four to1_x = q1.x - corner_x, to1_y = q1.y - corner_y;
+    const Four square0 = to0_x * to0_x + to0_y * to0_y, square1 = to1_x * to1_x + to1_y * to1_y;
+    const Four take_q0 = chosen(corners, below(square0, square1), below(y0, y1));
+    const Four gap_x = chosen(take_q0, to0_x, to1_x), gap_y = chosen(take_q0, to0_y, to1_y);
+    const Four distance = root(gap_x * gap_x + gap_y * gap_y);
+    const Four height = chosen(take_q0, y0, y1), along_gap = corners & below(noise, distance);
+    const Four n_x = chosen(along_gap, gap_x / distance, nx), n_y = chosen(along_gap, gap_y / distance, ny);
+    const Four gap = chosen(along_gap, distance, height), shift = half * gap;
+    const Four offset = chosen(corners, shift + from_ref, from_ref - shift);
+    const Four local_x = chosen(corners, corner_x, chosen(take_q0, q0.x, q1.x)) + offset * n_x;
+    const Four local_y = chosen(corners, corner_y, chosen(take_q0, q0.y, q1.y)) + offset * n_y;
+    const Four ref_code = chosen(corners, corner(chosen(at_start, i0, i1)), ref_edge);
+    const Four inc_code = corner(chosen(take_q0, j_start, j_end));
+    const Four code = chosen(plain, joined(ref_code, inc_code), joined(inc_code, ref_code));
+    single_kept = without(at_least(reported, chosen(corners, distance, height)), several);
+    const auto take = [&](Four& row, Four one_point) { row = chosen(several, row, one_point); };
+    take(start_rows.x, frame.x + (frame.z * local_x - frame.w * local_y));
+    take(start_rows.y, frame.y + (frame.w * local_x + frame.z * local_y));
+    take(start_rows.z, gap - radii);
+    take(start_rows.w, as_integers(code));
+    take(out_nx, flipped(n_x, back));
+    take(out_ny, flipped(n_y, back));
+  }
   const Points normal = {flipped(frame.z * out_nx - frame.w * out_ny, exchange),
                          flipped(frame.w * out_nx + frame.z * out_ny, exchange)};
 
   // Lanes that do not count are written elsewhere.
   const unsigned done = meet & ~doubtful;
-  const unsigned swapped = bits(start_second), keep_start = bits(start.keep), keep_end = bits(end.keep);
+  const unsigned swapped = bits(start_second & several);
+  const unsigned keep_start = bits(chosen(several, start.keep, single_kept));
+  const unsigned keep_end = bits(end.keep & several);
   Manifold nowhere;
   Manifold* out[4];
   double *to_normal[4], *to_start[4], *to_end[4];
@@ -372,6 +425,9 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
   store_points(normal, to_normal[0], to_normal[1], to_normal[2], to_normal[3]);
   store_columns(start_rows, to_start[0], to_start[1], to_start[2], to_start[3]);
   store_columns(end_rows, to_end[0], to_end[1], to_end[2], to_end[3]);
+  for (unsigned none = done & single & ~keep_start; none != 0; none &= none - 1) {
+    group.out(std::countr_zero(none)) = Manifold();
+  }
   return doubtful;
 }
 
