@@ -72,6 +72,7 @@ class NeighbourList final : public PairFinder {
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats&) override {
     tight_.resize(boxes.limit(), kNoFloatBox);
     in_motion_.resize(boxes.limit(), kAtRest);
+    was_moving_.resize(boxes.limit(), 0);
     left_.clear();
     shifts_.clear();
     for (std::size_t i = 0; i < dirty.size(); ++i) {
@@ -141,8 +142,8 @@ class NeighbourList final : public PairFinder {
            (list_.capacity() + more_.capacity() + found_.capacity()) * sizeof(Pair) +
            left_.capacity() * sizeof(ProxyIndex) + shifts_.capacity() * sizeof(Vec2) +
            updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() + scratch_.bytes() +
-           in_motion_.capacity() + (few_.capacity() + old_few_.capacity()) * sizeof(Pair) +
-           few_keys_.front().bytes();
+           in_motion_.capacity() + was_moving_.capacity() +
+           (few_.capacity() + old_few_.capacity()) * sizeof(Pair) + few_keys_.front().bytes();
   }
 
   void visit_structure(const BoxSet&, StructureVisitor& visitor) const override {
@@ -186,8 +187,10 @@ class NeighbourList final : public PairFinder {
     const double size = std::sqrt(width * height);
     const double margin = std::max(kSmallMargin * size, kThinMargin * std::max(width, height));
     Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
-    // One that flies farther than its size in a step would have to look at all that lies in its way.
-    if (std::abs(shift.x) + std::abs(shift.y) <= 0.5 * size) {
+    // One that flies farther than its size in a step would have to look at all that lies in its way. Far from
+    // the origin the shift is mostly rounding of single precision.
+    const double far = std::max({-box.lower.x, -box.lower.y, box.upper.x, box.upper.y});
+    if (std::abs(shift.x) + std::abs(shift.y) <= 0.5 * size && kStepsAhead * FLT_EPSILON * far <= size) {
       fat.lower += kStepsAhead * Vec2{std::min(shift.x, 0.0), std::min(shift.y, 0.0)};
       fat.upper += kStepsAhead * Vec2{std::max(shift.x, 0.0), std::max(shift.y, 0.0)};
     }
@@ -213,11 +216,14 @@ class NeighbourList final : public PairFinder {
         return;
       }
       rest(proxy);
-      // Pairs of two fixed boxes must not stay in the list.
       fat_.remove(proxy);
-      is_complete_ = false;
     }
-    fat_.insert(proxy, fattened(boxes, proxy), boxes.is_fixed(proxy) ? ProxyKind::Fixed : ProxyKind::Moving);
+    // The list may have pairs of this number with fixed boxes from when it was moving, long removed or not;
+    // they must not stay when it is fixed.
+    const bool is_fixed = boxes.is_fixed(proxy);
+    if (is_fixed && was_moving_[proxy] != 0) is_complete_ = false;
+    was_moving_[proxy] = is_fixed ? 0 : 1;
+    fat_.insert(proxy, fattened(boxes, proxy), is_fixed ? ProxyKind::Fixed : ProxyKind::Moving);
   }
 
   void refresh_grid() const {
@@ -482,7 +488,8 @@ class NeighbourList final : public PairFinder {
   enum : std::uint8_t { kAtRest = 0, kAnew = 1, kInMotion = 2 };
   std::vector<std::uint8_t> in_motion_;
   std::size_t count_in_motion_ = 0;
-  bool is_complete_ = false;  ///< false: the list has to be made anew
+  std::vector<std::uint8_t> was_moving_;  ///< by proxy: the kind with which it was inserted last
+  bool is_complete_ = false;              ///< false: the list has to be made anew
 #if defined(SKERRY_WIDE_TESTS)
   bool has_wide_;
 #endif

@@ -167,6 +167,45 @@ TEST_P(EveryBroadPhaseContract, ForgetsMovesAfterAReportButNotAfterAllPairs) {
   EXPECT_EQ(pairs, (std::vector<Pair>{{0, 1}, {1, 2}}));
 }
 
+TEST_P(EveryBroadPhaseContract, ForgetsThePairsOfABoxThatComesBackAsAnotherKindEvenAfterAQuery) {
+  const unsigned seed = 6;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  Random random(seed);
+  const auto tested = make(), oracle = make_broad_phase("brute_force");
+  const std::vector<Aabb> boxes = scenes()[1].make(random, 300);
+  std::vector<ProxyKind> kinds;
+  const auto insert = [&](ProxyIndex i) {
+    for (BroadPhase* b : {tested.get(), oracle.get()}) b->insert(i, boxes[i], kinds[i]);
+  };
+  for (ProxyIndex i = 0; i < boxes.size(); ++i) {
+    kinds.push_back(i % 3 == 0 ? ProxyKind::Fixed : ProxyKind::Moving);
+    insert(i);
+  }
+  std::vector<Pair> pairs, expected;
+  std::vector<ProxyIndex> found;
+  for (int step = 0; step < 60; ++step) {
+    // Half of the boxes move and stay where they are: whatever is kept from step to step stays valid.
+    std::vector<BoxUpdate> moved;
+    for (ProxyIndex i = step % 2; i < boxes.size(); i += 2) moved.push_back({i, boxes[i]});
+    for (BroadPhase* b : {tested.get(), oracle.get()}) b->update(moved);
+    const auto who = static_cast<ProxyIndex>(random() % boxes.size());
+    for (BroadPhase* b : {tested.get(), oracle.get()}) b->remove(who);
+    // One time in two the structure sees that the box has gone, by a query or by a report.
+    if (step % 4 == 1) tested->query(boxes[who], found);
+    if (step % 4 == 3) {
+      tested->moved_pairs(pairs);
+      oracle->moved_pairs(expected);
+      ASSERT_EQ(pairs, expected) << "step " << step;
+    }
+    kinds[who] = kinds[who] == ProxyKind::Fixed ? ProxyKind::Moving : ProxyKind::Fixed;
+    insert(who);
+    tested->moved_pairs(pairs);
+    oracle->moved_pairs(expected);
+    ASSERT_EQ(pairs, expected) << "step " << step;
+    ASSERT_EQ(all_pairs(*tested), all_pairs(*oracle)) << "step " << step;
+  }
+}
+
 TEST_P(EveryBroadPhaseContract, KeepsMemoryLinearWhateverTheExtent) {
   // Ten times the boxes may take ten times the memory, in a world that is a million times as wide.
   Random random(9);
@@ -444,6 +483,38 @@ TEST(NeighbourList, TestsOnlyThePartnersOfTheFewThatMove) {
   // together, so they leave their margins in the same two steps.
   EXPECT_LT(tests / (30.0 * count / stride), 14);
   EXPECT_LE(searches, 4);
+}
+
+TEST(NeighbourList, TestsNotManyMoreFarFromTheOriginWhereShiftsAreLostInRounding) {
+  // The same few slow boxes near the origin and 1e9 m away, where single precision counts in steps of 64 m.
+  std::uint64_t tests[2];
+  for (const int far : {0, 1}) {
+    const auto tested = make_broad_phase("neighbour_list"), oracle = make_broad_phase("brute_force");
+    Random random(8);
+    std::vector<Aabb> boxes;
+    for (ProxyIndex i = 0; i < 2000; ++i) {
+      boxes.push_back(
+          box_at(1e9 * far + uniform(random, 0, 7000), uniform(random, 0, 7000) - 1e9 * far, 100, 100));
+      for (BroadPhase* b : {tested.get(), oracle.get()}) b->insert(i, boxes[i], ProxyKind::Moving);
+    }
+    std::vector<Pair> pairs, expected;
+    tested->moved_pairs(pairs);
+    oracle->moved_pairs(expected);
+    tests[far] = 0;
+    for (int step = 0; step < 60; ++step) {
+      std::vector<BoxUpdate> moved;
+      for (ProxyIndex i = 0; i < boxes.size(); i += 100) {
+        boxes[i] = shifted(boxes[i], {3, 1});
+        moved.push_back({i, boxes[i]});
+      }
+      for (BroadPhase* b : {tested.get(), oracle.get()}) b->update(moved);
+      tested->moved_pairs(pairs);
+      oracle->moved_pairs(expected);
+      ASSERT_EQ(pairs, expected) << "step " << step;
+      tests[far] += tested->stats().box_tests;
+    }
+  }
+  EXPECT_LT(tests[1], 2 * tests[0]);
 }
 
 TEST(NeighbourList, TestsTheSameCandidatesUntilBoxesLeaveTheirMargins) {

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <map>
+#include <sstream>
 
 #include "tests/broadphase/scenes.h"
 
@@ -49,6 +51,13 @@ class Model {
   }
 };
 
+/// The pairs of `a` that `b` has not; both are sorted.
+std::vector<Pair> only_in(const std::vector<Pair>& a, const std::vector<Pair>& b) {
+  std::vector<Pair> rest;
+  std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(rest));
+  return rest;
+}
+
 /// A broad phase under test beside the model; every change goes to both.
 class Twin {
  public:
@@ -72,7 +81,7 @@ class Twin {
   void expect_same_pairs() {
     std::vector<Pair> pairs{{7, 7}};
     tested->moved_pairs(pairs);
-    ASSERT_EQ(pairs, model.pairs(false));
+    ASSERT_NO_FATAL_FAILURE(expect_equal(pairs, model.pairs(false)));
     model.forget_moves();
     ASSERT_EQ(tested->stats().pairs, pairs.size());
     ASSERT_EQ(tested->size(), model.entries.size());
@@ -80,7 +89,30 @@ class Twin {
   void expect_same_pairs_in_all() {
     std::vector<Pair> pairs{{7, 7}};
     tested->all_pairs(pairs);
-    ASSERT_EQ(pairs, model.pairs(true));
+    ASSERT_NO_FATAL_FAILURE(expect_equal(pairs, model.pairs(true)));
+  }
+
+  /// Names the pairs that differ, with their boxes.
+  void expect_equal(const std::vector<Pair>& pairs, const std::vector<Pair>& expected) const {
+    if (pairs == expected) return;
+    std::ostringstream text;
+    text.precision(17);
+    const auto name = [&](const char* what, const std::vector<Pair>& some) {
+      for (const Pair pair : some) {
+        text << what << ' ' << pair.low << '-' << pair.high;
+        for (const ProxyIndex proxy : {pair.low, pair.high}) {
+          const auto at = model.entries.find(proxy);
+          if (at == model.entries.end()) continue;
+          const auto& [box, kind, moved] = at->second;
+          text << (kind == ProxyKind::Fixed ? ", fixed" : ", moving") << (moved ? " and moved: [" : ": [")
+               << box.lower.x << ", " << box.upper.x << "] x [" << box.lower.y << ", " << box.upper.y << ']';
+        }
+        text << '\n';
+      }
+    };
+    name("missing", only_in(expected, pairs));
+    name("too many", only_in(pairs, expected));
+    FAIL() << text.str() << pairs.size() << " pairs, " << expected.size() << " expected";
   }
 
   std::unique_ptr<BroadPhase> tested;
@@ -107,7 +139,9 @@ INSTANTIATE_TEST_SUITE_P(Registry, EveryBroadPhase,
 TEST_P(EveryBroadPhase, ReportsTheOraclesPairsWhileBoxesMoveTeleportAppearAndVanish) {
   const int rounds = std::max(1, static_cast<int>(2 * test_scale()));
   for (int round = 0; round < rounds; ++round) {
-    const unsigned seed = 4100 + static_cast<unsigned>(round);
+    // The first seed has a moving box that is removed, asked around, and comes back as a fixed one beside
+    // another: a list of pairs that forgets what it was reports them.
+    const unsigned seed = 4108 + static_cast<unsigned>(round);
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
     const std::vector<Aabb> start = boxes(random, 150);
@@ -167,7 +201,7 @@ TEST_P(EveryBroadPhase, ReportsTheOraclesPairsWhileBoxesMoveTeleportAppearAndVan
         continue;
       }
       ASSERT_NO_FATAL_FAILURE(twin.expect_same_pairs());
-      if (step % 10 == 9) {
+      if (step % 10 == 7) {
         ASSERT_NO_FATAL_FAILURE(twin.expect_same_pairs_in_all());
       }
     }
