@@ -54,21 +54,24 @@ struct Brush {
 };
 
 /// @param cover of each of the pixels, 0 to 1
-SKERRY_INLINE void blend(std::uint8_t* at, Lanes cover, const Brush& ink) {
-  const Pixels under = load_pixels(at);
+SKERRY_INLINE Packed blended(Packed pixels, Lanes cover, const Brush& ink) {
+  const Pixels under = unpacked(pixels);
   const Lanes keep = Lanes(1.0f) - cover * ink.a;
-  store_pixels(
-      at, {under.r * keep + cover * ink.r, under.g * keep + cover * ink.g, under.b * keep + cover * ink.b});
+  return packed(
+      {under.r * keep + cover * ink.r, under.g * keep + cover * ink.g, under.b * keep + cover * ink.b});
+}
+SKERRY_INLINE void blend(std::uint8_t* at, Lanes cover, const Brush& ink) {
+  store_packed(at, blended(load_packed(at), cover, ink));
 }
 
 /// Two inks side by side in each pixel.
 /// @param more  what the ink inside has more than the one along the rim
 SKERRY_INLINE void blend(std::uint8_t* at, Lanes whole, const Brush& rim, Lanes inner, const Brush& more) {
-  const Pixels under = load_pixels(at);
+  const Pixels under = unpacked(load_packed(at));
   const Lanes keep = Lanes(1.0f) - (whole * rim.a + inner * more.a);
-  store_pixels(at, {under.r * keep + (whole * rim.r + inner * more.r),
-                    under.g * keep + (whole * rim.g + inner * more.g),
-                    under.b * keep + (whole * rim.b + inner * more.b)});
+  store_packed(at, packed({under.r * keep + (whole * rim.r + inner * more.r),
+                           under.g * keep + (whole * rim.g + inner * more.g),
+                           under.b * keep + (whole * rim.b + inner * more.b)}));
 }
 
 /// One pixel.
@@ -110,8 +113,22 @@ SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, cons
   }
   if (!(ink.a > 0)) return;
   const Brush brush(ink);
-  by_lanes(x0, x1, surface.width, [row, brush, cover](int x, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
-    blend(row + 4 * x, inside(cover), brush);
+  // What lies under panels is mostly the same pixels again and again, and so is what becomes of them.
+  int x = x0;
+  if (x + kLanes <= x1) {
+    Packed under = load_packed(row + 4 * x), over = blended(under, cover, brush);
+    for (;;) {
+      store_packed(row + 4 * x, over);
+      x += kLanes;
+      if (x + kLanes > x1) break;
+      const Packed next = load_packed(row + 4 * x);
+      if (same(next, under)) continue;
+      under = next;
+      over = blended(under, cover, brush);
+    }
+  }
+  by_lanes(x, x1, surface.width, [row, brush, cover](int at, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
+    blend(row + 4 * at, inside(cover), brush);
   });
 }
 

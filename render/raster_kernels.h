@@ -24,6 +24,8 @@ struct RasterKernels {
                 int height, Color color);
   /// A row of RGBA to one plane of video. @return the first pixel that is left to do
   int (*weigh_row)(const std::uint8_t* from, std::uint8_t* to, int width, const int (&weight)[3], int offset);
+  /// The same to luma.
+  int (*luma_row)(const std::uint8_t* from, std::uint8_t* to, int width);
   /// Two rows of RGBA to colour of half the width, `width`. @return the first that is left to do
   int (*halve_rows)(const std::uint8_t* upper, const std::uint8_t* lower, std::uint8_t* cb, std::uint8_t* cr,
                     int width);

@@ -21,11 +21,14 @@ inline constexpr int kRows = 16;  ///< spans of so many rows are made at once
 struct Spans {
   int x0[kRows], x1[kRows];
 
-  SKERRY_INLINE void set(const double (&low)[kRows], const double (&high)[kRows], int width) {
-    for (int i = 0; i < kRows; ++i) x0[i] = pixel_after(low[i], width);
-    for (int i = 0; i < kRows; ++i) x1[i] = pixel_after(high[i], width);
+  /// From `low` to `high` in the rows from number i on, by the rule of span_of.
+  SKERRY_INLINE void set(int i, Doubles low, Doubles high, int width) {
+    const Doubles first = -1.0, last = static_cast<double>(width - 1);
+    store_ints(x0 + i, min(max(low - 0.5, first), last) + 1.0);
+    store_ints(x1 + i, min(max(high - 0.5, first), last) + 1.0);
   }
 };
+inline constexpr int kDoubles = kLanes / 2;
 
 /// The part of the plane where nx x + ny y <= offset for all that were added: what it has of each row.
 class Convex {
@@ -42,21 +45,14 @@ class Convex {
   }
   /// The pixels of the rows from y on whose centres are inside.
   SKERRY_INLINE void rows(int y, int width, Spans& out) const {
-    double at[kRows], low[kRows], high[kRows];
-    for (int i = 0; i < kRows; ++i) {
-      at[i] = y + i + 0.5;
-      low[i] = at[i] < top_ || at[i] >= bottom_ ? kFar : -kFar;
-      high[i] = kFar;
+    for (int i = 0; i < kRows; i += kDoubles) {
+      const Doubles at = doubles_from(y + i + 0.5);
+      Doubles low = where_between(at, top_, bottom_, -kFar, kFar), high = kFar;
+      for (int k = 0; k < lefts_; ++k) low = max(low, Doubles(left_[k].base) + Doubles(left_[k].slope) * at);
+      for (int k = 0; k < rights_; ++k)
+        high = min(high, Doubles(right_[k].base) + Doubles(right_[k].slope) * at);
+      out.set(i, low, high, width);
     }
-    for (int k = 0; k < lefts_; ++k) {
-      const Bound b = left_[k];
-      for (int i = 0; i < kRows; ++i) low[i] = greater(low[i], b.base + b.slope * at[i]);
-    }
-    for (int k = 0; k < rights_; ++k) {
-      const Bound b = right_[k];
-      for (int i = 0; i < kRows; ++i) high[i] = lesser(high[i], b.base + b.slope * at[i]);
-    }
-    out.set(low, high, width);
   }
 
   static constexpr int kMost = 72;
@@ -74,29 +70,12 @@ class Convex {
 struct Round {
   double x, y, radius;
   SKERRY_INLINE void rows(int first, int width, Spans& out) const {
-    double square[kRows], low[kRows], high[kRows];
-    for (int i = 0; i < kRows; ++i) {
-      const double dy = first + i + 0.5 - y;
-      square[i] = radius > 0 ? radius * radius - dy * dy : 0;
+    const double reach = radius > 0 ? radius : 0;
+    for (int i = 0; i < kRows; i += kDoubles) {
+      const Doubles dy = doubles_from(first + i + 0.5) - y, square = Doubles(reach * reach) - dy * dy;
+      const Doubles half = sqrt(max(square, 0.0));
+      out.set(i, where_between(square, 1e-300, kFar, Doubles(x) - half, kFar), Doubles(x) + half, width);
     }
-    roots(square, low);
-    for (int i = 0; i < kRows; ++i) {
-      const double half = low[i];
-      low[i] = square[i] > 0 ? x - half : kFar;
-      high[i] = x + half;
-    }
-    out.set(low, high, width);
-  }
-
- private:
-  /// Square roots of what is positive.
-  static SKERRY_INLINE void roots(const double (&of)[kRows], double (&out)[kRows]) {
-#if defined(__SSE2__)
-    for (int i = 0; i < kRows; i += 2)
-      _mm_storeu_pd(out + i, _mm_sqrt_pd(_mm_max_pd(_mm_loadu_pd(of + i), _mm_setzero_pd())));
-#else
-    for (int i = 0; i < kRows; ++i) out[i] = of[i] > 0 ? __builtin_sqrt(of[i]) : 0;
-#endif
   }
 };
 

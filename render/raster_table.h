@@ -38,7 +38,7 @@ inline void cover_box(const Surface& surface, int x0, int y0, const float* cover
   }
 }
 
-inline constexpr RasterKernels kTable{paint_shapes, fill_box, cover_box, weigh_row, halve_rows};
+inline constexpr RasterKernels kTable{paint_shapes, fill_box, cover_box, weigh_row, luma_row, halve_rows};
 
 }  // namespace SKERRY_LANES
 }  // namespace skerry::render

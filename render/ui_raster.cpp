@@ -101,6 +101,57 @@ bool misses_centres(float a, float b, float c) {
   return centre < low;
 }
 
+/// One side of a triangle, from row to row: which pixels are inside of it, in whole numbers.
+class Edge {
+ public:
+  Edge() = default;
+  /// From (x0, y0) to (x1, y1) [1/256 px], which runs clockwise on the screen: inside is where
+  /// dx (py - y) - dy (px - x) > 0, or = 0 on a left or upper edge. Begins with `row`.
+  Edge(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1, int row) {
+    const std::int64_t dx = x1 - x0, dy = y1 - y0;
+    const bool own = dy < 0 || (dy == 0 && dx > 0);
+    const std::int64_t value =
+        dx * (row * std::int64_t{256} + 128 - y0) - dy * (128 - x0) - (own ? 0 : 1);  // at pixel 0
+    // Pixel px is inside if value - 256 dy px >= 0; the next row has 256 dx more.
+    right_ = dy > 0;
+    step_ = 256 * (dy < 0 ? -dy : dy);
+    if (step_ == 0) {
+      rest_ = value;
+      rest_more_ = 256 * dx;
+      return;
+    }
+    ratio_ = floor_ratio(value, step_);
+    rest_ = value - ratio_ * step_;
+    ratio_more_ = floor_ratio(256 * dx, step_);
+    rest_more_ = 256 * dx - ratio_more_ * step_;
+  }
+  /// Cuts a row down to what is inside, and goes on to the next. @return whether nothing of it is
+  bool cut(std::int64_t& low, std::int64_t& high) {
+    const std::int64_t ratio = ratio_, rest = rest_;
+    ratio_ += ratio_more_;
+    rest_ += rest_more_;
+    if (step_ == 0) return rest < 0;
+    if (rest_ >= step_) {
+      rest_ -= step_;
+      ++ratio_;
+    }
+    if (right_)
+      high = std::min(high, ratio + 1);
+    else
+      low = std::max(low, -ratio);
+    return false;
+  }
+
+ private:
+  static std::int64_t floor_ratio(std::int64_t a, std::int64_t b) {
+    return a >= 0 ? a / b : -((-a + b - 1) / b);
+  }
+
+  // The ratio rounded down, and what is left of it.
+  std::int64_t step_ = 0, ratio_ = 0, rest_ = 0, ratio_more_ = 0, rest_more_ = 0;
+  bool right_ = false;
+};
+
 class PanelRaster {
  public:
   PanelRaster(const Surface& surface, const RasterKernels& kernels, const UiPixels& fonts,
@@ -241,27 +292,17 @@ class PanelRaster {
     const int top = std::max(clip_.top, static_cast<int>((std::min({y[0], y[1], y[2]}) + 127) >> 8));
     const int bottom =
         std::min(clip_.bottom, static_cast<int>((std::max({y[0], y[1], y[2]}) + 127) >> 8) + 1);
+    if (top >= bottom) return;
+    Edge edges[3];
+    for (int i = 0; i < 3; ++i) {
+      const int k = (i + 1) % 3;
+      edges[i] = Edge(x[i], y[i], x[k], y[k], top);
+    }
     for (int row = top; row < bottom; ++row) {
       const std::int64_t at = row * std::int64_t{256} + 128;
       std::int64_t low = clip_.left, high = clip_.right;  // pixels low..high-1
       bool empty = false;
-      for (int i = 0; i < 3 && !empty; ++i) {
-        // Inside of the edge from i to k, which runs clockwise on the screen: dx (py - y) - dy (px - x) > 0,
-        // or = 0 on a left or upper edge.
-        const int k = (i + 1) % 3;
-        const std::int64_t dx = x[k] - x[i], dy = y[k] - y[i];
-        const bool own = dy < 0 || (dy == 0 && dx > 0);
-        const std::int64_t value = dx * (at - y[i]) - dy * (128 - x[i]) - (own ? 0 : 1);  // at pixel 0
-        // value - 256 dy px >= 0
-        const std::int64_t step = 256 * dy;
-        if (step == 0) {
-          empty = value < 0;
-        } else if (step > 0) {
-          high = std::min(high, floor_ratio(value, step) + 1);
-        } else {
-          low = std::max(low, -floor_ratio(value, -step));
-        }
-      }
+      for (Edge& edge : edges) empty |= edge.cut(low, high);
       if (empty || low >= high) continue;
       const int x0 = static_cast<int>(low), x1 = static_cast<int>(high);
       if (white && flat) {
@@ -315,10 +356,6 @@ class PanelRaster {
             texel);
       }
     }
-  }
-
-  static std::int64_t floor_ratio(std::int64_t a, std::int64_t b) {
-    return a >= 0 ? a / b : -((-a + b - 1) / b);
   }
 
   const Surface& surface_;

@@ -15,7 +15,7 @@ void to_yuv420(const Image& image, const YuvPlanes& out, bool avx2) {
     for (int k = 0; k < 2; ++k) {
       const std::uint8_t* from = k == 0 ? upper : lower;
       std::uint8_t* to = out.plane[0] + (y + k) * out.stride[0];
-      for (int x = kernels.weigh_row(from, to, image.width, kLuma, 16); x < image.width; ++x)
+      for (int x = kernels.luma_row(from, to, image.width); x < image.width; ++x)
         to[x] = combine(kLuma, from[4 * x], from[4 * x + 1], from[4 * x + 2], 16, 8);
     }
     std::uint8_t* cb = out.plane[1] + y / 2 * out.stride[1];

@@ -150,6 +150,31 @@ inline int weigh_row(const std::uint8_t* from, std::uint8_t* to, int width, cons
   return x;
 }
 
+/// The same for luma, offset 16.
+inline int luma_row(const std::uint8_t* from, std::uint8_t* to, int width) {
+#if defined(SKERRY_EIGHT_LANES)
+  // Bytes times bytes: one factor has a sign, the other none. With 128 less in each channel all sums fit 16
+  // bits, and what that takes away is a constant.
+  static_assert(kLuma[0] + kLuma[1] + kLuma[2] == 220);
+  const __m256i weight = _mm256_set1_epi32(kLuma[0] | kLuma[1] << 8 | kLuma[2] << 16);
+  const __m256i middle = _mm256_set1_epi8(-128), add = _mm256_set1_epi16(220 * 128 + (16 << 8) + 128);
+  int x = 0;
+  for (; x + 32 <= width; x += 32) {
+    const auto sums = [&](int at) SKERRY_INLINE_LAMBDA {
+      return _mm256_maddubs_epi16(weight, _mm256_xor_si256(load_words(from + 4 * x + 32 * at).v, middle));
+    };
+    const __m256i first = _mm256_add_epi16(_mm256_hadd_epi16(sums(0), sums(1)), add),
+                  second = _mm256_add_epi16(_mm256_hadd_epi16(sums(2), sums(3)), add);
+    const __m256i bytes = _mm256_packus_epi16(_mm256_srli_epi16(first, 8), _mm256_srli_epi16(second, 8));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + x),
+                        _mm256_permutevar8x32_epi32(bytes, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7)));
+  }
+  return x;
+#else
+  return weigh_row(from, to, width, kLuma, 16);
+#endif
+}
+
 /// Colour of 2 x 2 pixels. @param width of cb and cr. @return the first that is left
 inline int halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, std::uint8_t* cb,
                       std::uint8_t* cr, int width) {
@@ -180,6 +205,9 @@ inline int halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, std:
 #else
 
 inline int weigh_row(const std::uint8_t*, std::uint8_t*, int, const int (&)[3], int) {
+  return 0;
+}
+inline int luma_row(const std::uint8_t*, std::uint8_t*, int) {
   return 0;
 }
 inline int halve_rows(const std::uint8_t*, const std::uint8_t*, std::uint8_t*, std::uint8_t*, int) {
