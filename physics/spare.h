@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,7 +19,11 @@ inline constexpr std::size_t kMost = 16;
 
 template <class T>
 std::vector<T>& stack() {
-  thread_local std::vector<T> all;
+  thread_local std::vector<T> all = [] {
+    std::vector<T> empty;
+    empty.reserve(kMost);
+    return empty;
+  }();
   return all;
 }
 
@@ -39,28 +44,44 @@ template <class T>
 requires(!std::is_reference_v<T>) void give_spare(T&& used) {
   using Plain = std::remove_cvref_t<T>;
   std::vector<Plain>& all = spare::stack<Plain>();
-  if (all.capacity() == 0) all.reserve(spare::kMost);
   if constexpr (requires { used.clear(); }) used.clear();
   if (all.size() < spare::kMost) all.push_back(std::forward<T>(used));
 }
 
-/// A spare T for the length of a scope.
+/// A spare T for the length of a scope, empty if it has `clear`. It stays where it is: structs of many
+/// vectors cost no more than one.
 template <class T>
 class Spare {
  public:
-  Spare() : one_(take_spare<T>()) {}
-  explicit Spare(T&& made) : one_(std::move(made)) {}
-  ~Spare() { give_spare(std::move(one_)); }
+  Spare() {
+    std::vector<std::unique_ptr<T>>& all = pool();
+    if (all.empty()) {
+      one_ = new T{};
+    } else {
+      one_ = all.back().release();
+      all.pop_back();
+    }
+  }
+  ~Spare() {
+    std::vector<std::unique_ptr<T>>& all = pool();
+    if constexpr (requires { one_->clear(); }) one_->clear();
+    if (all.size() < spare::kMost)
+      all.emplace_back(one_);
+    else
+      delete one_;
+  }
   Spare(const Spare&) = delete;
   Spare& operator=(const Spare&) = delete;
 
-  T& operator*() { return one_; }
-  const T& operator*() const { return one_; }
-  T* operator->() { return &one_; }
-  const T* operator->() const { return &one_; }
+  T& operator*() { return *one_; }
+  const T& operator*() const { return *one_; }
+  T* operator->() { return one_; }
+  const T* operator->() const { return one_; }
 
  private:
-  T one_;
+  static std::vector<std::unique_ptr<T>>& pool() { return spare::stack<std::unique_ptr<T>>(); }
+
+  T* one_;
 };
 
 }  // namespace skerry

@@ -107,7 +107,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     const bool keeps = dynamic_cast<AutoMemory*>(memory->get()) != nullptr;
     std::unique_ptr<SolverMemory> fresh;
     std::unique_ptr<SolverMemory>& own = keeps ? static_cast<AutoMemory&>(**memory).bilateral : fresh;
-    solution = solve_bilateral(system, warm_start, options, &own);
+    solution = solve_without_bounds(system, options, &own);
     if (fresh) {
       auto all = std::make_unique<AutoMemory>();
       all->bilateral = std::move(fresh);

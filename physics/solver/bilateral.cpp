@@ -8,6 +8,7 @@
 #include "physics/archive.h"
 #include "physics/solver/body_space_model.h"
 #include "physics/solver/contact_states.h"
+#include "physics/solver/simd.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -33,7 +34,7 @@ struct BilateralMemory : SolverMemory {
 };
 
 /// J_x M^-1 J_y^T of two rows.
-double coupling(const IslandSystem& system, const Row& x, const Row& y) {
+SKERRY_ALWAYS_INLINE double coupling(const IslandSystem& system, const Row& x, const Row& y) {
   double sum = 0;
   const auto add = [&](int body, const Velocity& p, const Velocity& q) {
     const InverseMass& mass = system.bodies[static_cast<std::size_t>(body)];
@@ -46,21 +47,23 @@ double coupling(const IslandSystem& system, const Row& x, const Row& y) {
   return sum;
 }
 
-/// P W P^T = L D L^T with diagonal pivoting, until a pivot is rounding.
+/// P W P^T = L D L^T with diagonal pivoting, until a pivot is rounding. @tparam N  number of rows, 0: any
+template <std::size_t N>
 class DenseFactor {
  public:
-  explicit DenseFactor(const IslandSystem& system) : n_(system.rows.size()) {
-    std::array<double, kDenseRows> whole;
-    for (std::size_t i = 0; i < n_; ++i) {
+  explicit DenseFactor(const IslandSystem& system) : count_(system.rows.size()) {
+    const std::size_t n = size();
+    std::array<double, kMost> whole;
+    for (std::size_t i = 0; i < n; ++i) {
       order_[i] = i;
       for (std::size_t j = 0; j <= i; ++j) A_[i][j] = coupling(system, system.rows[i], system.rows[j]);
       if (!system.compliance.empty()) A_[i][i] += system.compliance[i];
       whole[i] = A_[i][i];
     }
-    for (; rank_ < n_; ++rank_) {
+    for (; rank_ < n; ++rank_) {
       const std::size_t k = rank_;
       std::size_t best = k;
-      for (std::size_t i = k + 1; i < n_; ++i)
+      for (std::size_t i = k + 1; i < n; ++i)
         if (A_[i][i] * whole[best] > A_[best][best] * whole[i]) best = i;
       if (!(A_[best][best] > kDependent * whole[best])) return;
       if (best != k) {
@@ -68,61 +71,68 @@ class DenseFactor {
         std::swap(whole[k], whole[best]);
       }
       const double inverse = 1 / A_[k][k];
-      for (std::size_t i = k + 1; i < n_; ++i) {
+      for (std::size_t i = k + 1; i < n; ++i) {
         const double l = A_[i][k] * inverse;
         for (std::size_t j = k + 1; j <= i; ++j) A_[i][j] -= l * A_[j][k];
         // Row k below the diagonal keeps L D until its column is done.
         l_[i] = l;
       }
-      for (std::size_t i = k + 1; i < n_; ++i) A_[i][k] = l_[i];
+      for (std::size_t i = k + 1; i < n; ++i) A_[i][k] = l_[i];
       A_[k][k] = inverse;
     }
   }
 
-  bool regular() const { return rank_ == n_; }
+  bool regular() const { return rank_ == size(); }
 
   /// lambda += x with W x = r. @pre `regular`
   void add_solution(const std::array<double, kDenseRows>& r, double* lambda) const {
-    std::array<double, kDenseRows> x;
-    for (std::size_t i = 0; i < n_; ++i) {
+    const std::size_t n = size();
+    std::array<double, kMost> x;
+    for (std::size_t i = 0; i < n; ++i) {
       x[i] = r[order_[i]];
       for (std::size_t j = 0; j < i; ++j) x[i] -= A_[i][j] * x[j];
     }
-    for (std::size_t i = n_; i-- > 0;) {
+    for (std::size_t i = n; i-- > 0;) {
       x[i] *= A_[i][i];
-      for (std::size_t j = i + 1; j < n_; ++j) x[i] -= A_[j][i] * x[j];
+      for (std::size_t j = i + 1; j < n; ++j) x[i] -= A_[j][i] * x[j];
       lambda[order_[i]] += x[i];
     }
   }
 
  private:
+  static constexpr std::size_t kMost = N > 0 ? N : kDenseRows;
+  std::size_t size() const { return N > 0 ? N : count_; }
+
   void exchange(std::size_t k, std::size_t m) {
+    const std::size_t n = size();
     std::swap(order_[k], order_[m]);
     for (std::size_t j = 0; j < k; ++j) std::swap(A_[k][j], A_[m][j]);
     std::swap(A_[k][k], A_[m][m]);
     for (std::size_t j = k + 1; j < m; ++j) std::swap(A_[j][k], A_[m][j]);
-    for (std::size_t i = m + 1; i < n_; ++i) std::swap(A_[i][k], A_[i][m]);
+    for (std::size_t i = m + 1; i < n; ++i) std::swap(A_[i][k], A_[i][m]);
   }
 
-  std::size_t n_, rank_ = 0;
-  std::array<std::array<double, kDenseRows>, kDenseRows> A_;  // lower triangle
-  std::array<double, kDenseRows> l_;
-  std::array<std::size_t, kDenseRows> order_;
+  std::size_t count_, rank_ = 0;
+  std::array<std::array<double, kMost>, kMost> A_;  // lower triangle
+  std::array<double, kMost> l_;
+  std::array<std::size_t, kMost> order_;
 };
 
 /// r = b - W lambda by way of the bodies. @return its largest magnitude; NaN where it has one
+template <std::size_t N>
 double remainder(const IslandSystem& system, const std::vector<double>& lambda,
                  std::array<double, kDenseRows>& r) {
+  const std::size_t n = N > 0 ? N : lambda.size();
   std::array<Velocity, kDenseBodies> v;
-  std::fill_n(v.begin(), system.bodies.size(), Velocity{});
-  for (std::size_t i = 0; i < lambda.size(); ++i) {
+  for (std::size_t k = 0; k < system.bodies.size(); ++k) v[k] = {0, 0, 0};
+  for (std::size_t i = 0; i < n; ++i) {
     const Row& row = system.rows[i];
     const auto a = static_cast<std::size_t>(row.a), b = static_cast<std::size_t>(row.b);
     if (row.a >= 0) push(system.bodies[a], row.Ja, lambda[i], v[a]);
     if (row.b >= 0) push(system.bodies[b], row.Jb, lambda[i], v[b]);
   }
   double worst = 0;
-  for (std::size_t i = 0; i < lambda.size(); ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     const Row& row = system.rows[i];
     double w = (system.compliance.empty() ? 0 : system.compliance[i] * lambda[i]) - system.b[i];
     if (row.a >= 0) w += along(row.Ja, v[static_cast<std::size_t>(row.a)]);
@@ -148,8 +158,9 @@ double refine(double target, Step&& step) {
 }
 
 /// @return infinity if W is not regular to rounding
+template <std::size_t N>
 double solve_dense(const IslandSystem& system, double target, Solution& solution) {
-  const DenseFactor factor(system);
+  const DenseFactor<N> factor(system);
   if (!factor.regular()) return kInfinity;
   std::array<double, kDenseRows> r;
   std::copy(system.b.begin(), system.b.end(), r.begin());
@@ -157,7 +168,7 @@ double solve_dense(const IslandSystem& system, double target, Solution& solution
   return refine(target, [&] {
     factor.add_solution(r, solution.lambda.data());
     ++solution.work.resolves;
-    return remainder(system, solution.lambda, r);
+    return remainder<N>(system, solution.lambda, r);
   });
 }
 
@@ -194,23 +205,35 @@ bool is_bilateral(const IslandSystem& system) {
 
 Solution solve_bilateral(const IslandSystem& system, std::span<const double>, const SolveOptions& options,
                          std::unique_ptr<SolverMemory>* memory) {
+  if (is_bilateral(system)) return solve_without_bounds(system, options, memory);
+  Solution solution;
+  solution.method = "bilateral";
+  if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+  solution.lambda.assign(system.rows.size(), 0);
+  solution.status = SolveStatus::Unsupported;
+  clamp_to_bounds(system.rows, solution.lambda);
+  solution.residual = natural_map_residual(system, solution.lambda);
+  return solution;
+}
+
+Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
+                              std::unique_ptr<SolverMemory>* memory) {
   Solution solution;
   solution.method = "bilateral";
   if (options.trace) solution.trace = std::make_unique<SolveTrace>();
   const std::size_t n = system.rows.size();
   solution.lambda = take_spare<std::vector<double>>();
   solution.lambda.assign(n, 0);
-  if (!is_bilateral(system)) {
-    solution.status = SolveStatus::Unsupported;
-    clamp_to_bounds(system.rows, solution.lambda);
-    solution.residual = natural_map_residual(system, solution.lambda);
-    return solution;
-  }
   const double largest = largest_magnitude(system.b);
   const double scale = largest > 0 ? largest : 1;
   double error = largest == 0 ? 0 : kInfinity;
   if (error > 0 && n <= kDenseRows && system.bodies.size() <= kDenseBodies) {
-    error = solve_dense(system, kTarget * scale, solution);
+    // One joint is the most frequent case.
+    const auto solve = n == 1   ? solve_dense<1>
+                       : n == 2 ? solve_dense<2>
+                       : n == 3 ? solve_dense<3>
+                                : solve_dense<0>;
+    error = solve(system, kTarget * scale, solution);
     if (solution.trace && error < kInfinity) solution.trace->notes.emplace_back("no bounds: W, dense");
   }
   // Rows that depend on each other share their impulse there.

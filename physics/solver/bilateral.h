@@ -24,5 +24,8 @@ bool is_bilateral(const IslandSystem& system);
 ///         impulses if `is_bilateral` is false
 Solution solve_bilateral(const IslandSystem& system, std::span<const double> warm_start,
                          const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
+/// The same. @pre `is_bilateral`
+Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
+                              std::unique_ptr<SolverMemory>* memory);
 
 }  // namespace skerry

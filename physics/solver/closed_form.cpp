@@ -43,8 +43,9 @@ double row_product(const IslandSystem& system, const Row& x, const Row& y) {
               : couple(x.a, x.Ja, y.Jb) + couple(x.b, x.Jb, y.Ja);
 }
 
-/// Solves the k x k system by elimination with row pivoting; false when it is singular to rounding.
-bool solve_small(int k, std::array<std::array<double, kRows>, kRows> A, std::array<double, kRows>& x) {
+/// Solves the k x k system by elimination with row pivoting, in place; false when it is singular to rounding.
+template <int k>
+bool solve_small(std::array<std::array<double, kRows>, kRows>& A, std::array<double, kRows>& x) {
   for (int p = 0; p < k; ++p) {
     int best = p;
     double scale = 0;
@@ -68,12 +69,13 @@ bool solve_small(int k, std::array<std::array<double, kRows>, kRows> A, std::arr
   return true;
 }
 
-/// Largest violation of the natural map, absolute.
+/// Largest violation of the natural map, absolute. @tparam N  rows of the contact, here and below
+template <int N>
 double violation(const OneContact& contact, const Impulses& lambda) {
   double worst = 0;
-  for (int i = 0; i < contact.n; ++i) {
+  for (int i = 0; i < N; ++i) {
     double w = -contact.b[i];
-    for (int j = 0; j < contact.n; ++j) w += contact.W[i][j] * lambda[j];
+    for (int j = 0; j < N; ++j) w += contact.W[i][j] * lambda[j];
     const double bound = contact.mu[i] * std::max(lambda[0], 0.0);
     const ImpulseBounds bounds = i == 0 ? ImpulseBounds{0, kInfinity} : ImpulseBounds{-bound, bound};
     worst = std::max(worst, natural_map_violation(bounds, contact.W[i][i], lambda[i], w));
@@ -82,26 +84,27 @@ double violation(const OneContact& contact, const Impulses& lambda) {
 }
 
 /// Impulses of a closed contact; side[i] is 0 when row i is free and +-1 when it is at that bound.
+template <int N>
 bool closed_impulses(const OneContact& contact, const std::array<int, kRows>& side, Impulses& lambda) {
-  std::array<std::array<double, kRows>, kRows> A{};
-  std::array<double, kRows> x{};
-  std::array<int, kRows> free{};
+  std::array<std::array<double, kRows>, kRows> A;
+  std::array<double, kRows> x;
+  std::array<int, kRows> free;
   int k = 0;
-  for (int i = 0; i < contact.n; ++i) {
+  for (int i = 0; i < N; ++i) {
     if (side[i] == 0) free[k++] = i;
   }
   for (int p = 0; p < k; ++p) {
     x[p] = contact.b[free[p]];
     for (int q = 0; q < k; ++q) A[p][q] = contact.W[free[p]][free[q]];
     // Columns at a bound follow the normal impulse, which is always the first unknown.
-    for (int j = 1; j < contact.n; ++j) A[p][0] += side[j] * contact.mu[j] * contact.W[free[p]][j];
+    for (int j = 1; j < N; ++j) A[p][0] += side[j] * contact.mu[j] * contact.W[free[p]][j];
   }
-  if (!solve_small(k, A, x)) return false;
+  if (!(k == 1 ? solve_small<1>(A, x) : k == 2 ? solve_small<2>(A, x) : solve_small<3>(A, x))) return false;
   for (int p = 0; p < k; ++p) lambda[free[p]] = x[p];
-  for (int j = 1; j < contact.n; ++j) {
+  for (int j = 1; j < N; ++j) {
     if (side[j] != 0) lambda[j] = side[j] * contact.mu[j] * lambda[0];
   }
-  for (int j = 1; j < contact.n; ++j) {
+  for (int j = 1; j < N; ++j) {
     const double bound = contact.mu[j] * std::max(lambda[0], 0.0);
     lambda[j] = std::clamp(lambda[j], -bound, bound);
   }
@@ -110,19 +113,19 @@ bool closed_impulses(const OneContact& contact, const std::array<int, kRows>& si
 }
 
 /// @param best_violation  of the answer
+template <int N>
 Impulses solve_contact(const OneContact& contact, double tolerance, double& best_violation) {
   Impulses best{};
-  best_violation = violation(contact, best);
+  best_violation = violation<N>(contact, best);
   const auto consider = [&](const std::array<int, kRows>& side) {
     Impulses lambda{};
-    if (best_violation <= tolerance || !closed_impulses(contact, side, lambda)) return;
-    const double found = violation(contact, lambda);
+    if (best_violation <= tolerance || !closed_impulses<N>(contact, side, lambda)) return;
+    const double found = violation<N>(contact, lambda);
     if (found < best_violation) best = lambda, best_violation = found;
   };
   for (const int friction : {0, -1, 1}) {
     for (const int rolling : {0, -1, 1}) {
-      if (contact.n < 3 && rolling != 0) break;
-      if (contact.n < 2 && friction != 0) break;
+      if (N < 3 && rolling != 0) break;
       consider({0, friction, rolling});
     }
   }
@@ -175,7 +178,9 @@ Solution solve_closed_form(const IslandSystem& system, std::span<const double>, 
       if (!system.compliance.empty()) contact.W[p][p] += system.compliance[p];
     }
     double worst = 0;
-    const Impulses lambda = solve_contact(contact, 8 * kRoundingUnit * scale, worst);
+    const double tolerance = 8 * kRoundingUnit * scale;
+    const Impulses lambda = contact.n == 2 ? solve_contact<2>(contact, tolerance, worst)
+                                           : solve_contact<3>(contact, tolerance, worst);
     std::copy_n(lambda.begin(), contact.n, solution.lambda.begin());
     // W is at hand, and so is the residual; a sum sees what is not a number.
     if (scale > 0 && worst <= options.tolerance * scale && std::isfinite(lambda[0] + lambda[1] + lambda[2])) {

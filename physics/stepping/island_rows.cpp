@@ -9,6 +9,9 @@
 namespace skerry {
 namespace {
 
+// Contacts from which on the narrow phase takes them in groups of four.
+constexpr std::size_t kBatch = 4;
+
 Velocity body_velocity(const WorldState& state, std::uint32_t body) {
   return {state.bodies.velocity[body].x, state.bodies.velocity[body].y, state.bodies.omega[body]};
 }
@@ -162,9 +165,13 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
 
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island) {
   std::vector<Velocity> v = take_spare<std::vector<Velocity>>();
-  v.reserve(island.bodies.size());
-  for (const std::uint32_t body : island.bodies) v.push_back(body_velocity(state, body));
+  island_velocities(state, island, v);
   return v;
+}
+
+void island_velocities(const WorldState& state, const Island& island, std::vector<Velocity>& v) {
+  v.resize(island.bodies.size());
+  for (std::size_t k = 0; k < v.size(); ++k) v[k] = body_velocity(state, island.bodies[k]);
 }
 
 void add_free_motion(const WorldState& state, const Island& island, double h, std::vector<Velocity>& v) {
@@ -193,6 +200,17 @@ double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>
 
 int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {
   int reused = 0;
+  // A few contacts are no batch.
+  if (island.contacts.size() < kBatch) {
+    for (const std::uint32_t index : island.contacts) {
+      Contact& contact = state.contacts[index];
+      reused += !refresh_manifold(
+          contact, state.shapes[contact.shape_a].shape, pose_at(state, contact.body_a, elapsed),
+          state.shapes[contact.shape_b].shape, pose_at(state, contact.body_b, elapsed), contact.margin,
+          state.config.skips, stats);
+    }
+    return reused;
+  }
   ManifoldRefresh manifolds(state.config.skips, stats, [](Contact&) {});
   for (const std::uint32_t index : island.contacts) {
     Contact& contact = state.contacts[index];

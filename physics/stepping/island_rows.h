@@ -73,6 +73,7 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
 
 /// Velocities of the island's bodies.
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island);
+void island_velocities(const WorldState& state, const Island& island, std::vector<Velocity>& v);
 void store_velocities(WorldState& state, const Island& island, const std::vector<Velocity>& v);
 /// Adds what the applied forces alone change in a time `h` [s].
 void add_free_motion(const WorldState& state, const Island& island, double h, std::vector<Velocity>& v);

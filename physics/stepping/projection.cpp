@@ -79,17 +79,21 @@ double position_error(const WorldState& state, const Assembly& assembly) {
   return worst;
 }
 
-std::vector<double> solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& system,
-                               IslandResult& result) {
+/// @param lambda  exchanged for the answer
+void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& system, IslandResult& result,
+                std::vector<double>& lambda) {
   SolveOptions options;
   options.tolerance = 1e-12;
   options.work_limit = work_left(state, result);
-  const std::uint64_t key = memory_key(purpose, system);
-  std::unique_ptr<SolverMemory> memory = take_memory(state, result, key);
+  // Small systems leave nothing to remember, and nothing to look for.
+  const bool known = !state.memories.empty() || !result.memories.empty();
+  std::unique_ptr<SolverMemory> memory =
+      known ? take_memory(state, result, memory_key(purpose, system)) : nullptr;
   Solution solution = state.solver->solve(system, {}, options, &memory);
-  keep_memory(state, result, key, std::move(memory));
+  if (memory != nullptr) keep_memory(state, result, memory_key(purpose, system), std::move(memory));
   result.work += solution.work;
-  return std::move(solution.lambda);
+  lambda.swap(solution.lambda);
+  give_spare(std::move(solution.lambda));
 }
 
 /// True if no loaded contact moves along its normal, nor a sticking one along its tangent, beyond rounding: a
@@ -161,6 +165,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
   Spare<std::vector<std::uint8_t>> points;
   Spare<std::vector<Velocity>> spare_shift;
   std::vector<Velocity>& shift = *spare_shift;
+  Spare<std::vector<double>> lambda;
   AssemblyRequest request;
   request.points = &*points;
   request.rope_slack = state.config.contact_margin;
@@ -185,8 +190,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       }
       assembly.system.b[i] = -assembly.origin[i].error;
     }
-    const Spare<std::vector<double>> lambda(
-        solve_rows(state, SolvePurpose::Positions, assembly.system, result));
+    solve_rows(state, SolvePurpose::Positions, assembly.system, result, *lambda);
     shift.assign(island.bodies.size(), Velocity{});
     apply_impulses(assembly.system, *lambda, shift);
     for (std::size_t k = 0; k < shift.size(); ++k) {
@@ -197,7 +201,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
         all.rotation[body] = Rot::from_angle(all.angle[body]);
       }
       state.travelled[body] +=
-          std::hypot(shift[k][0], shift[k][1]) + std::abs(shift[k][2]) * state.radius[body];
+          length(Vec2{shift[k][0], shift[k][1]}) + std::abs(shift[k][2]) * state.radius[body];
     }
     result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
   }
@@ -318,7 +322,8 @@ double project_velocities(WorldState& state, const Island& island, double elapse
     request.elapsed = elapsed;
     assemble(state, island, request, full);
   }
-  const Spare<std::vector<Velocity>> before(island_velocities(state, island));
+  Spare<std::vector<Velocity>> before;
+  island_velocities(state, island, *before);
   double fastest = 0;
   for (const Velocity& v : *before)
     fastest = std::max({fastest, std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
@@ -335,14 +340,14 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   Spare<std::vector<Velocity>> v, next;
   *v = *before;
   bilateral.system.b.resize(bilateral.system.rows.size());
+  Spare<std::vector<double>> spare_lambda;
+  std::vector<double>& lambda = *spare_lambda;
   // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   // What is left does work against the joints' forces all the way to the next projection.
   const double floor = (may_open ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
   for (int round = 0; round < 4 && error > floor; ++round) {
     for (int i = 0; i < bilateral.system.size(); ++i) bilateral.system.b[i] = -row_velocity(bilateral, i, *v);
-    const Spare<std::vector<double>> spare_lambda(
-        solve_rows(state, SolvePurpose::Velocities, bilateral.system, result));
-    const std::vector<double>& lambda = *spare_lambda;
+    solve_rows(state, SolvePurpose::Velocities, bilateral.system, result, lambda);
     if (may_open && round == 0 && let_open(state, bilateral, lambda))
       return project_velocities(state, island, elapsed, may_open, result);
     *next = *v;

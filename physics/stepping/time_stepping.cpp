@@ -168,7 +168,7 @@ class IslandStep {
       angles[k] = state_.bodies.angle[body] + 0.5 * h * v[k][2];
       poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
                   Rot::from_angle(angles[k])};
-      largest = std::max(largest, 0.5 * h * (std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2])));
+      largest = std::max(largest, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
     }
     // Below this the Jacobian changes by less than rounding.
     if (largest < 1e-12 && !told_) return false;
@@ -294,7 +294,8 @@ class IslandStep {
       system.b[i] = target - row_velocity(assembly, i, after);
     }
 
-    const Spare<std::vector<double>> warm(warm_start(assembly, h));
+    Spare<std::vector<double>> warm;
+    warm_start(assembly, h, *warm);
     const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
     std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
     SolveOptions options = state_.config.solve;
@@ -421,8 +422,7 @@ class IslandStep {
     return state_.contacts[origin.index].points[origin.point].sticking;
   }
 
-  std::vector<double> warm_start(const Assembly& assembly, double h) const {
-    std::vector<double> warm = take_spare<std::vector<double>>();
+  void warm_start(const Assembly& assembly, double h, std::vector<double>& warm) const {
     warm.assign(assembly.origin.size(), 0);
     for (std::size_t i = 0; i < warm.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
@@ -437,7 +437,6 @@ class IslandStep {
                                                                 : memory.rolling_impulse;
       warm[i] = impulse * (h / memory.h);
     }
-    return warm;
   }
 
   void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h) {
@@ -551,7 +550,7 @@ class IslandStep {
       }
       all.velocity[body] = {v[0], v[1]};
       all.omega[body] = v[2];
-      const double speed = std::max(std::hypot(before[k][0], before[k][1]), std::hypot(v[0], v[1]));
+      const double speed = std::max(length(Vec2{before[k][0], before[k][1]}), length(Vec2{v[0], v[1]}));
       const double turn = std::max(std::abs(before[k][2]), std::abs(v[2]));
       state_.travelled[body] += t * (speed + turn * state_.radius[body]);
     }
