@@ -5,23 +5,11 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
+#include <iterator>
 
+#include "physics/narrowphase/avx2.h"
 #include "physics/narrowphase/collide.h"
 #include "physics/narrowphase/sat_search.h"
-
-// Where the compiler can be told to use AVX2 for a part of a file, there are two versions, and the processor
-// decides. (clang 14 knows it by the function only.)
-#if defined(__AVX2__)
-#define SKERRY_BATCH_AVX2 1
-#elif defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define SKERRY_BATCH_AVX2 1
-#define SKERRY_BATCH_BASELINE 1
-#else
-#define SKERRY_BATCH_BASELINE 1
-#endif
 
 namespace skerry::narrow {
 namespace {
@@ -31,7 +19,7 @@ static_assert(sizeof(ManifoldPoint) == 32 && offsetof(ManifoldPoint, separation)
               offsetof(ManifoldPoint, feature) == 24);
 static_assert(std::endian::native == std::endian::little);
 
-#if defined(SKERRY_BATCH_BASELINE)
+#if !defined(SKERRY_MUST_HAVE_AVX2)
 namespace baseline {
 #define SKERRY_FOUR_AVX2 0
 #include "physics/narrowphase/four_lanes.h"
@@ -41,11 +29,8 @@ namespace baseline {
 }  // namespace baseline
 #endif
 
-#if defined(SKERRY_BATCH_AVX2)
-#if defined(SKERRY_BATCH_BASELINE)
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#endif
+#if defined(SKERRY_MAY_USE_AVX2)
+SKERRY_AVX2_BEGIN
 namespace avx2 {
 #define SKERRY_FOUR_AVX2 1
 #include "physics/narrowphase/four_lanes.h"
@@ -53,9 +38,7 @@ namespace avx2 {
 #include "physics/narrowphase/batch_kernels.h"
 #undef SKERRY_FOUR_AVX2
 }  // namespace avx2
-#if defined(SKERRY_BATCH_BASELINE)
-#pragma GCC pop_options
-#endif
+SKERRY_AVX2_END
 #endif
 
 bool is_box(const Shape& shape) {
@@ -137,28 +120,19 @@ void discs_by(const PairArrays& pairs, NarrowPhaseStats* stats) {
 
 // The best first.
 constexpr BatchVersion kVersions[] = {
-#if defined(SKERRY_BATCH_AVX2)
+#if defined(SKERRY_MAY_USE_AVX2)
     {"AVX2", boxes_by<avx2::box_groups>, discs_by<avx2::disc_groups>},
 #endif
-#if defined(SKERRY_BATCH_BASELINE)
+#if !defined(SKERRY_MUST_HAVE_AVX2)
     {"baseline", boxes_by<baseline::box_groups>, discs_by<baseline::disc_groups>},
 #endif
 };
 
-/// Whether the processor can run the first.
-bool has_best() {
-#if defined(SKERRY_BATCH_AVX2) && defined(SKERRY_BATCH_BASELINE)
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-#else
-  return true;
-#endif
-}
-
 }  // namespace
 
 std::span<const BatchVersion> batch_versions() {
-  return std::span(kVersions).subspan(has_best() ? 0 : 1);
+  const bool best = std::size(kVersions) == 1 || has_avx2();
+  return std::span(kVersions).subspan(best ? 0 : 1);
 }
 
 }  // namespace skerry::narrow

@@ -65,6 +65,7 @@ template <int NE, int NC>
 [[gnu::always_inline]] inline void separations_along(const Vec2* n, const Vec2* v, int edges,
                                                      const Vec2* corners, int count, double* out) {
   const int last_edge = NE > 0 ? NE : edges;
+  if (NE == 8 && NC == 8 && octagon_separations(n, v, corners, out)) return;
   int from = 0;
   for (; from + 4 < last_edge; from += 8) separations_of<4, NC>(n, v, last_edge, from, corners, count, out);
   if (from + 2 < last_edge) return separations_of<2, NC>(n, v, last_edge, from, corners, count, out);

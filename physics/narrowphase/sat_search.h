@@ -121,6 +121,10 @@ inline double reach_of(const Hull& hull) {
   return reach;
 }
 
+/// Separations along the 8 edges of an octagon with normals `n` and corners `v` from the 8 `corners` of
+/// another. @return false if nothing was done: two edges in the lanes are the best that the processor can do
+bool octagon_separations(const Vec2* n, const Vec2* v, const Vec2* corners, double* out);
+
 /// Ranks all axes by their separations. @param keep  the second best axis and the lead over the third are
 /// wanted
 Ranking rank_all(const Hull& a, const Hull& b, const Placed& placed, double limit, double bias, bool keep);
