@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/piece_forces.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/spare.h"
+#include "physics/stepping/applied_forces.h"
+#include "physics/stepping/island_notes.h"
+#include "physics/stepping/paradox.h"
+#include "physics/stepping/sliding_stop.h"
+#include "physics/stepping/solver_memories.h"
+#include "physics/stepping/touching.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+class PieceSolve {
+ public:
+  PieceSolve(WorldState& state, const Island& island, const Piece& piece, IslandResult& result)
+      : state_(state), island_(island), piece_(piece), result_(result) {}
+
+  /// Forces that depend on the state are found from the velocities that they give: second order, and with the
+  /// contact forces in them.
+  void solve(const std::vector<Velocity>& before, std::vector<Velocity>& after) {
+    if (!piece_.varying) return solve_once(before, after);
+    const double h = piece_.h;
+    after = before;
+    for (int pass = 0; pass < 3; ++pass) {
+      for (std::size_t k = 0; k < after.size(); ++k) {
+        const std::uint32_t body = island_.bodies[k];
+        std::array<double, 3> mid{}, path{};
+        for (std::size_t c = 0; c < 3; ++c) {
+          mid[c] = 0.5 * (before[k][c] + after[k][c]);
+          path[c] = 0.25 * h * (before[k][c] + mid[c]);
+        }
+        const double angle = state_.bodies.angle[body] + path[2];
+        const JointEnd middle{state_.bodies.position[body] + Vec2{path[0], path[1]},
+                              Rot::from_angle(angle),
+                              angle,
+                              {mid[0], mid[1]},
+                              mid[2]};
+        const std::array<double, 3> a = applied_acceleration(state_, body, middle, piece_.elapsed + 0.5 * h);
+        state_.acceleration[body] = {a[0], a[1]};
+        state_.angular_acceleration[body] = a[2];
+      }
+      // The first guess needs no contact forces: the second pass has them.
+      if (pass == 0) {
+        add_free_motion(state_, island_, h, after);
+      } else {
+        solve_once(before, after);
+      }
+    }
+  }
+
+  const PieceForces& found() const { return found_; }
+
+ private:
+  /// Geometry half-way through the piece, if anything moves enough to matter.
+  bool midpoint(double h, const std::vector<Velocity>& v, std::vector<Transform>& poses,
+                std::vector<double>& angles, std::vector<Manifold>& manifolds) {
+    double largest = 0;
+    poses.resize(v.size());
+    angles.resize(v.size());
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      angles[k] = state_.bodies.angle[body] + 0.5 * h * v[k][2];
+      poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
+                  Rot::from_angle(angles[k])};
+      largest = std::max(largest, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
+    }
+    // Below this the Jacobian changes by less than rounding.
+    if (largest < 1e-12 && !piece_.told) return false;
+    const auto pose = [&](std::uint32_t body) {
+      const int local = state_.local_index[body];
+      return local >= 0 ? poses[local] : pose_at(state_, body, piece_.elapsed + 0.5 * h);
+    };
+    manifolds.resize(piece_.resting.size());
+    for (std::size_t k = 0; k < piece_.resting.size(); ++k) {
+      Contact& contact = state_.contacts[island_.contacts[k]];
+      manifolds[k] = contact.manifold;
+      if (piece_.resting[k] == 0) continue;
+      const Manifold mid =
+          contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
+                           state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
+                           state_.config.skips.axes ? &contact.cache : nullptr, &result_.narrow);
+      // Points keep their numbers; where the features changed on the way the old geometry serves.
+      int found = 0;
+      Manifold same = contact.manifold;
+      for (int i = 0; i < same.count; ++i) {
+        for (int j = 0; j < mid.count; ++j) {
+          if (mid.points[j].feature != same.points[i].feature) continue;
+          same.points[i].position = mid.points[j].position;
+          ++found;
+        }
+      }
+      same.normal = mid.normal;
+      if (found == same.count) manifolds[k] = same;
+    }
+    return true;
+  }
+
+  void solve_once(const std::vector<Velocity>& before, std::vector<Velocity>& after) {
+    const double h = piece_.h;
+    after = before;
+    add_free_motion(state_, island_, h, after);
+
+    Spare<Assembly> spare_start, spare_mid;
+    Assembly &start = *spare_start, &mid = *spare_mid;
+    {
+      StageTimer timer(state_, result_, Stage::Assemble);
+      AssemblyRequest request;
+      request.points = &piece_.resting;
+      request.friction = true;
+      request.elapsed = piece_.elapsed;
+      request.rope_slack = kInfinity;
+      request.actuators = AssemblyRequest::Actuators::All;
+      assemble(state_, island_, request, start);
+      Spare<std::vector<Transform>> poses;
+      Spare<std::vector<double>> angles;
+      Spare<std::vector<Manifold>> manifolds;
+      if (!piece_.plastic && midpoint(h, before, *poses, *angles, *manifolds)) {
+        request.poses = &*poses;
+        request.angles = &*angles;
+        request.elapsed = piece_.elapsed + 0.5 * h;
+        request.manifolds = &*manifolds;
+        assemble(state_, island_, request, mid);
+      }
+    }
+    found_.moving = mid.system.size() == start.system.size() && mid.system.size() > 0;
+    found_.stop = h;
+    Assembly& assembly = found_.moving ? mid : start;
+    IslandSystem& system = assembly.system;
+    found_.act = !system.rows.empty();
+    if (!found_.act) {
+      // What flies carries no load any more: the projection must not pull it back.
+      return store_impulses(assembly, {}, h);
+    }
+
+    for (int i = 0; i < system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      double target = 0;
+      // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
+      // not kept.
+      if (origin.spring()) {
+        target = add_spring(assembly, i, start.origin[i].error, before, h);
+      } else {
+        const bool stays = origin.kind == RowKind::Normal || origin.kind == RowKind::Joint ||
+                           origin.kind == RowKind::Motor || sticks(origin) || rests(start, i, before);
+        if (found_.moving && stays) target = row_velocity(start, i, before) - row_velocity(mid, i, before);
+        if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
+        if (origin.kind == RowKind::Limit && !rests(start, i, before))
+          target = -std::max(0.0, origin.error) / h;
+        if (origin.kind == RowKind::Motor) {
+          system.rows[i].lower *= h;
+          system.rows[i].upper *= h;
+        }
+      }
+      system.b[i] = target - row_velocity(assembly, i, after);
+    }
+
+    Spare<std::vector<double>> warm;
+    warm_start(assembly, h, *warm);
+    const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
+    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
+    SolveOptions options = state_.config.solve;
+    options.work_limit = work_left(state_, result_);
+    options.trace = state_.observe.systems && state_.observe.solve_traces;
+    Solution solution;
+    {
+      StageTimer timer(state_, result_, Stage::Solve);
+      std::vector<int> held = held_rows(start, assembly, before);
+      solution = state_.solver->solve(system, *warm, options, &memory);
+      // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
+      // round at least one fewer is held.
+      while (let_go(assembly, solution.lambda, held)) {
+        const SolveWork before_it = solution.work;
+        solution = state_.solver->solve(system, solution.lambda, options, &memory);
+        solution.work += before_it;
+      }
+      if (!piece_.plastic && piece_.may_stop)
+        found_.stop = slide_to_stop(state_, {start, assembly, before, after, h}, options, &memory, solution);
+    }
+    keep_memory(state_, result_, key, std::move(memory));
+    note_paradoxes(start, before, solution.lambda);
+    apply_impulses(system, solution.lambda, after);
+    quieten(h, after);
+    store_impulses(assembly, solution.lambda, h);
+    note_solution(solution, system);
+    if (state_.observe.systems) {
+      keep_trace(state_, island_, piece_.elapsed, system, solution.lambda, solution.status, solution.method,
+                 solution.residual, false, std::move(solution.trace), result_);
+    }
+    give_spare(std::move(solution.lambda));
+  }
+
+  /// @param start  rows where the piece begins
+  void note_paradoxes(const Assembly& start, const std::vector<Velocity>& before,
+                      const std::vector<double>& lambda) {
+    for (int i = 0; i < start.system.size(); ++i) {
+      const Row& row = start.system.rows[i];
+      if (row.kind != RowKind::Friction || !(lambda[row.normal] > 0)) continue;
+      const double sliding = row_velocity(start, i, before);
+      if (std::abs(sliding) <= state_.config.rest_speed || !is_paradoxical(start.system, row, sliding))
+        continue;
+      const Contact& contact = state_.contacts[start.origin[i].index];
+      result_.motion_events.push_back({MotionEventKind::Paradox, piece_.elapsed,
+                                       state_.shapes[contact.shape_a].body,
+                                       state_.shapes[contact.shape_b].body});
+    }
+  }
+
+  /// Friction rows that static friction holds: they stuck, or do not slide at the beginning. Gives them its
+  /// coefficient.
+  std::vector<int> held_rows(const Assembly& start, Assembly& assembly,
+                             const std::vector<Velocity>& before) const {
+    std::vector<int> held;
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint || origin.kind != RowKind::Friction) continue;
+      const Contact& contact = state_.contacts[origin.index];
+      if (!(contact.static_friction > contact.friction)) continue;
+      const bool still = std::abs(row_velocity(start, i, before)) <= state_.config.rest_speed;
+      if (!still && !contact.points[origin.point].sticking) continue;
+      assembly.system.rows[i].mu = contact.static_friction;
+      held.push_back(i);
+    }
+    return held;
+  }
+
+  /// Gives the rows of `held` that slide in spite of it the coefficient of sliding. One point of a face at
+  /// its bound says nothing: its neighbour may hold for both. @return whether there were any
+  bool let_go(Assembly& assembly, const std::vector<double>& lambda, std::vector<int>& held) const {
+    if (held.empty()) return false;
+    const std::vector<double> w = row_velocities(assembly.system, lambda);
+    const double slip = 1e-8 * largest_magnitude(assembly.system.b);
+    return std::erase_if(held, [&](int i) {
+             if (!(std::abs(w[static_cast<std::size_t>(i)]) > slip)) return false;
+             assembly.system.rows[static_cast<std::size_t>(i)].mu =
+                 state_.contacts[assembly.origin[static_cast<std::size_t>(i)].index].friction;
+             return true;
+           }) > 0;
+  }
+
+  /// A joint limit that is reached and is not about to be left.
+  bool rests(const Assembly& start, int i, const std::vector<Velocity>& v) const {
+    const RowOrigin& origin = start.origin[i];
+    return origin.kind == RowKind::Limit && origin.error <= state_.config.touch_tolerance &&
+           row_velocity(start, i, v) <= state_.config.rest_speed;
+  }
+
+  /// A spring by the midpoint rule: its force is that of the stretch and the speed half-way,
+  ///
+  ///   lambda = -h (k (C + h u / 2) + c u),   u = (J v0 + J v1) / 2,   so with  g = 4 / (h^2 k + 2 h c)
+  ///   J v1 + g lambda = -J v0 - g h k C
+  ///
+  /// a row with compliance g. For a linear oscillator without damper the energy is that of the beginning
+  /// [Hairer, Lubich & Wanner 2006, sec. II.1.2, IV.2]; of second order in general.
+  /// @param stretch  C at the beginning of the piece
+  static double add_spring(Assembly& assembly, int i, double stretch, const std::vector<Velocity>& before,
+                           double h) {
+    const RowOrigin& origin = assembly.origin[i];
+    const double g = 4 / (h * (h * origin.stiffness + 2 * origin.damping));
+    assembly.system.compliance.resize(assembly.system.rows.size(), 0);
+    assembly.system.compliance[i] = g;
+    return -row_velocity(assembly, i, before) - g * h * origin.stiffness * stretch;
+  }
+
+  /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than
+  /// that are at rest to the bit, so that nothing of them has to be computed again.
+  void quieten(double h, std::vector<Velocity>& v) const {
+    double fastest = 0;
+    for (const std::uint32_t body : island_.bodies) {
+      fastest = std::max(fastest, length(state_.acceleration[body]) +
+                                      std::abs(state_.angular_acceleration[body]) * state_.radius[body]);
+    }
+    const double floor = 1e-10 * h * fastest;  // the solvers' tolerance
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const double turn = std::abs(v[k][2]) * state_.radius[island_.bodies[k]];
+      if (std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn}) < floor) v[k] = {0, 0, 0};
+    }
+  }
+
+  bool sticks(const RowOrigin& origin) const {
+    if (origin.joint || origin.kind != RowKind::Friction) return false;
+    return state_.contacts[origin.index].points[origin.point].sticking;
+  }
+
+  void warm_start(const Assembly& assembly, double h, std::vector<double>& warm) const {
+    warm.assign(assembly.origin.size(), 0);
+    for (std::size_t i = 0; i < warm.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) {
+        warm[i] = state_.joints[origin.index].row_force[origin.point] * h;
+        continue;
+      }
+      const PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+      if (!(memory.h > 0)) continue;
+      const double impulse = origin.kind == RowKind::Normal     ? memory.normal_impulse
+                             : origin.kind == RowKind::Friction ? memory.friction_impulse
+                                                                : memory.rolling_impulse;
+      warm[i] = impulse * (h / memory.h);
+    }
+  }
+
+  void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h) {
+    Spare<std::vector<std::uint8_t>> modes;
+    for (const std::uint32_t index : island_.contacts) {
+      for (PointMemory& memory : state_.contacts[index].points) {
+        modes->push_back(mode_of(memory));
+        memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+        memory.h = h;
+        memory.sticking = false;
+      }
+    }
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) {
+        state_.joints[origin.index].row_force[origin.point] = lambda[i] / h;
+        continue;
+      }
+      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+      if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda[i];
+      if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda[i];
+      if (origin.kind != RowKind::Friction) continue;
+      memory.friction_impulse = lambda[i];
+      memory.sticking =
+          memory.normal_impulse > 0 &&
+          std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
+    }
+    auto mode = modes->begin();
+    for (const std::uint32_t index : island_.contacts) {
+      for (const PointMemory& memory : state_.contacts[index].points)
+        result_.mode_changes += mode_of(memory) != *mode++;
+    }
+  }
+
+  /// 0 open, 1 slipping, 2 sticking
+  static std::uint8_t mode_of(const PointMemory& memory) {
+    return memory.normal_impulse > 0 ? 1 + memory.sticking : 0;
+  }
+
+  void note_solution(const Solution& solution, const IslandSystem& system) {
+    note_status(result_, solution.status, solution.residual);
+    result_.report.method = solution.method;
+    result_.report.iterations += solution.iterations;
+    result_.report.rows = system.size();
+    result_.friction_rows += static_cast<int>(std::count_if(
+        system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
+    result_.work += solution.work;
+  }
+
+  WorldState& state_;
+  const Island& island_;
+  const Piece& piece_;
+  IslandResult& result_;
+  PieceForces found_;
+};
+
+}  // namespace
+
+PieceForces solve_piece(WorldState& state, const Island& island, const Piece& piece,
+                        const std::vector<Velocity>& before, std::vector<Velocity>& after,
+                        IslandResult& result) {
+  PieceSolve solve(state, island, piece, result);
+  solve.solve(before, after);
+  return solve.found();
+}
+
+}  // namespace skerry
