@@ -11,9 +11,11 @@
 // of their flight, so that a few of them leave in each step.
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <utility>
 
+#include "physics/broadphase/candidate_tests.h"
 #include "physics/broadphase/float_box.h"
 #include "physics/broadphase/hierarchical_grid.h"
 #include "physics/broadphase/pair_finder.h"
@@ -40,14 +42,10 @@ constexpr int kStepsWithoutMargin = 15;
 constexpr std::size_t kShareThatLeft = 16;
 /// Below so many candidates a second thread costs more than it tests.
 constexpr std::size_t kCandidatesPerThread = 50000;
-/// Candidates are tested in blocks, for which room is made at once.
-constexpr std::size_t kBlock = 2048;
-/// So many candidates ahead the processor is told which box will be needed.
+/// So many changes ahead the processor is told which box will be needed.
 constexpr std::size_t kAhead = 24;
 /// The same for searches in the grid.
 constexpr std::size_t kSearchesAhead = 3;
-/// Places after a list, so that a look ahead needs no test for its end.
-constexpr std::size_t kPadding = kAhead + 4;
 
 constexpr bool encloses(const Aabb& outer, const Aabb& inner) {
   // One branch instead of four.
@@ -61,13 +59,8 @@ class NeighbourList final : public PairFinder {
  public:
   NeighbourList(const BroadPhaseOptions& options, bool wide_tests)
       : workers_(std::make_shared<Workers>(options.threads)),
-        grid_(std::make_unique<HierarchicalGrid>(options, wide_tests, workers_))
-#if defined(SKERRY_WIDE_TESTS)
-        ,
-        has_wide_(wide_tests && has_wide_tests())
-#endif
-  {
-  }
+        grid_(std::make_unique<HierarchicalGrid>(options, wide_tests, workers_)),
+        wide_tests_(wide_tests) {}
 
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats&) override {
     tight_.resize(boxes.limit(), kNoFloatBox);
@@ -118,9 +111,7 @@ class NeighbourList final : public PairFinder {
     }
     test_list(request, parts, stats);
   }
-  bool in_order() const override {
-    return true;
-  }
+  bool in_order() const override { return true; }
 
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
     refresh_grid();
@@ -158,9 +149,7 @@ class NeighbourList final : public PairFinder {
   }
 
   /// True if so many boxes move that the list is worth its upkeep.
-  static bool moves_in_mass(const BoxSet& boxes, std::size_t moved) {
-    return 4 * moved > boxes.size();
-  }
+  static bool moves_in_mass(const BoxSet& boxes, std::size_t moved) { return 4 * moved > boxes.size(); }
 
   template <class Keep>
   static void keep(std::vector<ProxyIndex>& found, std::size_t before, Keep keeps) {
@@ -244,101 +233,26 @@ class NeighbourList final : public PairFinder {
   }
   void list_all(std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
     find_fat(true, parts, list_, stats);
-    list_.insert(list_.end(), kPadding, {});
+    list_.insert(list_.end(), kCandidatePadding, {});
     more_.clear();
     is_complete_ = true;
     list_age_ = 0;
   }
   void list_more(std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
     find_fat(false, parts, found_, stats);
-    if (!more_.empty()) more_.resize(more_.size() - kPadding);
+    if (!more_.empty()) more_.resize(more_.size() - kCandidatePadding);
     const auto known = static_cast<std::ptrdiff_t>(more_.size());
     more_.insert(more_.end(), found_.begin(), found_.end());
     std::inplace_merge(more_.begin(), more_.begin() + known, more_.end());
     more_.erase(std::unique(more_.begin(), more_.end()), more_.end());
-    more_.insert(more_.end(), kPadding, {});
+    more_.insert(more_.end(), kCandidatePadding, {});
     if (4 * more_.size() > list_.size() + 64) list_all(parts, stats);
-  }
-
-  /// The exact answer, by doubles where single precision cannot tell, and by the marks.
-  template <bool by_mark>
-  static bool is_pair(const PairRequest& request, Pair pair, FloatOverlap overlaps) {
-    auto hit = static_cast<unsigned>(overlaps.maybe);
-    if ((hit & ~static_cast<unsigned>(overlaps.certain)) != 0) [[unlikely]] {
-      hit = overlap(request.boxes.box(pair.low), request.boxes.box(pair.high)) ? 1 : 0;
-    }
-    if constexpr (by_mark) {
-      hit &= static_cast<unsigned>(request.wants(pair.low)) | static_cast<unsigned>(request.wants(pair.high));
-    }
-    return hit != 0;
   }
 
   /// The candidates of a list without the places after them.
   static std::span<const Pair> candidates_of(const std::vector<Pair>& list) {
-    return {list.data(), list.size() - kPadding};
+    return {list.data(), list.size() - kCandidatePadding};
   }
-
-  /// Tests candidates in their order and writes down those that are pairs. @return the end of what was
-  /// written
-  /// @tparam by_mark  only pairs with a box that is marked as moved
-  template <bool by_mark>
-  std::uint64_t* test_narrow(const PairRequest& request, std::span<const Pair> candidates,
-                             std::uint64_t* at) const {
-    const FloatBox* const tight = tight_.data();
-    for (const Pair& pair : candidates) {
-      prefetch(&tight[(&pair)[kAhead].high]);
-      const FloatOverlap overlaps = FloatLimits(tight[pair.low]).compare(tight[pair.high]);
-      // Stored in any case and kept if it counts: nothing here for a processor to guess, but the rare ties.
-      *at = std::uint64_t{pair.low} << 32 | pair.high;
-      at += is_pair<by_mark>(request, pair, overlaps) ? 1 : 0;
-    }
-    return at;
-  }
-
-#if defined(SKERRY_WIDE_TESTS)
-  /// The same with four candidates in one instruction, where the processor has it.
-  /// @tparam few  neighbours in the list are not neighbours in memory
-  template <bool by_mark, bool few>
-  __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) std::uint64_t* test_wide(
-      const PairRequest& request, std::span<const Pair> candidates, std::uint64_t* at) const {
-    const FloatBox* const tight = tight_.data();
-    const __m512 sign = _mm512_castsi512_ps(_mm512_set1_epi32(static_cast<int>(0x80000000u)));
-    std::size_t i = 0;
-    for (; i + 4 <= candidates.size(); i += 4) {
-      const Pair* const p = &candidates[i];
-      __m512 low = _mm512_castps128_ps512(_mm_load_ps(tight[p[0].low].v));
-      __m512 high = _mm512_castps128_ps512(_mm_load_ps(tight[p[0].high].v));
-      low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[1].low].v), 1);
-      high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[1].high].v), 1);
-      low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[2].low].v), 2);
-      high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[2].high].v), 2);
-      low = _mm512_insertf32x4(low, _mm_load_ps(tight[p[3].low].v), 3);
-      high = _mm512_insertf32x4(high, _mm_load_ps(tight[p[3].high].v), 3);
-      for (std::size_t k = 0; k < 4; ++k) {
-        prefetch(&tight[p[kAhead + k].high]);
-        if constexpr (few) prefetch(&tight[p[kAhead + k].low]);
-      }
-      const __m512 limits = _mm512_castsi512_ps(
-          _mm512_xor_si512(_mm512_castps_si512(_mm512_shuffle_ps(low, low, _MM_SHUFFLE(1, 0, 3, 2))),
-                           _mm512_castps_si512(sign)));
-      std::uint32_t hit = all_of_four(_mm512_cmp_ps_mask(high, limits, _CMP_LE_OQ));
-      const std::uint32_t certain = all_of_four(_mm512_cmp_ps_mask(high, limits, _CMP_LT_OQ));
-      if (by_mark || (hit & ~certain) != 0) {
-        const std::uint32_t maybe = hit;
-        hit = 0;
-        for (unsigned k = 0; k < 4; ++k) {
-          const FloatOverlap overlaps{(maybe >> k & 1) != 0, (certain >> k & 1) != 0};
-          hit |= static_cast<std::uint32_t>(is_pair<by_mark>(request, p[k], overlaps)) << k;
-        }
-      }
-      const __m256i keys = _mm256_rol_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)), 32);
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(at),
-                          _mm256_maskz_compress_epi64(static_cast<__mmask8>(hit), keys));
-      at += _mm_popcnt_u32(hit);
-    }
-    return test_narrow<by_mark>(request, candidates.subspan(i), at);
-  }
-#endif
 
   /// True if every box moved that is not fixed: then every pair of the list has a box that moved.
   static bool all_moved(const BoxSet& boxes) {
@@ -349,40 +263,17 @@ class NeighbourList final : public PairFinder {
     return boxes.moved().size() - static_cast<std::size_t>(fixed) == least;
   }
 
-  void test(const PairRequest& request, std::span<const Pair> candidates, bool by_mark, bool few,
-            PairBuffer& out, BroadPhaseStats& stats) const {
-    const std::size_t before = out.size();
-    for (std::size_t begin = 0; begin < candidates.size(); begin += kBlock) {
-      const std::span<const Pair> block =
-          candidates.subspan(begin, std::min(kBlock, candidates.size() - begin));
-      std::uint64_t* at = out.reserve(kBlock + 4);
-#if defined(SKERRY_WIDE_TESTS)
-      if (has_wide_) {
-        at = few ? (by_mark ? test_wide<true, true>(request, block, at)
-                            : test_wide<false, true>(request, block, at))
-                 : (by_mark ? test_wide<true, false>(request, block, at)
-                            : test_wide<false, false>(request, block, at));
-        out.advance_to(at);
-        continue;
-      }
-#endif
-      at = by_mark ? test_narrow<true>(request, block, at) : test_narrow<false>(request, block, at);
-      out.advance_to(at);
-    }
-    stats.box_tests += candidates.size();
-    stats.false_pairs += candidates.size() - (out.size() - before);
-  }
-
   void test_list(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
     const std::span<const Pair> candidates = candidates_of(list_);
     const std::size_t count = workers_->shares(candidates.size(), kCandidatesPerThread);
-    const bool by_mark = !request.all && !all_moved(request.boxes);
+    const CandidateTests tests{request, tight_, !request.all && !all_moved(request.boxes), false,
+                               wide_tests_};
     if (parts.size() < count) parts.resize(count);
     work_.assign(count, {});
     workers_->run(count, [&](std::size_t part) {
       const std::size_t begin = candidates.size() * part / count;
       const std::size_t end = candidates.size() * (part + 1) / count;
-      test(request, candidates.subspan(begin, end - begin), by_mark, false, parts[part], work_[part]);
+      tests.run(candidates.subspan(begin, end - begin), parts[part], work_[part]);
     });
     for (const BroadPhaseStats& work : work_) {
       stats.box_tests += work.box_tests;
@@ -397,7 +288,7 @@ class NeighbourList final : public PairFinder {
       parts[part].clear();
     }
     extra_.clear();
-    test(request, candidates_of(more_), by_mark, false, extra_, stats);
+    tests.run(candidates_of(more_), extra_, stats);
     merged_.clear();
     std::uint64_t* to = merged_.reserve(front.size() + extra_.size());
     merged_.advance_to(std::set_union(front.data(), front.data() + front.size(), extra_.data(),
@@ -454,7 +345,7 @@ class NeighbourList final : public PairFinder {
     sort_pairs(few_keys_, boxes.limit(), scratch_, found_);
     // What the list had of these boxes goes, and what was found joins it.
     old_few_.swap(few_);
-    if (old_few_.empty()) old_few_.resize(kPadding);
+    if (old_few_.empty()) old_few_.resize(kCandidatePadding);
     found_.push_back({~ProxyIndex{0}, ~ProxyIndex{0}});
     few_.resize(old_few_.size() + found_.size());
     const Pair* next = found_.data();
@@ -465,7 +356,7 @@ class NeighbourList final : public PairFinder {
       to += ((in_motion_[pair.low] | in_motion_[pair.high]) & kAnew) == 0 ? 1 : 0;
     }
     to = std::copy(next, std::as_const(found_).data() + found_.size() - 1, to);
-    few_.resize(static_cast<std::size_t>(to - few_.data()) + kPadding);
+    few_.resize(static_cast<std::size_t>(to - few_.data()) + kCandidatePadding);
     for (const ProxyIndex proxy : anew_) in_motion_[proxy] = kInMotion;
   }
 
@@ -474,7 +365,8 @@ class NeighbourList final : public PairFinder {
     list_few(request.boxes, stats);
     // Boxes in motion that did not move in this step are those beyond the ones that did.
     const bool by_mark = count_in_motion_ != request.boxes.moved().size();
-    if (!few_.empty()) test(request, candidates_of(few_), by_mark, true, out, stats);
+    if (few_.empty()) return;
+    CandidateTests{request, tight_, by_mark, true, wide_tests_}.run(candidates_of(few_), out, stats);
   }
 
   mutable BoxSet fat_;  ///< the boxes with their margins; marked as moved: those that the list does not know
@@ -490,9 +382,7 @@ class NeighbourList final : public PairFinder {
   std::size_t count_in_motion_ = 0;
   std::vector<std::uint8_t> was_moving_;  ///< by proxy: the kind with which it was inserted last
   bool is_complete_ = false;              ///< false: the list has to be made anew
-#if defined(SKERRY_WIDE_TESTS)
-  bool has_wide_;
-#endif
+  bool wide_tests_;
   int list_age_ = 2;  ///< reports from the list
   int steps_without_margin_ = 0;
   // Kept between calls.
