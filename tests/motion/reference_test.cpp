@@ -167,13 +167,19 @@ class StackOf : public testing::TestWithParam<int> {};
 
 TEST_P(StackOf, StandsForTenSecondsWithoutDrift) {
   const int count = GetParam();
-  World world;
+  // Solved at every step, though nothing moves.
+  WorldConfig config;
+  config.sleep = false;
+  config.reuse_resting = false;
+  World world(config);
   add_ground(world, rough(make_disc(1), 0.5));
   std::vector<BodyId> boxes;
   for (int i = 0; i < count; ++i) boxes.push_back(add(world, {0, i + 0.5}, rough(make_box({1, 1}), 0.5)));
   for (int i = 0; i < 600; ++i) {
     const StepReport& report = world.step(kStep);
     ASSERT_EQ(report.inexact_islands, 0) << "step " << i << " residual " << report.worst_residual;
+    ASSERT_EQ(report.islands_at_rest, 0);
+    ASSERT_LE(report.worst_penetration, 1e-9) << "step " << i;
   }
   for (int i = 0; i < count; ++i) {
     EXPECT_LE(length(world.position(boxes[i]) - Vec2{0, i + 0.5}), 1e-6);
@@ -192,6 +198,7 @@ TEST(MassRatio, HeavyBoxStandsOnTenLightOnes) {
     for (int i = 0; i < 300; ++i) world.step(kStep);
     EXPECT_NEAR(world.position(heavy).y, 10.5, 1e-6) << ratio;
     EXPECT_NEAR(world.position(heavy).x, 0, 1e-6) << ratio;
+    EXPECT_LE(world.report().worst_penetration, 1e-9) << ratio;
   }
 }
 
