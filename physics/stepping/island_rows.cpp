@@ -42,8 +42,8 @@ Row& begin_row(const WorldState& state, RowKind kind, std::uint32_t body_a, std:
 
 /// What a body outside the island contributes to the last row moves into its drive.
 /// @param elapsed  since the beginning of the step [s]
-void finish_row(const WorldState& state, double elapsed, std::uint32_t body_a, std::uint32_t body_b, Row& row,
-                double drive, Assembly& out) {
+[[gnu::always_inline]] inline void finish_row(const WorldState& state, double elapsed, std::uint32_t body_a,
+                                              std::uint32_t body_b, Row& row, double drive, Assembly& out) {
   if (row.a < 0) {
     if (moves_by_itself(state, body_a)) drive += along(row.Ja, kinematic_velocity(state, body_a, elapsed));
     row.Ja = {};
@@ -188,14 +188,6 @@ void store_velocities(WorldState& state, const Island& island, const std::vector
     state.bodies.velocity[island.bodies[k]] = {v[k][0], v[k][1]};
     state.bodies.omega[island.bodies[k]] = v[k][2];
   }
-}
-
-double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>& v) {
-  const Row& row = assembly.system.rows[i];
-  double u = assembly.drive[i];
-  if (row.a >= 0) u += along(row.Ja, v[row.a]);
-  if (row.b >= 0) u += along(row.Jb, v[row.b]);
-  return u;
 }
 
 int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {

@@ -79,7 +79,13 @@ void store_velocities(WorldState& state, const Island& island, const std::vector
 void add_free_motion(const WorldState& state, const Island& island, double h, std::vector<Velocity>& v);
 
 /// Relative velocity of row `i`, J v + drive.
-double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>& v);
+inline double row_velocity(const Assembly& assembly, int i, const std::vector<Velocity>& v) {
+  const Row& row = assembly.system.rows[i];
+  double u = assembly.drive[i];
+  if (row.a >= 0) u += along(row.Ja, v[row.a]);
+  if (row.b >= 0) u += along(row.Jb, v[row.b]);
+  return u;
+}
 
 /// Brings the manifolds of the island's contacts to the current poses, each within its own margin.
 /// @param elapsed  since the beginning of the step [s], for kinematic bodies
