@@ -92,6 +92,11 @@ inline constexpr double kSmall = 7;  // [px], half of the side
 
 struct Nothing {};
 
+// Constants, so that the function itself is not compiled here (raster.h).
+inline constexpr double kRoundMargin = margin_px(Program::Rounded),
+                        kSharpMargin = margin_px(Program::Convex8);
+static_assert(kRoundMargin == margin_px(Program::Polygon));
+
 /// The box of a shape as numbers of its own frame: centre, axis.
 struct Frame {
   double x, y, ax, ay;
@@ -227,7 +232,7 @@ inline void paint_rounded(const Surface& surface, const ShapeInstance& shape) {
   const double hx = static_cast<double>(shape.half[0]), hy = static_cast<double>(shape.half[1]);
   const double radius = static_cast<double>(shape.radius), outline = static_cast<double>(shape.outline);
   if (hx == 0 && hy == 0) return paint_disc(surface, shape);
-  const double margin = radius + margin_px(Program::Rounded);
+  const double margin = radius + kRoundMargin;
   // A box inside of the rim, to the corners of which the rounding leaves room.
   const double depth = radius - outline - 0.501, inset = depth > 0 ? 0.7071 * depth : depth;
   const float sx = shape.half[0], sy = shape.half[1], r = shape.radius;
@@ -270,7 +275,7 @@ inline void paint_spoke(const Surface& surface, const ShapeInstance& shape) {
 template <std::size_t kEdges>
 void paint_convex(const Surface& surface, const ShapeInstance& shape, const float* edges) {
   const Frame frame(shape);
-  const double outline = static_cast<double>(shape.outline), margin = margin_px(Program::Convex8);
+  const double outline = static_cast<double>(shape.outline), margin = kSharpMargin;
   const double hx = static_cast<double>(shape.half[0]), hy = static_cast<double>(shape.half[1]);
   // Edges that the polygon does not have are the first once more.
   struct Edges {
@@ -303,7 +308,7 @@ void paint_convex(const Surface& surface, const ShapeInstance& shape, const floa
 /// Rounded polygons: distance to the edges, inside by the side of all of them.
 inline void paint_polygon(const Surface& surface, const ShapeInstance& shape, const float* edges) {
   const Frame frame(shape);
-  const double margin = margin_px(Program::Polygon) + static_cast<double>(shape.radius);
+  const double margin = kRoundMargin + static_cast<double>(shape.radius);
   const double hx = static_cast<double>(shape.half[0]), hy = static_cast<double>(shape.half[1]);
   Convex whole, core;
   frame.add_box(whole, -hx - margin, hx + margin, hy + margin);

@@ -39,10 +39,11 @@ std::uint32_t moving(const World& world, BodyId body) {
   return world.bodies().type[body.index] == BodyType::Dynamic ? body.index : BodyId::kNone;
 }
 
-ContactsOfPair contacts_of_pairs(const World& world) {
+ContactsOfPair contacts_of_pairs(const World& world, int island) {
   ContactsOfPair result;
   for (const ContactReport& contact : world.report().contacts_list)
-    result[{moving(world, contact.body_a), moving(world, contact.body_b)}].push_back(&contact);
+    if (contact.island == island)
+      result[{moving(world, contact.body_a), moving(world, contact.body_b)}].push_back(&contact);
   return result;
 }
 
@@ -93,7 +94,7 @@ SystemRecord record(const World& world, const IslandTrace& trace) {
     result.notes = trace.trace->notes;
   }
   if (trace.system.size() <= kMostAnchors) {
-    const ContactsOfPair contacts = contacts_of_pairs(world);
+    const ContactsOfPair contacts = contacts_of_pairs(world, trace.island);
     for (const Row& row : trace.system.rows) result.anchors.push_back(anchor_of(world, trace, row, contacts));
   }
   if (trace.system.size() > kMostNamedRows) return result;
