@@ -141,10 +141,22 @@ double weighted(std::span<const Term> terms, const RungeKutta::State* k, std::si
   return sum;
 }
 
+/// y0 + h times a sum of stages, component by component in the lanes.
+void combine(std::span<const Term> terms, const RungeKutta::State* k, const RungeKutta::State& y0, double h,
+             RungeKutta::State& out) {
+  const std::size_t n = y0.size();
+  out.assign(n, 0);
+  for (const Term& term : terms) {
+    const double* stage = k[term.stage].data();
+    for (std::size_t j = 0; j < n; ++j) out[j] += term.weight * stage[j];
+  }
+  for (std::size_t j = 0; j < n; ++j) out[j] = y0[j] + h * out[j];
+}
+
 }  // namespace
 
 bool RungeKutta::stage(int i) {
-  for (std::size_t j = 0; j < y0_.size(); ++j) work_[j] = y0_[j] + h_ * weighted(kStages[i], k_, j);
+  combine(kStages[i], k_, y0_, h_, work_);
   return f_(t_ + kNodes[i] * h_, work_, k_[i]);
 }
 
@@ -155,13 +167,11 @@ double RungeKutta::attempt(double t, const State& y, const State& dy, double h, 
   h_ = h;
   dense_ready_ = false;
   y0_ = y;
-  work_.resize(y.size());
   k_[0] = dy;
   for (int i = 1; i < 12; ++i) {
     if (!stage(i)) return kFailed;
   }
-  y1_.resize(y.size());
-  for (std::size_t j = 0; j < y.size(); ++j) y1_[j] = y[j] + h * weighted(kEnd, k_, j);
+  combine(kEnd, k_, y0_, h, y1_);
   if (!f_(t + h, y1_, k_[12])) return kFailed;
 
   // The estimates of order 5 and 3 are combined so that the result falls with the eighth power of h.
