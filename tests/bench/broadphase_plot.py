@@ -14,11 +14,13 @@ import sys
 from collections import defaultdict
 from xml.sax.saxutils import escape
 
-# Okabe and Ito's colours, which colour-blind readers can tell apart.
-COLOURS = ["#000000", "#E69F00", "#56B4E9", "#009E73", "#D55E00", "#0072B2", "#CC79A7", "#999999"]
+# Okabe and Ito's colours, which colour-blind readers can tell apart, and a brown.
+COLOURS = ["#000000", "#E69F00", "#56B4E9", "#009E73", "#D55E00", "#0072B2", "#CC79A7", "#999999",
+           "#7A4A1E"]
 TITLES = {"U": "U: equal, all move", "M": "M: sizes 1:300, all move", "C": "C: pile, all tremble",
           "S": "S: 99 % asleep", "F": "F: one bullet"}
-WIDTH, HEIGHT, MARGIN, LEGEND = 300, 260, 50, 230
+WIDTH, HEIGHT, MARGIN, LEFT = 300, 280, 55, 25
+COLUMNS = 3
 
 
 def read(path):
@@ -87,15 +89,15 @@ def tables(path, panels, names):
     return "\n".join(out) + "\n"
 
 
-def panel(left, title, series, styles, low, high):
+def panel(title, series, styles, low, high):
     """Returns the SVG elements of one panel."""
     def x(bodies):
-        return left + MARGIN + (math.log10(bodies) - 3) / 3 * (WIDTH - MARGIN - 10)
+        return MARGIN + (math.log10(bodies) - 3) / 3 * (WIDTH - MARGIN - 10)
 
     def y(ns):
         return 30 + (math.log10(high) - math.log10(ns)) / (math.log10(high) - math.log10(low)) * (HEIGHT - 60)
 
-    out = [f'<text x="{left + MARGIN}" y="18" font-weight="bold">{escape(title)}</text>']
+    out = [f'<text x="{MARGIN}" y="18" font-weight="bold">{escape(title)}</text>']
     for power in range(3, 7):
         out.append(f'<line x1="{x(10 ** power):.1f}" x2="{x(10 ** power):.1f}" y1="30" y2="{HEIGHT - 30}" '
                    'stroke="#ddd"/>')
@@ -126,19 +128,22 @@ def main():
     styles = {name: (COLOURS[i % len(COLOURS)], "") for i, name in enumerate(ours)}
     styles.update({name: (COLOURS[i % len(COLOURS)], "5 3") for i, name in enumerate(others)})
     order = [d for d in "UMCSF" if d in panels]
-    width = len(order) * WIDTH + LEGEND
-    height = max(HEIGHT, 40 + 15 * len(names))
+    rows = len(order) // COLUMNS + 1
+    width, height = LEFT + COLUMNS * WIDTH, max(rows * HEIGHT, 60 + 15 * len(names))
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" '
            f'font-size="11"><rect width="{width}" height="{height}" fill="white"/>']
     for i, d in enumerate(order):
         values = [ns for points in panels[d].values() for _, ns in points]
         low, high = 10 ** math.floor(math.log10(min(values))), 10 ** math.ceil(math.log10(max(values)) + 1e-9)
-        out += panel(i * WIDTH, TITLES[d], panels[d], styles, low, max(high, 10 * low))
-    out.append(f'<text x="12" y="{HEIGHT / 2}" transform="rotate(-90 12 {HEIGHT / 2})" text-anchor="middle">'
-               'ns a body and step</text>')
+        out.append(f'<g transform="translate({LEFT + i % COLUMNS * WIDTH} {i // COLUMNS * HEIGHT})">')
+        out += panel(TITLES[d], panels[d], styles, low, max(high, 10 * low)) + ["</g>"]
+    out.append(f'<text x="12" y="{height / 2}" transform="rotate(-90 12 {height / 2})" text-anchor="middle">'
+               'ns a body and step, against the number of bodies</text>')
+    # The legend takes the place after the last panel.
+    left = LEFT + len(order) % COLUMNS * WIDTH + 40
     for i, name in enumerate(ours + others):
         colour, dash = styles[name]
-        left, top = len(order) * WIDTH + 10, 35 + 15 * i
+        top = len(order) // COLUMNS * HEIGHT + 20 + 15 * i
         out.append(f'<line x1="{left}" x2="{left + 25}" y1="{top - 4}" y2="{top - 4}" stroke="{colour}" '
                    f'stroke-width="1.6" stroke-dasharray="{dash}"/><text x="{left + 30}" y="{top}">{escape(name)}'
                    '</text>')

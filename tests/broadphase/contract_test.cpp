@@ -211,14 +211,23 @@ TEST_P(EveryBroadPhaseContract, KeepsMemoryLinearWhateverTheExtent) {
   Random random(9);
   const auto bytes = [&](int count, double side) {
     const auto tested = make();
+    std::vector<BoxUpdate> moved;
     for (int i = 0; i < count; ++i) {
       const double size = i % 50 == 0 ? side * 0.2 : 1;
-      tested->insert(static_cast<ProxyIndex>(i),
-                     box_at(uniform(random, 0, side), uniform(random, 0, side), size, i % 50 == 0 ? 1 : size),
-                     ProxyKind::Moving);
+      const Aabb box =
+          box_at(uniform(random, 0, side), uniform(random, 0, side), size, i % 50 == 0 ? 1 : size);
+      tested->insert(static_cast<ProxyIndex>(i), box, ProxyKind::Moving);
+      moved.push_back({static_cast<ProxyIndex>(i), shifted(box, {0.1, 0.1})});
     }
     std::vector<ProxyIndex> found;
     tested->query(Vec2{0, 0}, found);
+    // What is kept from step to step, where all move and where few do.
+    std::vector<Pair> pairs;
+    for (const std::size_t movers : {moved.size(), moved.size() / 20}) {
+      tested->moved_pairs(pairs);
+      tested->update(std::span(moved).first(movers));
+    }
+    tested->moved_pairs(pairs);
     return static_cast<double>(tested->stats().bytes);
   };
   EXPECT_LT(bytes(3000, 3e8), 1500.0 * 3000);
@@ -263,6 +272,30 @@ TEST_P(EveryBroadPhaseContract, ShowsItsStructure) {
     EXPECT_EQ(counter.axes, 2);
     EXPECT_TRUE(counter.is_sorted);
   }
+}
+
+TEST_P(EveryBroadPhaseContract, TestsNothingWhereNothingMovesAndLittleWhereLittleDoes) {
+  const auto tested = make();
+  Random random(14);
+  const std::vector<Aabb> boxes = scenes()[1].make(random, 2000);
+  for (ProxyIndex i = 0; i < boxes.size(); ++i) {
+    tested->insert(i, boxes[i], i % 10 == 0 ? ProxyKind::Fixed : ProxyKind::Moving);
+  }
+  std::vector<Pair> pairs;
+  tested->moved_pairs(pairs);
+  const std::uint64_t all = tested->stats().box_tests;
+  tested->update({});
+  tested->moved_pairs(pairs);
+  EXPECT_TRUE(pairs.empty());
+  EXPECT_EQ(tested->stats().box_tests, 0u);
+  // One box in a hundred: a tenth of the tests of all is far more than their share. Structures of single axes
+  // count the intervals that they pass.
+  std::vector<BoxUpdate> moved;
+  for (ProxyIndex i = 1; i < boxes.size(); i += 100) moved.push_back({i, shifted(boxes[i], {0.05, 0.05})});
+  tested->update(moved);
+  tested->moved_pairs(pairs);
+  EXPECT_LT(tested->stats().box_tests, all / 10);
+  EXPECT_FALSE(pairs.empty());
 }
 
 TEST_P(EveryBroadPhaseContract, CountsItsTestsAndThoseThatGaveNoPair) {
