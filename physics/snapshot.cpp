@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 8;
+constexpr std::uint32_t kSnapshotVersion = 9;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -80,6 +80,11 @@ void complete(WorldState& s) {
   s.acceleration.resize(n);
   s.angular_acceleration.resize(n);
   s.travelled.resize(n);
+  s.strayed.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    s.allowance.push_back(2 * s.reach[i]);
+    s.flight.push_back(flies_freely(s, i) ? Flight::Slow : Flight::Bent);
+  }
   s.local_index.assign(n, -1);
   s.prescribed.resize(n);
   s.rests.assign(n, 0);

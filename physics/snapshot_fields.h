@@ -63,8 +63,8 @@ inline void fields(Archive& a, SolveOptions& v) {
   a(tolerance, max_iterations, work_limit, time_budget, trace);
 }
 inline void fields(Archive& a, Skips& v) {
-  auto& [manifolds, axes, factors, smooth_rows, flight] = v;
-  a(manifolds, axes, factors, smooth_rows, flight);
+  auto& [manifolds, axes, factors, smooth_rows, alike, flight] = v;
+  a(manifolds, axes, factors, smooth_rows, alike, flight);
 }
 inline void fields(Archive& a, WorldConfig& v) {
   auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, flow_work,
@@ -245,8 +245,9 @@ inline void fields(WorldArchives a, WorldState& v) {
          springs, broad_phase, pool, island_builder, islands, graph_known, graph_bodies, graph_joints,
          table_changed, joints_changed, links, contacts, memories, resting, step_memory, step_paths,
          paths_known, sleepers, ledger, awake, kinematic, touched, last_h, rests, kept, active, active_joints,
-         acceleration, angular_acceleration, paths, reach, travelled, local_index, backup, pairs, box_updates,
-         shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
+         acceleration, angular_acceleration, paths, reach, travelled, allowance, strayed, flight, local_index,
+         backup, pairs, box_updates, shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report,
+         time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
            touched, reach, drag);

@@ -48,6 +48,9 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.angular_acceleration.push_back(0);
   s.reach.push_back(0);
   s.travelled.push_back(0);
+  s.allowance.push_back(0);
+  s.strayed.push_back(0);
+  s.flight.push_back(Flight::Bent);
   s.local_index.push_back(-1);
   s.rests.push_back(0);
   s.kept.push_back(0);

@@ -149,9 +149,9 @@ void Step::link_together(std::size_t from, std::size_t to, LinkCount& count) con
       continue;
     }
     const BodyBackup &a = s_.backup[at.body_a], &b = s_.backup[at.body_b];
-    const bool made =
-        manifolds.refresh(contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
-                          s_.shapes[contact.shape_b].shape, {b.position, b.rotation}, margin_of(contact));
+    const bool made = manifolds.refresh(contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation},
+                                        s_.shapes[contact.shape_b].shape, {b.position, b.rotation},
+                                        margin_of(contact.body_a, contact.body_b));
     contact.manifold_reused = !made;
     count.reused += contact.manifold_reused;
   }
@@ -176,15 +176,10 @@ void Step::link(Contact& contact, bool first, LinkCount& count) const {
   if (contact.sensor || contact.linked) return;
   if (!s_.scratch.dirty[contact.body_a] && !s_.scratch.dirty[contact.body_b]) return;
   // The paths are known now: shapes that were farther apart than both went cannot have met.
-  const double paths = s_.travelled[contact.body_a] + s_.travelled[contact.body_b];
+  const double paths = closest_approach(contact.body_a, contact.body_b, s_.travelled, s_.strayed);
   if (make_manifold(contact, count) > paths + s_.config.touch_tolerance) return;
   contact.linked = count.relinked = true;
   count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
-}
-
-/// Farther apart than this [m] the step cannot bring the shapes together.
-double Step::margin_of(const Contact& contact) const {
-  return 2 * s_.config.contact_margin + s_.reach[contact.body_a] + s_.reach[contact.body_b];
 }
 
 /// The manifold where the step begins. @return its smallest gap [m], infinite if the shapes are farther apart
@@ -194,7 +189,7 @@ double Step::make_manifold(Contact& contact, LinkCount& count) const {
   const BodyBackup& b = s_.backup[contact.body_b];
   contact.manifold_reused = !refresh_manifold(
       contact, s_.shapes[contact.shape_a].shape, {a.position, a.rotation}, s_.shapes[contact.shape_b].shape,
-      {b.position, b.rotation}, margin_of(contact), s_.config.skips, count.narrow);
+      {b.position, b.rotation}, margin_of(contact.body_a, contact.body_b), s_.config.skips, count.narrow);
   count.reused += contact.manifold_reused;
   return gap_of(contact);
 }
@@ -325,22 +320,6 @@ void Step::prepare_again(SteppedIsland& island) {
   }
   for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
   s_.report.manifolds_reused += update_manifolds(s_, island.island, 0, s_.report.narrow);
-}
-
-/// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did
-/// meet more than was known shows in the next round. Reaches only grow and islands only merge, so this ends.
-bool Step::extend_reach() {
-  bool any = false;
-  std::vector<std::uint8_t>& dirty = s_.scratch.dirty;
-  for (const std::uint32_t i : s_.active) {
-    if (s_.kept[i] || !(s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin)) continue;
-    if (!std::isfinite(s_.travelled[i])) continue;
-    if (!any) dirty.assign(s_.bodies.size(), 0);
-    s_.reach[i] = 1.25 * s_.travelled[i];
-    dirty[i] = 1;
-    any = true;
-  }
-  return any;
 }
 
 }  // namespace skerry

@@ -50,7 +50,8 @@ void Step::find_pairs() {
         s_.broad_phase->insert(i, box,
                                b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
         shape.in_broad_phase = true;
-      } else if (box.lower != shape.box.lower || box.upper != shape.box.upper) {
+      } else if (box.lower != shape.box.lower || box.upper != shape.box.upper ||
+                 (rounds_ == 0 && s_.flight[body] == Flight::Fast)) {
         s_.box_updates.push_back({i, box});
       } else {
         continue;
@@ -63,19 +64,35 @@ void Step::find_pairs() {
   s_.loose_shapes.clear();
   if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
   s_.broad_phase->moved_pairs(s_.pairs);
+  if (rounds_ == 0) expect_blows();
   merge_pairs(moved);
   book(Stage::Broad, start);
 }
 
 /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
 void Step::merge_pairs(bool moved) {
-  if (s_.pairs.empty() && !moved) return;
+  if (rounds_ == 0) s_.scratch.distant.clear();
+  if (s_.pairs.empty() && !moved && s_.scratch.distant.empty()) return;
   if (are_pairs_of_table()) return;
   std::vector<ContactKey>& wanted = s_.scratch.wanted;
   wanted.clear();
+  // Those that the last rounds left out; the others of a box that is new are reported again.
+  std::vector<Pair>& distant = s_.scratch.distant;
+  std::erase_if(distant, [&](const Pair& pair) {
+    if (s_.shape_moved[pair.low] || s_.shape_moved[pair.high]) return true;
+    if (!is_near(pair)) return false;
+    add_wanted(pair);
+    return true;
+  });
+  const bool unsorted = !wanted.empty();
   for (const Pair& pair : s_.pairs) {
-    if (may_touch(pair)) add_wanted(pair);
+    if (!may_touch(pair)) continue;
+    if (is_near(pair))
+      add_wanted(pair);
+    else
+      distant.push_back(pair);
   }
+  if (unsorted) std::sort(wanted.begin(), wanted.end());
   // Contacts are large, so it is found out first where each of them goes, and runs of them move at once.
   Spare<std::vector<ContactRun>> runs;
   Spare<std::vector<std::size_t>> fresh_places;
@@ -117,11 +134,13 @@ void Step::merge_pairs(bool moved) {
 
 /// Every pair has its contact already, and every contact its pair: nothing comes or goes.
 bool Step::are_pairs_of_table() const {
-  return std::equal(s_.pairs.begin(), s_.pairs.end(), s_.contacts.begin(), s_.contacts.end(),
+  return s_.scratch.distant.empty() &&
+         std::equal(s_.pairs.begin(), s_.pairs.end(), s_.contacts.begin(), s_.contacts.end(),
                     [this](const Pair& pair, const Contact& contact) {
                       return contact.shape_a == pair.low && contact.shape_b == pair.high &&
                              s_.shapes[pair.low].shape.kind != ShapeKind::Chain &&
-                             s_.shapes[pair.high].shape.kind != ShapeKind::Chain && may_touch(pair);
+                             s_.shapes[pair.high].shape.kind != ShapeKind::Chain && may_touch(pair) &&
+                             is_near(pair);
                     });
 }
 

@@ -67,6 +67,7 @@ struct StepScratch {
   std::vector<std::uint32_t> others;      ///< active bodies that are not awake ones
   std::vector<ContactKey> wanted;         ///< contacts of the pairs
   std::vector<Contact> fresh;             ///< of which new ones
+  std::vector<Pair> distant;              ///< pairs of fast bodies that will not meet, as far as is known
   std::vector<int> segments;              ///< of a chain
   std::vector<Contact> lost;              ///< touching contacts whose boxes parted
   std::vector<SteppedIsland> last_round;  ///< islands of the round before
@@ -76,6 +77,14 @@ struct StepScratch {
   std::vector<LinkCount> counts;          ///< by chunk of contacts
   std::vector<IslandEdge> edges;
   std::vector<Island> graph;  ///< islands in the making
+};
+
+/// How a body moves while nothing touches it: what two bodies do to their distance is little where both fly
+/// alike, but that is worth a look only where one of them is fast.
+enum class Flight : std::uint8_t {
+  Bent,  ///< joints, drag or a field act on it, or somebody prescribes where it goes
+  Slow,
+  Fast,  ///< its reach is more than a few contact margins
 };
 
 struct WorldState {
@@ -139,7 +148,11 @@ struct WorldState {
   std::vector<double> angular_acceleration;
   std::vector<MotionPath> paths;  ///< by body, of those with a prescribed motion
   std::vector<double> reach;  ///< bound on how far any point of the body moves in a step [m], for all bodies
-  std::vector<double> travelled;          ///< how far it did at most [m]
+  std::vector<double> travelled;  ///< how far it did at most [m]
+  /// Bound on how far any point of the body moves away from where free flight would have taken it [m], and
+  /// how far it did at most. They matter for bodies that fly fast (see `Flight`).
+  std::vector<double> allowance, strayed;
+  std::vector<Flight> flight;
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
   std::vector<BodyBackup> backup;         ///< at the start of the step, for all bodies
   std::vector<Pair> pairs;
@@ -158,6 +171,9 @@ struct WorldState {
   double time = 0;
   std::uint64_t steps = 0;
 };
+
+/// Nothing acts on a dynamic body but its weight, forces of the user, and what touches it.
+bool flies_freely(const WorldState& state, std::uint32_t body);
 
 /// Gives an empty broad phase the boxes of the last step. Their pairs are in the contact table already.
 void fill_broad_phase(WorldState& state);

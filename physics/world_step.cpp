@@ -14,6 +14,9 @@
 namespace skerry {
 namespace {
 
+// A body that can go farther than so many contact margins in a step is fast.
+constexpr double kFast = 4;
+
 // Farther than this in one step [m] a body is lost: products of such lengths still fit a double.
 constexpr double kFarthest = 1e100;
 
@@ -161,10 +164,11 @@ void Step::begin(std::uint32_t i) {
   if (s_.kept[i]) return;
   if (s_.prescribed[i]) follow(i);
   s_.backup[i] = {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]};
-  s_.travelled[i] = 0;
+  s_.travelled[i] = s_.strayed[i] = 0;
   s_.acceleration[i] = {};
   s_.angular_acceleration[i] = 0;
-  s_.reach[i] = 0;
+  s_.reach[i] = s_.allowance[i] = 0;
+  s_.flight[i] = Flight::Bent;
   if (b.type[i] == BodyType::Static) return;
   if (b.type[i] == BodyType::Dynamic) {
     const std::array<double, 3> a =
@@ -180,6 +184,11 @@ void Step::begin(std::uint32_t i) {
     s_.reach[i] = 1.5 * path.extent() + (path.turn() > 0 ? 1.5 * path.turn() * s_.radius[i] : 0);
   }
   if (!(s_.reach[i] < kFarthest)) contain(i, ContainmentCause::TooFar);
+  if (!flies_freely(s_, i)) return;
+  const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin;
+  s_.flight[i] = fast ? Flight::Fast : Flight::Slow;
+  // Nothing is known yet that could strike a fast one.
+  s_.allowance[i] = fast ? 0 : 2 * s_.reach[i];
 }
 
 void Step::begin(Contact& contact) const {
@@ -229,7 +238,7 @@ void Step::restore(const std::vector<std::uint32_t>& bodies) {
     b.rotation[i] = from.rotation;
     b.velocity[i] = from.velocity;
     b.omega[i] = from.omega;
-    s_.travelled[i] = 0;
+    s_.travelled[i] = s_.strayed[i] = 0;
   }
 }
 

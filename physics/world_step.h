@@ -54,6 +54,16 @@ class Step {
   bool may_touch(const Pair& pair) const;
   Contact make_contact(const ContactKey& key) const;
 
+  // world_reach.cpp: how far bodies can go, and which pairs can meet therefore.
+  void expect_blows();
+  bool is_near(const Pair& pair) const;
+  double margin_of(std::uint32_t a, std::uint32_t b) const;
+  double box_gap(const Pair& pair) const;
+  bool fly_alike(std::uint32_t a, std::uint32_t b) const;
+  double closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
+                          const std::vector<double>& astray) const;
+  bool extend_reach();
+
   // world_islands.cpp: which contacts belong to the step, the islands that they make, and their steps.
   void link_contacts();
   void refresh_links();
@@ -61,14 +71,12 @@ class Step {
   void link(Contact& contact, bool first, LinkCount& count) const;
   void link_together(std::size_t from, std::size_t to, LinkCount& count) const;
   void set_linked(Contact& contact, bool linked, LinkCount& count) const;
-  double margin_of(const Contact& contact) const;
   double make_manifold(Contact& contact, LinkCount& count) const;
   void find_islands();
   void step_islands();
   bool stays(const SteppedIsland& island) const;
   void prepare(SteppedIsland& island);
   void prepare_again(SteppedIsland& island);
-  bool extend_reach();
 
   WorldState& s_;
   const double h_;

@@ -187,7 +187,7 @@ class EventStep {
     const double first = end.length;
     std::vector<PathEnd> start;
     if (state_.observe.paths) start = path_ends(state_, island_.bodies);
-    for (const std::uint32_t body : island_.bodies) skerry::fly(state_, body, first);
+    for (const std::uint32_t body : island_.bodies) skerry::fly(state_, body, elapsed_, first);
     if (state_.observe.paths) record_hermite(state_, island_.bodies, elapsed_, first, start, result_);
     clear_forces(state_, island_, h_);
     elapsed_ = first < left ? elapsed_ + first : h_;
@@ -349,11 +349,11 @@ class EventStep {
       const std::uint32_t i = island_.bodies[k];
       const double* q = end.data() + 6 * k;
       const std::array<double, 3>& a = forces_.acceleration[k];
-      const double speed = std::max(length(state_.bodies.velocity[i]), std::hypot(q[3], q[4])) +
-                           0.25 * t * std::hypot(a[0], a[1]);
-      const double turn =
-          std::max(std::abs(state_.bodies.omega[i]), std::abs(q[5])) + 0.25 * t * std::abs(a[2]);
-      state_.travelled[i] += t * (speed + turn * state_.radius[i]);
+      const Velocity before{state_.bodies.velocity[i].x, state_.bodies.velocity[i].y, state_.bodies.omega[i]};
+      note_travel(state_, i, elapsed_, t, before, {q[3], q[4], q[5]});
+      const double bend = 0.25 * t * t * (std::hypot(a[0], a[1]) + std::abs(a[2]) * state_.radius[i]);
+      state_.travelled[i] += bend;
+      state_.strayed[i] += bend;
     }
   }
 

@@ -168,7 +168,7 @@ class FlightQueue {
     const std::vector<std::uint32_t> body{island_.bodies[k]};
     std::vector<PathEnd> start;
     if (state_.observe.paths) start = path_ends(state_, body);
-    fly(state_, body.front(), t);
+    fly(state_, body.front(), clock_[k], t);
     if (state_.observe.paths) record_hermite(state_, body, clock_[k], t, start, result_);
     clock_[k] = time;
   }

@@ -30,6 +30,8 @@ constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
 constexpr int kManyPieces = 16, kFewestPoints = 8;
 // Share of the work that the velocities get; the rest is for the positions.
 constexpr double kVelocityShare = 0.8;
+// Exact forces that cost so many times what the step of an island in flow does are given up.
+constexpr double kBusy = 50;
 // Packing an island for the sweeps, in sweeps.
 constexpr double kSetUp = 5;
 // Overlaps below this share of the smaller body stay.
@@ -46,15 +48,28 @@ double largest_acceleration(const WorldState& state, const Island& island) {
   return largest;
 }
 
-/// Velocity of b against a at a point where the step begins.
-Vec2 relative_velocity(const WorldState& state, const Contact& contact, Vec2 where) {
-  return point_velocity(state, contact.body_b, where, 0) - point_velocity(state, contact.body_a, where, 0);
+/// Velocity of b against a at a point.
+Vec2 relative_velocity(const WorldState& state, const Contact& contact, Vec2 where, double time) {
+  return point_velocity(state, contact.body_b, where, time) -
+         point_velocity(state, contact.body_a, where, time);
+}
+
+/// More than `few` points, and nothing that bounces, pulls or depends on the state.
+bool may_flow(const WorldState& state, const Island& island, int few) {
+  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
+  int points = 0;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    if (contact.restitution > 0) return false;
+    points += contact.manifold.count;
+  }
+  return points > few && !has_varying_forces(state, island);
 }
 
 class FlowStep {
  public:
-  FlowStep(WorldState& state, const Island& island, double h, IslandResult& result)
-      : state_(state), island_(island), h_(h), result_(result) {
+  FlowStep(WorldState& state, const Island& island, double from, double to, IslandResult& result)
+      : state_(state), island_(island), from_(from), h_(to - from), result_(result) {
     limit_ = state.config.flow_work * static_cast<double>(island.bodies.size());
   }
 
@@ -76,13 +91,13 @@ class FlowStep {
       advance(before, after, pushed);
       {
         StageTimer timer(state_, result_, Stage::Narrow);
-        result_.manifolds_reused += update_manifolds(state_, island_, h_, result_.narrow);
+        result_.manifolds_reused += update_manifolds(state_, island_, from_ + h_, result_.narrow);
       }
       StageTimer timer(state_, result_, Stage::Apply);
       separate();
       energy.take_gain(state_, island_);
     }
-    if (state_.observe.paths) record_hermite(state_, island_.bodies, 0, h_, start, result_);
+    if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     ++result_.substeps;
     give_spare(std::move(before));
     give_spare(std::move(after));
@@ -98,7 +113,7 @@ class FlowStep {
       const Vec2 fall = h_ * (acceleration(contact.body_b) - acceleration(contact.body_a));
       for (int i = 0; i < contact.manifold.count; ++i) {
         const ManifoldPoint& point = contact.manifold.points[i];
-        const Vec2 u = relative_velocity(state_, contact, point.position) + fall;
+        const Vec2 u = relative_velocity(state_, contact, point.position, from_) + fall;
         if (point.separation + h_ * dot(contact.manifold.normal, u) <= state_.config.contact_margin)
           points[k] |= 1u << i;
       }
@@ -124,6 +139,7 @@ class FlowStep {
       AssemblyRequest request;
       request.points = &*points;
       request.friction = true;
+      request.elapsed = from_;
       assemble(state_, island_, request, assembly);
     }
     IslandSystem& system = assembly.system;
@@ -163,7 +179,7 @@ class FlowStep {
         system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
     result_.work += solution.work;
     if (state_.observe.systems) {
-      keep_trace(state_, island_, 0, system, solution.lambda, solution.status, solution.method,
+      keep_trace(state_, island_, from_, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);
     }
     give_spare(std::move(solution.lambda));
@@ -223,7 +239,7 @@ class FlowStep {
       contact.hit = true;
       if (-u <= contact.hit_speed) continue;
       contact.hit_speed = -u;
-      contact.hit_time = std::min(h_, std::max(0.0, origin.error) / -u);
+      contact.hit_time = from_ + std::min(h_, std::max(0.0, origin.error) / -u);
       contact.hit_point = memory.impact_position;
       contact.hit_normal = contact.manifold.normal;
     }
@@ -262,6 +278,7 @@ class FlowStep {
       all.velocity[body] = {after[k][0], after[k][1]};
       all.omega[body] = after[k][2];
       move(k, {h_ * path[0], h_ * path[1], h_ * path[2]});
+      if (pushed[k]) stray(body, after[k]);
     }
   }
 
@@ -274,10 +291,29 @@ class FlowStep {
       all.angle[body] += shift[2];
       all.rotation[body] = Rot::from_angle(all.angle[body]);
     }
-    const double radius = state_.radius[body];
-    const double gone = state_.travelled[body] + std::hypot(shift[0], shift[1]) + std::abs(shift[2]) * radius;
-    state_.travelled[body] =
-        gone <= state_.reach[body] + kOverrun * radius ? std::min(gone, state_.reach[body]) : gone;
+    const double gone =
+        state_.travelled[body] + std::hypot(shift[0], shift[1]) + std::abs(shift[2]) * state_.radius[body];
+    state_.travelled[body] = forgiven(gone, state_.reach[body], body);
+  }
+
+  /// A body that an impulse acted on goes straight on with its new velocity.
+  void stray(std::uint32_t body, const Velocity& v) {
+    const BodyBackup& start = state_.backup[body];
+    const auto astray = [&](double t) {
+      return length(Vec2{v[0], v[1]} - start.velocity - t * state_.acceleration[body]) +
+             std::abs(v[2] - start.omega - t * state_.angular_acceleration[body]) * state_.radius[body];
+    };
+    note_stray(body, h_ * std::max(astray(from_), astray(from_ + h_)));
+  }
+
+  void note_stray(std::uint32_t body, double way) {
+    if (state_.flight[body] != Flight::Bent)
+      state_.strayed[body] = forgiven(state_.strayed[body] + way, state_.allowance[body], body);
+  }
+
+  /// What goes a little beyond its bound is taken for what keeps it.
+  double forgiven(double way, double bound, std::uint32_t body) const {
+    return way <= bound + kOverrun * state_.radius[body] ? std::min(way, bound) : way;
   }
 
   /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses, with
@@ -300,7 +336,7 @@ class FlowStep {
     Spare<Assembly> assembly;
     AssemblyRequest request;
     request.points = &*points;
-    request.elapsed = h_;
+    request.elapsed = from_ + h_;
     assemble(state_, island_, request, *assembly);
     IslandSystem& system = assembly->system;
     for (int i = 0; i < system.size(); ++i) system.b[i] = -assembly->origin[i].error;
@@ -315,7 +351,11 @@ class FlowStep {
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const bool free = is_free(state_, island_);
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
-    for (std::size_t k = 0; k < shift.size(); ++k) move(k, shift[k]);
+    for (std::size_t k = 0; k < shift.size(); ++k) {
+      move(k, shift[k]);
+      note_stray(island_.bodies[k], std::hypot(shift[k][0], shift[k][1]) +
+                                        std::abs(shift[k][2]) * state_.radius[island_.bodies[k]]);
+    }
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(*assembly, shift);
     give_spare(std::move(shift));
@@ -340,34 +380,32 @@ class FlowStep {
 
   WorldState& state_;
   const Island& island_;
-  double h_;
+  double from_, h_;
   IslandResult& result_;
   double limit_ = 0;  ///< work of the step
 };
 
 }  // namespace
 
+double flow_from_work(const WorldState& state, const Island& island) {
+  return may_flow(state, island, kFewPoints)
+             ? kBusy * state.config.flow_work * static_cast<double>(island.bodies.size())
+             : 0;
+}
+
 bool is_in_flow(const WorldState& state, const Island& island, double h) {
-  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
-  int points = 0;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = state.contacts[index];
-    if (contact.restitution > 0) return false;
-    points += contact.manifold.count;
-  }
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const int few = flow > 1 || !state.solver->exact ? kFewestPoints : kFewPoints;
-  if (points <= few || has_varying_forces(state, island)) return false;
+  if (!may_flow(state, island, few)) return false;
   if (!state.solver->exact) return true;
   const double slow = h * largest_acceleration(state, island) + state.config.rest_speed;
-  points = 0;
-  int fast = 0, landings = 0;
+  int points = 0, fast = 0, landings = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
     for (int i = 0; i < contact.manifold.count; ++i) {
       const ManifoldPoint& point = contact.manifold.points[i];
-      const Vec2 u = relative_velocity(state, contact, point.position);
+      const Vec2 u = relative_velocity(state, contact, point.position, 0);
       const double approach = -dot(contact.manifold.normal, u);
       if (point.separation - h * approach > state.config.contact_margin) continue;
       ++points;
@@ -385,8 +423,9 @@ int restlessness(const IslandResult& result) {
   return result.substeps > kManyPieces ? 2 : result.substeps > kPieces ? 1 : 0;
 }
 
-void step_island_in_flow(WorldState& state, const Island& island, double h, IslandResult& result) {
-  FlowStep(state, island, h, result).run();
+void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
+                         IslandResult& result) {
+  FlowStep(state, island, from, to, result).run();
   for (const std::uint32_t i : island.bodies)
     result.step_memory.flow = std::max({result.step_memory.flow, state.step_memory[i].flow, 1});
 }

@@ -25,10 +25,14 @@ namespace skerry {
 /// are; with a solver that is not exact all of more than 8 points are.
 bool is_in_flow(const WorldState& state, const Island& island, double h);
 
+/// Work in visits after which exact forces of an island that may flow are given up; 0 if it may not.
+double flow_from_work(const WorldState& state, const Island& island);
+
 /// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.
 int restlessness(const IslandResult& result);
 
-/// Brings an island in flow through a step of `h` [s].
-void step_island_in_flow(WorldState& state, const Island& island, double h, IslandResult& result);
+/// Brings an island in flow through a step, or what is left of it: to `to` [s] since its beginning.
+void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
+                         IslandResult& result);
 
 }  // namespace skerry

@@ -18,6 +18,7 @@ class IslandBackup {
     for (const std::uint32_t i : island.bodies) {
       bodies_.push_back({all.position[i], all.angle[i], all.rotation[i], all.velocity[i], all.omega[i]});
       travelled_.push_back(state.travelled[i]);
+      strayed_.push_back(state.strayed[i]);
     }
     for (const std::uint32_t i : island.contacts) contacts_.push_back(state.contacts[i]);
     for (const std::uint32_t i : island.joints) joints_.push_back(state.joints[i]);
@@ -33,6 +34,7 @@ class IslandBackup {
       all.velocity[i] = bodies_[k].velocity;
       all.omega[i] = bodies_[k].omega;
       state.travelled[i] = travelled_[k];
+      state.strayed[i] = strayed_[k];
     }
     for (std::size_t k = 0; k < contacts_.size(); ++k) state.contacts[island.contacts[k]] = contacts_[k];
     for (std::size_t k = 0; k < joints_.size(); ++k) state.joints[island.joints[k]] = joints_[k];
@@ -40,7 +42,7 @@ class IslandBackup {
 
  private:
   std::vector<BodyBackup> bodies_;
-  std::vector<double> travelled_;
+  std::vector<double> travelled_, strayed_;
   std::vector<Contact> contacts_;
   std::vector<JointRecord> joints_;
 };

@@ -41,7 +41,8 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
 /// What the next solve of the island may cost (`SolveOptions::work_limit`; 0: unlimited): half of what the
 /// step has left, so that the problems after it get their share, too, and a sixteenth of the whole at least.
 inline double work_left(const WorldState& state, const IslandResult& result) {
-  const double limit = state.config.solve.work_limit;
+  double limit = state.config.solve.work_limit;
+  if (result.work_limit > 0) limit = limit > 0 ? std::min(limit, result.work_limit) : result.work_limit;
   return limit > 0 ? std::max(limit / 16, 0.5 * (limit - result.work.visits)) : 0;
 }
 

@@ -200,8 +200,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
         all.angle[body] += shift[k][2];
         all.rotation[body] = Rot::from_angle(all.angle[body]);
       }
-      state.travelled[body] +=
-          length(Vec2{shift[k][0], shift[k][1]}) + std::abs(shift[k][2]) * state.radius[body];
+      note_shift(state, body, shift[k]);
     }
     result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
   }

@@ -51,6 +51,7 @@ struct IslandResult {
   bool in_flight = false;                  ///< nothing to meet: closed form
   bool at_rest = false;                    ///< nothing changed since the last step: its result was used again
   SolveWork work;
+  double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};
   std::vector<IslandTrace> traces;
@@ -60,8 +61,8 @@ struct IslandResult {
 };
 
 /// Advances the bodies of `island` by `h` [s]. Touches nothing but these bodies, the island's contacts and
-/// joints, and `WorldState::travelled` of its bodies, so islands may be stepped in any order or at the same
-/// time.
+/// joints, and `WorldState::travelled` and `strayed` of its bodies, so islands may be stepped in any order or
+/// at the same time.
 using StepIslandFn = void (*)(WorldState& state, const Island& island, double h, IslandResult& result);
 
 struct StepperEntry {
@@ -78,7 +79,15 @@ const StepperEntry& find_stepper(std::string_view name);
 /// If nothing is in reach: one flight in closed form. @return false if there is
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result);
 
-/// Ballistic flight in closed form: exact for constant acceleration.
-void fly(WorldState& state, std::uint32_t body, double h);
+/// Ballistic flight in closed form: exact for constant acceleration. @param from  since the beginning of the
+/// step [s]
+void fly(WorldState& state, std::uint32_t body, double from, double h);
+
+/// Notes how far a body went within `t` [s], and how far from free flight, as its velocity changed evenly
+/// between these two. @param from  since the beginning of the step [s]
+void note_travel(WorldState& state, std::uint32_t body, double from, double t,
+                 const std::array<double, 3>& before, const std::array<double, 3>& after);
+/// The same for a shift without a time.
+void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
 
 }  // namespace skerry

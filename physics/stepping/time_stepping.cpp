@@ -52,8 +52,9 @@ class IslandStep {
   IslandStep(const IslandStep&) = delete;
   IslandStep& operator=(const IslandStep&) = delete;
 
-  /// Brings the island from one time of the step to another [s].
-  void run(double from, double to) {
+  /// Brings the island from one time of the step to another [s]. @return where it came to: it gives up where
+  /// the forces cost more than they may (`IslandResult::work_limit`)
+  double run(double from, double to) {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
     // fewer: a heap of 100 contacts is cut 5 times, a row of balls or a gas as often as its bounces want.
@@ -92,6 +93,7 @@ class IslandStep {
         forces = solve_piece(state_, island_, part, before, after, result_);
         hit = next_hit(length, before, after);
       }
+      if (result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
       // The end of sliding is an end of the piece.
       if (forces.stop < hit) {
         hit = forces.stop;
@@ -121,6 +123,7 @@ class IslandStep {
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;
     }
+    return elapsed_;
   }
 
  private:
@@ -225,9 +228,7 @@ class IslandStep {
       }
       all.velocity[body] = {v[0], v[1]};
       all.omega[body] = v[2];
-      const double speed = std::max(length(Vec2{before[k][0], before[k][1]}), length(Vec2{v[0], v[1]}));
-      const double turn = std::max(std::abs(before[k][2]), std::abs(v[2]));
-      state_.travelled[body] += t * (speed + turn * state_.radius[body]);
+      note_travel(state_, body, elapsed_, t, plastic ? path : before[k], v);
     }
     give_spin(state_, island_, -excess);
     for (const std::uint32_t index : island_.contacts) {
@@ -263,10 +264,12 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   if (state.config.accuracy)
     step_with_error_control(state, island, h, *state.config.accuracy, result);
   else if (is_in_flow(state, island, h))
-    step_island_in_flow(state, island, h, result);
+    step_island_in_flow(state, island, 0, h, result);
   else {
-    IslandStep(state, island, result).run(0, h);
+    result.work_limit = flow_from_work(state, island);
+    const double there = IslandStep(state, island, result).run(0, h);
     result.step_memory.flow = restlessness(result);
+    if (there < h) step_island_in_flow(state, island, there, h, result);
   }
 }
 
@@ -281,14 +284,14 @@ bool fly_freely(WorldState& state, const Island& island, double h, IslandResult&
   }
   std::vector<PathEnd> start;
   if (state.observe.paths) start = path_ends(state, island.bodies);
-  for (const std::uint32_t body : island.bodies) fly(state, body, h);
+  for (const std::uint32_t body : island.bodies) fly(state, body, 0, h);
   if (state.observe.paths) record_hermite(state, island.bodies, 0, h, start, result);
   result.in_flight = true;
   result.substeps = 1;
   return true;
 }
 
-void fly(WorldState& state, std::uint32_t body, double h) {
+void fly(WorldState& state, std::uint32_t body, double from, double h) {
   BodyArrays& all = state.bodies;
   const Vec2 v0 = all.velocity[body];
   const double w0 = all.omega[body];
@@ -300,9 +303,29 @@ void fly(WorldState& state, std::uint32_t body, double h) {
     all.angle[body] += turn;
     all.rotation[body] = Rot::from_angle(all.angle[body]);
   }
-  const double speed = std::max(length(v0), length(all.velocity[body]));
-  state.travelled[body] +=
-      h * (speed + std::max(std::abs(w0), std::abs(all.omega[body])) * state.radius[body]);
+  note_travel(state, body, from, h, {v0.x, v0.y, w0},
+              {all.velocity[body].x, all.velocity[body].y, all.omega[body]});
+}
+
+void note_travel(WorldState& state, std::uint32_t body, double from, double t, const Velocity& before,
+                 const Velocity& after) {
+  const double radius = state.radius[body];
+  state.travelled[body] += t * (std::max(length(Vec2{before[0], before[1]}), length(Vec2{after[0], after[1]})) +
+                                std::max(std::abs(before[2]), std::abs(after[2])) * radius);
+  if (state.flight[body] == Flight::Bent) return;
+  const BodyBackup& start = state.backup[body];
+  const auto astray = [&](const Velocity& v, double time) {
+    const Vec2 free = start.velocity + time * state.acceleration[body];
+    const double turn = start.omega + time * state.angular_acceleration[body];
+    return length(Vec2{v[0], v[1]} - free) + std::abs(v[2] - turn) * radius;
+  };
+  state.strayed[body] += t * std::max(astray(before, from), astray(after, from + t));
+}
+
+void note_shift(WorldState& state, std::uint32_t body, const Velocity& shift) {
+  const double way = length(Vec2{shift[0], shift[1]}) + std::abs(shift[2]) * state.radius[body];
+  state.travelled[body] += way;
+  state.strayed[body] += way;
 }
 
 }  // namespace skerry

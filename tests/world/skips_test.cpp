@@ -30,6 +30,7 @@ const Switch kSwitches[] = {
     {"Resting", [](WorldConfig& c) { c.reuse_resting = false; }, 0},
     {"Manifolds", [](WorldConfig& c) { c.skips.manifolds = false; }, 0},
     {"Axes", [](WorldConfig& c) { c.skips.axes = false; }, 0},
+    {"Alike", [](WorldConfig& c) { c.skips.alike = false; }, 1e-9},
     {"Flight", [](WorldConfig& c) { c.skips.flight = false; }, 1e-9},
     {"Factors", [](WorldConfig& c) { c.skips.factors = false; }, 1e-9},
     // Rows that carry nothing make islands go to another rung; a landing found a little later is amplified.

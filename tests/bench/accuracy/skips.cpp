@@ -32,6 +32,7 @@ constexpr Switch kSwitches[] = {
        c.skips.factors = false;
      }},
     {"friction rows at mu 0", [](WorldConfig& c) { c.skips.smooth_rows = false; }},
+    {"pairs of what flies alike", [](WorldConfig& c) { c.skips.alike = false; }},
     {"no closed-form flight", [](WorldConfig& c) { c.skips.flight = false; }},
 };
 

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+//
+// How far bodies can go within a step, and which pairs can meet therefore. Before the step a body's reach
+// bounds how far it goes, and its allowance how far it leaves the way of its free flight; both hold until
+// something strikes it, and what the step finds out is looked at afterwards. Two bodies that fly alike come
+// no nearer to each other but for what they stray.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/world_step.h"
+
+namespace skerry {
+namespace {
+
+/// By how much two bodies change their distance in `h` [s] while nothing touches them [m].
+double flight_apart(const WorldState& s, std::uint32_t a, std::uint32_t b, double h) {
+  const auto moves = [&](std::uint32_t i) { return s.bodies.type[i] == BodyType::Dynamic && !s.kept[i]; };
+  const auto spin = [&](std::uint32_t i) {
+    if (!moves(i)) return 0.0;
+    return h * (std::abs(s.backup[i].omega) + h * std::abs(s.angular_acceleration[i])) * s.radius[i];
+  };
+  const Vec2 va = moves(a) ? s.backup[a].velocity : Vec2{}, vb = moves(b) ? s.backup[b].velocity : Vec2{};
+  const Vec2 aa = moves(a) ? s.acceleration[a] : Vec2{}, ab = moves(b) ? s.acceleration[b] : Vec2{};
+  return h * (length(va - vb) + h * length(aa - ab)) + spin(a) + spin(b);
+}
+
+}  // namespace
+
+bool flies_freely(const WorldState& state, std::uint32_t body) {
+  return state.bodies.type[body] == BodyType::Dynamic && state.joints_of[body].empty() &&
+         !state.drag[body].any() && !state.field;
+}
+
+/// A fast body that something may strike, or that may strike something, can go anywhere within its reach.
+void Step::expect_blows() {
+  for (const Pair& pair : s_.pairs) {
+    const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
+    const bool fast_a = s_.flight[a] == Flight::Fast, fast_b = s_.flight[b] == Flight::Fast;
+    if (!fast_a && !fast_b) continue;
+    const double free = fly_alike(a, b) ? flight_apart(s_, a, b, h_) : kInfinity;
+    if (box_gap(pair) > s_.config.touch_tolerance + std::min(free, s_.reach[a] + s_.reach[b])) continue;
+    if (!may_touch(pair) || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
+    if (fast_a) s_.allowance[a] = 2 * s_.reach[a];
+    if (fast_b) s_.allowance[b] = 2 * s_.reach[b];
+  }
+}
+
+/// Whether the shapes can meet in this step, by their boxes where it begins.
+bool Step::is_near(const Pair& pair) const {
+  const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
+  return !fly_alike(a, b) || !(box_gap(pair) > margin_of(a, b));
+}
+
+/// Farther apart than this [m] the step cannot bring two bodies' shapes together.
+double Step::margin_of(std::uint32_t a, std::uint32_t b) const {
+  const double both = s_.reach[a] + s_.reach[b];
+  // `extend_reach` lets half a margin pass for each.
+  return fly_alike(a, b) ? s_.config.contact_margin + closest_approach(a, b, s_.reach, s_.allowance)
+                         : 2 * s_.config.contact_margin + both;
+}
+
+/// Distance of the two shapes' boxes where the step begins [m], or less.
+double Step::box_gap(const Pair& pair) const {
+  const ShapeRecord& a = s_.shapes[pair.low];
+  const ShapeRecord& b = s_.shapes[pair.high];
+  const double grown = s_.reach[a.body.index] + s_.reach[b.body.index] + 2 * s_.config.contact_margin;
+  const double x = std::max(b.box.lower.x - a.box.upper.x, a.box.lower.x - b.box.upper.x) + grown;
+  const double y = std::max(b.box.lower.y - a.box.upper.y, a.box.lower.y - b.box.upper.y) + grown;
+  return std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+}
+
+/// Whether it is worth a look how two bodies move against each other: one is fast, and nothing bends the way
+/// of either.
+bool Step::fly_alike(std::uint32_t a, std::uint32_t b) const {
+  const auto plain = [this](std::uint32_t i) {
+    return s_.flight[i] != Flight::Bent || s_.bodies.type[i] == BodyType::Static;
+  };
+  return (s_.flight[a] == Flight::Fast || s_.flight[b] == Flight::Fast) && plain(a) && plain(b);
+}
+
+/// By how much the distance of two bodies can shrink in the step [m]. @param ways  how far each goes at most
+/// @param astray  and how far from free flight
+double Step::closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
+                              const std::vector<double>& astray) const {
+  const double both = ways[a] + ways[b];
+  if (!fly_alike(a, b)) return both;
+  const auto strays = [&](std::uint32_t i) { return s_.kept[i] ? 2 * s_.reach[i] : astray[i]; };
+  return std::min(both, flight_apart(s_, a, b, h_) + strays(a) + strays(b));
+}
+
+/// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did
+/// meet more than was known shows in the next round. Reaches only grow and islands only merge, so this ends.
+bool Step::extend_reach() {
+  bool any = false;
+  std::vector<std::uint8_t>& dirty = s_.scratch.dirty;
+  for (const std::uint32_t i : s_.active) {
+    if (s_.kept[i]) continue;
+    const double slack = 0.5 * s_.config.contact_margin;
+    const bool far = s_.travelled[i] > s_.reach[i] + slack;
+    const bool astray = s_.flight[i] == Flight::Fast && s_.strayed[i] > s_.allowance[i] + slack;
+    if (!(far || astray) || !std::isfinite(s_.travelled[i])) continue;
+    if (!any) dirty.assign(s_.bodies.size(), 0);
+    if (far) s_.reach[i] = 1.25 * s_.travelled[i];
+    // Free flight takes it no farther than its reach, so this is no bound any more.
+    s_.allowance[i] = 2 * s_.reach[i];
+    dirty[i] = 1;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace skerry
