@@ -74,12 +74,17 @@ SKERRY_INLINE void blend(std::uint8_t* at, Lanes whole, const Brush& rim, Lanes 
                            under.b * keep + (whole * rim.b + inner * more.b)}));
 }
 
+/// Rounds to the nearest, halves up, as `packed` does. @param x  0 to 255
+SKERRY_INLINE std::uint8_t to_byte(float x) {
+  return static_cast<std::uint8_t>(x + 0.5f);  // NOLINT(bugprone-incorrect-roundings): never negative
+}
+
 /// One pixel.
 SKERRY_INLINE void blend_one(std::uint8_t* at, float cover, const Ink& ink) {
   const float keep = 1 - cover * ink.a;
-  at[0] = static_cast<std::uint8_t>(static_cast<float>(at[0]) * keep + cover * ink.r + 0.5f);
-  at[1] = static_cast<std::uint8_t>(static_cast<float>(at[1]) * keep + cover * ink.g + 0.5f);
-  at[2] = static_cast<std::uint8_t>(static_cast<float>(at[2]) * keep + cover * ink.b + 0.5f);
+  at[0] = to_byte(static_cast<float>(at[0]) * keep + cover * ink.r);
+  at[1] = to_byte(static_cast<float>(at[1]) * keep + cover * ink.g);
+  at[2] = to_byte(static_cast<float>(at[2]) * keep + cover * ink.b);
 }
 
 /// Calls `group(x, centres, inside)` for groups of kLanes pixels that hold x0..x1 once each; `inside(value)`
@@ -102,9 +107,7 @@ SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, cons
   if (x0 >= x1) return;
   std::uint8_t* const row = row_of(surface, y);
   if (ink.a >= 1 && cover >= 1) {
-    const std::uint8_t pixel[4] = {static_cast<std::uint8_t>(ink.r + 0.5f),
-                                   static_cast<std::uint8_t>(ink.g + 0.5f),
-                                   static_cast<std::uint8_t>(ink.b + 0.5f), 255};
+    const std::uint8_t pixel[4] = {to_byte(ink.r), to_byte(ink.g), to_byte(ink.b), 255};
     std::uint32_t word;
     std::memcpy(&word, pixel, 4);
     auto* const words = reinterpret_cast<std::uint32_t*>(row);
@@ -127,6 +130,7 @@ SKERRY_INLINE void fill_span(const Surface& surface, int y, int x0, int x1, cons
       over = blended(under, cover, brush);
     }
   }
+  // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): it vanishes
   by_lanes(x, x1, surface.width, [row, brush, cover](int at, Lanes, const auto& inside) SKERRY_INLINE_LAMBDA {
     blend(row + 4 * at, inside(cover), brush);
   });

@@ -159,6 +159,7 @@ void paint_rows(const Surface surface, const ShapeInstance& shape, const Reach r
       std::uint8_t* const row = row_of(surface, y);
       const Lanes dy = static_cast<float>(y) + 0.5f - cy;
       const Lanes along = dy * ay, across = dy * ax;
+      // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): it vanishes
       const auto paint_group = [=](int x, Lanes centres, const auto& mask) SKERRY_INLINE_LAMBDA {
         const Lanes dx = centres - cx;
         const Lanes d = Lanes(0.5f) - distance(Local{dx * ax + along, across - dx * ay});
@@ -218,7 +219,7 @@ inline void paint_disc(const Surface& surface, const ShapeInstance& shape) {
   const auto distance = [r](const Local& at)
                             SKERRY_INLINE_LAMBDA { return sqrt(at.x * at.x + at.y * at.y) - r; };
   const double reach = radius + 0.5;
-  if (reach < kSmall + (kLanes - 4) / 4)
+  if (reach < (kLanes == 8 ? kSmall + 1 : kSmall))
     paint(surface, shape, reach, Strip{x - reach, x + reach}, Nothing{}, distance);
   else if (radius - outline < 2 * kLanes - 2)
     paint(surface, shape, reach, Round{x, y, reach}, Nothing{}, distance);
