@@ -103,9 +103,10 @@ class Auto final : public PairFinder {
       world = united(world, box);
     }
     std::ostringstream text;
-    text << boxes.size() << " boxes of " << least << " to " << most << " m in "
-         << world.upper.x - world.lower.x << " m x " << world.upper.y - world.lower.y << " m, about "
-         << std::lround(mean_moved_) << " moved a step";
+    text.precision(2);
+    text << "about " << std::lround(mean_moved_) << " of " << boxes.size() << " moved a step, " << least
+         << " to " << most << " m, in " << world.upper.x - world.lower.x << " m x "
+         << world.upper.y - world.lower.y << " m";
     reason_ = text.str();
   }
 

@@ -162,7 +162,11 @@ void show_broadphase(const PanelContext& context) {
   panel.fitted(0, y, panel.width(), style.text,
                broad_phase.name() == used ? used : std::string(broad_phase.name()) + " \xE2\x86\x92 " + used);
   y += kLinePx + 1;
-  if (const BroadPhaseEntry* entry = entry_of(used))
+  // Why it was chosen, or what it is.
+  const std::size_t reason = choice.find(": ");
+  if (reason != std::string::npos)
+    panel.fitted(0, y, panel.width(), style.text_dim, choice.substr(reason + 2));
+  else if (const BroadPhaseEntry* entry = entry_of(used))
     panel.fitted(0, y, panel.width(), style.text_dim, std::string(entry->summary));
   y += kLinePx + 6;
   const std::pair<const char*, std::string> rows[] = {

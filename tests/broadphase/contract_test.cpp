@@ -397,7 +397,7 @@ TEST(AutoBroadPhase, SwitchesBothWaysAndLosesOrDoublesNoPair) {
     const std::string choice = tested->choice().substr(0, tested->choice().find(':'));
     if (choices.empty() || choices.back() != choice) choices.push_back(choice);
   }
-  EXPECT_THAT(tested->choice(), testing::HasSubstr(" boxes of "));
+  EXPECT_THAT(tested->choice(), testing::HasSubstr(" moved a step, "));
   EXPECT_THAT(choices, testing::ElementsAre("brute_force", "neighbour_list", "brute_force", "neighbour_list",
                                             "brute_force"));
 }
