@@ -10,7 +10,7 @@
 namespace skerry {
 namespace {
 
-constexpr std::size_t kMostRows = 24;
+constexpr std::size_t kMostRows = 8;
 // A second solution counts only if its stopping rows are at their bounds up to this.
 constexpr double kAtBound = 1 - 1e-9;
 

@@ -25,7 +25,7 @@ struct SolvedPiece {
 /// `solution`, no longer or backwards at its end. If there are any, the piece is solved again with all of
 /// them at their bound throughout; their velocities then go linearly through zero.
 ///
-/// Done for islands of at most 24 rows; in larger ones a stop costs more than the mu g h^2 / 8 that it is
+/// Done for islands of at most 8 rows; in larger ones a stop costs more than the mu g h^2 / 8 that it is
 /// worth.
 ///
 /// @param solution  replaced by the second one if a stop was found

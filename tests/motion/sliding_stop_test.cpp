@@ -4,6 +4,7 @@
 // not depend on the step. All by formula.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "tests/support/worlds.h"
 
@@ -119,6 +120,23 @@ TEST(SlidingStop, SeveralBlocksStopInOneStepEachAtItsOwnPlace) {
     EXPECT_NEAR(world.position(below).x, slow * slow / (2 * (2 * mu_2 - mu_1) * kG), kExact) << steps;
     const double v = slow + fast;
     EXPECT_NEAR(world.position(above).x, v * v / (2 * mu_1 * kG), kExact) << steps;
+  }
+}
+
+TEST(SlidingStop, DoesNotCutTheStepsOfAStackThatIsTouched) {
+  // Blows so light that boxes slip for a ten-thousandth of a second. The stop of one shifts the loads of all,
+  // and so on.
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 5; ++i) boxes.push_back(add(world, {0, i + 0.5}, rough(make_box({1, 1}), 0.5)));
+  for (int step = 0; step < 12; ++step) {
+    const BodyId struck = boxes[static_cast<std::size_t>(step % 2)];
+    world.apply_impulse(struck, {0.001 * (1 + step % 7), 0}, world.position(struck));
+    const StepReport& report = world.step(1.0 / 60);
+    EXPECT_EQ(report.substeps, 1) << step;
+    EXPECT_EQ(report.impacts, 0) << step;
+    EXPECT_LT(report.worst_residual, 1e-10) << step;
   }
 }
 
