@@ -310,8 +310,9 @@ void fly(WorldState& state, std::uint32_t body, double from, double h) {
 void note_travel(WorldState& state, std::uint32_t body, double from, double t, const Velocity& before,
                  const Velocity& after) {
   const double radius = state.radius[body];
-  state.travelled[body] += t * (std::max(length(Vec2{before[0], before[1]}), length(Vec2{after[0], after[1]})) +
-                                std::max(std::abs(before[2]), std::abs(after[2])) * radius);
+  state.travelled[body] +=
+      t * (std::max(length(Vec2{before[0], before[1]}), length(Vec2{after[0], after[1]})) +
+           std::max(std::abs(before[2]), std::abs(after[2])) * radius);
   if (state.flight[body] == Flight::Bent) return;
   const BodyBackup& start = state.backup[body];
   const auto astray = [&](const Velocity& v, double time) {
