@@ -7,6 +7,8 @@
 #include <immintrin.h>
 #endif
 
+#include "physics/cpu.h"
+
 // SKERRY_MAY_USE_AVX2: there may be code between SKERRY_AVX2_BEGIN and SKERRY_AVX2_END, to be called if
 // `has_avx2`. SKERRY_MUST_HAVE_AVX2: the whole program is compiled for it, so there is no other version.
 // (clang 14 can switch it on function by function only, so it has none unless it must.)
@@ -23,12 +25,12 @@
 
 namespace skerry::narrow {
 
+/// Whether to call what stands between them.
 inline bool has_avx2() {
 #if defined(SKERRY_MUST_HAVE_AVX2)
   return true;
 #elif defined(SKERRY_MAY_USE_AVX2)
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
+  return cpu_has_avx2();
 #else
   return false;
 #endif

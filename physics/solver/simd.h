@@ -7,6 +7,8 @@
 // Vectors are never passed by value: without AVX that has no stable calling convention.
 #pragma once
 
+#include "physics/cpu.h"
+
 #define SKERRY_ALWAYS_INLINE inline __attribute__((always_inline))
 #if defined(__x86_64__)
 #define SKERRY_AVX2 __attribute__((target("avx2")))
@@ -23,15 +25,5 @@ using Vec4 = double __attribute__((vector_size(32)));
 struct alignas(32) BodyVector {
   Vec4 v;
 };
-
-/// Whether the AVX2 variants of the kernels may run on this processor.
-inline bool cpu_has_avx2() {
-#if defined(__x86_64__)
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-#else
-  return false;
-#endif
-}
 
 }  // namespace skerry
