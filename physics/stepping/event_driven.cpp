@@ -19,6 +19,7 @@
 #include "physics/stepping/runge_kutta.h"
 #include "physics/stepping/time_stepping.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 #include "physics/world_state.h"
 
 namespace skerry {

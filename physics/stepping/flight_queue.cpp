@@ -10,6 +10,7 @@
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 #include "physics/world_state.h"
 
 namespace skerry {

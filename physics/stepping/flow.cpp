@@ -14,6 +14,7 @@
 #include "physics/stepping/path.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -291,23 +292,18 @@ class FlowStep {
       all.angle[body] += shift[2];
       all.rotation[body] = Rot::from_angle(all.angle[body]);
     }
-    const double gone =
-        state_.travelled[body] + std::hypot(shift[0], shift[1]) + std::abs(shift[2]) * state_.radius[body];
+    const double gone = state_.travelled[body] + length_of_shift(state_, body, shift);
     state_.travelled[body] = forgiven(gone, state_.reach[body], body);
   }
 
   /// A body that an impulse acted on goes straight on with its new velocity.
   void stray(std::uint32_t body, const Velocity& v) {
-    const BodyBackup& start = state_.backup[body];
-    const auto astray = [&](double t) {
-      return length(Vec2{v[0], v[1]} - start.velocity - t * state_.acceleration[body]) +
-             std::abs(v[2] - start.omega - t * state_.angular_acceleration[body]) * state_.radius[body];
-    };
-    note_stray(body, h_ * std::max(astray(from_), astray(from_ + h_)));
+    note_stray(
+        body, h_ * std::max(speed_astray(state_, body, v, from_), speed_astray(state_, body, v, from_ + h_)));
   }
 
   void note_stray(std::uint32_t body, double way) {
-    if (state_.flight[body] != Flight::Bent)
+    if (state_.flight[body] != FlightKind::Bent)
       state_.strayed[body] = forgiven(state_.strayed[body] + way, state_.allowance[body], body);
   }
 
@@ -353,8 +349,7 @@ class FlowStep {
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
       move(k, shift[k]);
-      note_stray(island_.bodies[k], std::hypot(shift[k][0], shift[k][1]) +
-                                        std::abs(shift[k][2]) * state_.radius[island_.bodies[k]]);
+      note_stray(island_.bodies[k], length_of_shift(state_, island_.bodies[k], shift[k]));
     }
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(*assembly, shift);

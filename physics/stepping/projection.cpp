@@ -10,6 +10,7 @@
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 
 namespace skerry {
 namespace {

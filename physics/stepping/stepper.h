@@ -79,15 +79,4 @@ const StepperEntry& find_stepper(std::string_view name);
 /// If nothing is in reach: one flight in closed form. @return false if there is
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result);
 
-/// Ballistic flight in closed form: exact for constant acceleration. @param from  since the beginning of the
-/// step [s]
-void fly(WorldState& state, std::uint32_t body, double from, double h);
-
-/// Notes how far a body went within `t` [s], and how far from free flight, as its velocity changed evenly
-/// between these two. @param from  since the beginning of the step [s]
-void note_travel(WorldState& state, std::uint32_t body, double from, double t,
-                 const std::array<double, 3>& before, const std::array<double, 3>& after);
-/// The same for a shift without a time.
-void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
-
 }  // namespace skerry

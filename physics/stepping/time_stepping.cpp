@@ -19,6 +19,7 @@
 #include "physics/stepping/projection.h"
 #include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -289,44 +290,6 @@ bool fly_freely(WorldState& state, const Island& island, double h, IslandResult&
   result.in_flight = true;
   result.substeps = 1;
   return true;
-}
-
-void fly(WorldState& state, std::uint32_t body, double from, double h) {
-  BodyArrays& all = state.bodies;
-  const Vec2 v0 = all.velocity[body];
-  const double w0 = all.omega[body];
-  all.velocity[body] = v0 + h * state.acceleration[body];
-  all.omega[body] = w0 + h * state.angular_acceleration[body];
-  all.position[body] += 0.5 * h * (v0 + all.velocity[body]);
-  const double turn = 0.5 * h * (w0 + all.omega[body]);
-  if (turn != 0) {
-    all.angle[body] += turn;
-    all.rotation[body] = Rot::from_angle(all.angle[body]);
-  }
-  note_travel(state, body, from, h, {v0.x, v0.y, w0},
-              {all.velocity[body].x, all.velocity[body].y, all.omega[body]});
-}
-
-void note_travel(WorldState& state, std::uint32_t body, double from, double t, const Velocity& before,
-                 const Velocity& after) {
-  const double radius = state.radius[body];
-  state.travelled[body] +=
-      t * (std::max(length(Vec2{before[0], before[1]}), length(Vec2{after[0], after[1]})) +
-           std::max(std::abs(before[2]), std::abs(after[2])) * radius);
-  if (state.flight[body] == Flight::Bent) return;
-  const BodyBackup& start = state.backup[body];
-  const auto astray = [&](const Velocity& v, double time) {
-    const Vec2 free = start.velocity + time * state.acceleration[body];
-    const double turn = start.omega + time * state.angular_acceleration[body];
-    return length(Vec2{v[0], v[1]} - free) + std::abs(v[2] - turn) * radius;
-  };
-  state.strayed[body] += t * std::max(astray(before, from), astray(after, from + t));
-}
-
-void note_shift(WorldState& state, std::uint32_t body, const Velocity& shift) {
-  const double way = length(Vec2{shift[0], shift[1]}) + std::abs(shift[2]) * state.radius[body];
-  state.travelled[body] += way;
-  state.strayed[body] += way;
 }
 
 }  // namespace skerry

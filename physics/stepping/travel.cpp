@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/travel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skerry {
+
+void fly(WorldState& state, std::uint32_t body, double from, double h) {
+  BodyArrays& all = state.bodies;
+  const Vec2 v0 = all.velocity[body];
+  const double w0 = all.omega[body];
+  all.velocity[body] = v0 + h * state.acceleration[body];
+  all.omega[body] = w0 + h * state.angular_acceleration[body];
+  all.position[body] += 0.5 * h * (v0 + all.velocity[body]);
+  const double turn = 0.5 * h * (w0 + all.omega[body]);
+  if (turn != 0) {
+    all.angle[body] += turn;
+    all.rotation[body] = Rot::from_angle(all.angle[body]);
+  }
+  note_travel(state, body, from, h, {v0.x, v0.y, w0},
+              {all.velocity[body].x, all.velocity[body].y, all.omega[body]});
+}
+
+double length_of_shift(const WorldState& state, std::uint32_t body, const std::array<double, 3>& shift) {
+  return length(Vec2{shift[0], shift[1]}) + std::abs(shift[2]) * state.radius[body];
+}
+
+double speed_astray(const WorldState& state, std::uint32_t body, const std::array<double, 3>& v,
+                    double time) {
+  const BodyBackup& start = state.backup[body];
+  const Vec2 free = start.velocity + time * state.acceleration[body];
+  const double turn = start.omega + time * state.angular_acceleration[body];
+  return length(Vec2{v[0], v[1]} - free) + std::abs(v[2] - turn) * state.radius[body];
+}
+
+void note_travel(WorldState& state, std::uint32_t body, double from, double t,
+                 const std::array<double, 3>& before, const std::array<double, 3>& after) {
+  state.travelled[body] +=
+      t * (std::max(length(Vec2{before[0], before[1]}), length(Vec2{after[0], after[1]})) +
+           std::max(std::abs(before[2]), std::abs(after[2])) * state.radius[body]);
+  if (state.flight[body] == FlightKind::Bent) return;
+  state.strayed[body] +=
+      t * std::max(speed_astray(state, body, before, from), speed_astray(state, body, after, from + t));
+}
+
+void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift) {
+  const double way = length_of_shift(state, body, shift);
+  state.travelled[body] += way;
+  state.strayed[body] += way;
+}
+
+}  // namespace skerry

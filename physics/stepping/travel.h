@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+//
+// How far bodies go within a step, and how far they leave the way of free flight: what tells afterwards
+// whether a pair that was left out can have met (world_reach.cpp).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "physics/world_state.h"
+
+namespace skerry {
+
+/// Ballistic flight in closed form: exact for constant acceleration. @param from  since the beginning of the
+/// step [s]
+void fly(WorldState& state, std::uint32_t body, double from, double h);
+
+/// How far a shift moves any point of a body [m].
+double length_of_shift(const WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
+
+/// Largest speed [m/s] at which a body with velocity `v` leaves the way that free flight since the beginning
+/// of the step would have taken. @param time  since then [s]
+double speed_astray(const WorldState& state, std::uint32_t body, const std::array<double, 3>& v, double time);
+
+/// Notes how far a body went within `t` [s], and how far from free flight, as its velocity changed evenly
+/// between these two. @param from  since the beginning of the step [s]
+void note_travel(WorldState& state, std::uint32_t body, double from, double t,
+                 const std::array<double, 3>& before, const std::array<double, 3>& after);
+
+/// The same for a shift without a time.
+void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
+
+}  // namespace skerry
