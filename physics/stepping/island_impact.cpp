@@ -97,9 +97,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.rest_speed = state.config.rest_speed;
   problem.solver = state.solver;
   // Impacts are not what an island may be too busy for: they have their own budget.
-  const double limit = result.work_limit;
-  result.work_limit = 0;
-  problem.work_limit = work_left(state, result);
+  problem.work_limit = work_left(state.config.solve.work_limit, result);
   ImpactResult impact = state.impact_law->apply(problem);
   store_velocities(state, island, impact.velocity);
   for (int i = 0; i < problem.system.size(); ++i) {
@@ -120,7 +118,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   result.reflections += impact.reflections;
   note_status(result, impact.status, impact.residual);
   result.work += impact.work;
-  result.work_limit = limit > 0 ? limit + impact.work.visits : 0;
+  if (result.work_limit > 0) result.work_limit += impact.work.visits;
   if (state.observe.systems) {
     keep_trace(state, island, elapsed, std::move(problem.system), std::move(impact.lambda), impact.status,
                state.impact_law->name, impact.residual, true, nullptr, result);

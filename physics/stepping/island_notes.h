@@ -38,12 +38,17 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
   result.report.residual = std::max(result.report.residual, residual);
 }
 
-/// What the next solve of the island may cost (`SolveOptions::work_limit`; 0: unlimited): half of what the
-/// step has left, so that the problems after it get their share, too, and a sixteenth of the whole at least.
-inline double work_left(const WorldState& state, const IslandResult& result) {
-  double limit = state.config.solve.work_limit;
-  if (result.work_limit > 0) limit = limit > 0 ? std::min(limit, result.work_limit) : result.work_limit;
+/// What the next solve of the island may cost of `limit` (`SolveOptions::work_limit`; 0: unlimited): half of
+/// what the step has left, so that the problems after it get their share, too, and a sixteenth of the whole
+/// at least.
+inline double work_left(double limit, const IslandResult& result) {
   return limit > 0 ? std::max(limit / 16, 0.5 * (limit - result.work.visits)) : 0;
+}
+
+/// The same for forces and positions, which an island that may flow can give up.
+inline double work_left(const WorldState& state, const IslandResult& result) {
+  const double limit = state.config.solve.work_limit, own = result.work_limit;
+  return work_left(limit > 0 && own > 0 ? std::min(limit, own) : std::max(limit, own), result);
 }
 
 /// Keeps a system with its answer. @param elapsed  since the beginning of the step [s]
