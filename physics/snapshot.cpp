@@ -83,7 +83,7 @@ void complete(WorldState& s) {
   s.strayed.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) {
     s.allowance.push_back(2 * s.reach[i]);
-    s.flight.push_back(flies_freely(s, i) ? Flight::Slow : Flight::Bent);
+    s.flight.push_back(flies_freely(s, i) ? FlightKind::Slow : FlightKind::Bent);
   }
   s.local_index.assign(n, -1);
   s.prescribed.resize(n);

@@ -50,7 +50,7 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.travelled.push_back(0);
   s.allowance.push_back(0);
   s.strayed.push_back(0);
-  s.flight.push_back(Flight::Bent);
+  s.flight.push_back(FlightKind::Bent);
   s.local_index.push_back(-1);
   s.rests.push_back(0);
   s.kept.push_back(0);

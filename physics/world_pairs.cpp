@@ -51,7 +51,7 @@ void Step::find_pairs() {
                                b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
         shape.in_broad_phase = true;
       } else if (box.lower != shape.box.lower || box.upper != shape.box.upper ||
-                 (rounds_ == 0 && s_.flight[body] == Flight::Fast)) {
+                 (rounds_ == 0 && s_.flight[body] == FlightKind::Fast)) {
         s_.box_updates.push_back({i, box});
       } else {
         continue;
@@ -71,7 +71,6 @@ void Step::find_pairs() {
 
 /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
 void Step::merge_pairs(bool moved) {
-  if (rounds_ == 0) s_.scratch.distant.clear();
   if (s_.pairs.empty() && !moved && s_.scratch.distant.empty()) return;
   if (are_pairs_of_table()) return;
   std::vector<ContactKey>& wanted = s_.scratch.wanted;

@@ -35,7 +35,7 @@ bool flies_freely(const WorldState& state, std::uint32_t body) {
 void Step::expect_blows() {
   for (const Pair& pair : s_.pairs) {
     const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
-    const bool fast_a = s_.flight[a] == Flight::Fast, fast_b = s_.flight[b] == Flight::Fast;
+    const bool fast_a = s_.flight[a] == FlightKind::Fast, fast_b = s_.flight[b] == FlightKind::Fast;
     if (!fast_a && !fast_b) continue;
     const double free = fly_alike(a, b) ? flight_apart(s_, a, b, h_) : kInfinity;
     if (box_gap(pair) > s_.config.touch_tolerance + std::min(free, s_.reach[a] + s_.reach[b])) continue;
@@ -73,9 +73,9 @@ double Step::box_gap(const Pair& pair) const {
 /// of either.
 bool Step::fly_alike(std::uint32_t a, std::uint32_t b) const {
   const auto plain = [this](std::uint32_t i) {
-    return s_.flight[i] != Flight::Bent || s_.bodies.type[i] == BodyType::Static;
+    return s_.flight[i] != FlightKind::Bent || s_.bodies.type[i] == BodyType::Static;
   };
-  return (s_.flight[a] == Flight::Fast || s_.flight[b] == Flight::Fast) && plain(a) && plain(b);
+  return (s_.flight[a] == FlightKind::Fast || s_.flight[b] == FlightKind::Fast) && plain(a) && plain(b);
 }
 
 /// By how much the distance of two bodies can shrink in the step [m]. @param ways  how far each goes at most
@@ -97,7 +97,7 @@ bool Step::extend_reach() {
     if (s_.kept[i]) continue;
     const double slack = 0.5 * s_.config.contact_margin;
     const bool far = s_.travelled[i] > s_.reach[i] + slack;
-    const bool astray = s_.flight[i] == Flight::Fast && s_.strayed[i] > s_.allowance[i] + slack;
+    const bool astray = s_.flight[i] == FlightKind::Fast && s_.strayed[i] > s_.allowance[i] + slack;
     if (!(far || astray) || !std::isfinite(s_.travelled[i])) continue;
     if (!any) dirty.assign(s_.bodies.size(), 0);
     if (far) s_.reach[i] = 1.25 * s_.travelled[i];

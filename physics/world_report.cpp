@@ -132,7 +132,11 @@ void add_contacts(WorldState& s) {
   }
   const auto solid =
       std::count_if(s.links.begin(), s.links.end(), [](const ContactLink& l) { return !l.sensor; });
-  r.pairs_out_of_reach += static_cast<int>(solid) - static_cast<int>(linked);
+  const std::vector<Pair>& distant = s.scratch.distant;
+  const auto solid_distant = std::count_if(distant.begin(), distant.end(), [&s](const Pair& pair) {
+    return !s.shapes[pair.low].sensor && !s.shapes[pair.high].sensor;
+  });
+  r.pairs_out_of_reach += static_cast<int>(solid + solid_distant) - static_cast<int>(linked);
 }
 
 void list_contacts(WorldState& s) {
@@ -221,7 +225,7 @@ void write_report(WorldState& s, double h) {
   r.dynamic_bodies = static_cast<int>(s.awake.size()) + asleep.bodies;
   r.shapes = static_cast<int>(s.shapes.size() - s.free_shapes.size());
   r.joints = static_cast<int>(s.joints.size() - s.free_joints.size());
-  r.pairs = static_cast<int>(s.contacts.size()) + asleep.pairs;
+  r.pairs = static_cast<int>(s.contacts.size() + s.scratch.distant.size()) + asleep.pairs;
   r.islands = static_cast<int>(s.islands.size()) + asleep.islands;
   r.field_keeps_awake = static_cast<bool>(s.field);
   r.field_wants_one_thread = s.field && s.field_threads == FieldThreads::One;

@@ -81,7 +81,7 @@ struct StepScratch {
 
 /// How a body moves while nothing touches it: what two bodies do to their distance is little where both fly
 /// alike, but that is worth a look only where one of them is fast.
-enum class Flight : std::uint8_t {
+enum class FlightKind : std::uint8_t {
   Bent,  ///< joints, drag or a field act on it, or somebody prescribes where it goes
   Slow,
   Fast,  ///< its reach is more than a few contact margins
@@ -150,9 +150,9 @@ struct WorldState {
   std::vector<double> reach;  ///< bound on how far any point of the body moves in a step [m], for all bodies
   std::vector<double> travelled;  ///< how far it did at most [m]
   /// Bound on how far any point of the body moves away from where free flight would have taken it [m], and
-  /// how far it did at most. They matter for bodies that fly fast (see `Flight`).
+  /// how far it did at most. They matter for bodies that fly fast (see `FlightKind`).
   std::vector<double> allowance, strayed;
-  std::vector<Flight> flight;
+  std::vector<FlightKind> flight;
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
   std::vector<BodyBackup> backup;         ///< at the start of the step, for all bodies
   std::vector<Pair> pairs;

@@ -90,6 +90,7 @@ void Step::begin() {
   require_masses();
   clear(s_.report);
   s_.scratch.lost.clear();
+  s_.scratch.distant.clear();
   // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
   if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
@@ -168,7 +169,7 @@ void Step::begin(std::uint32_t i) {
   s_.acceleration[i] = {};
   s_.angular_acceleration[i] = 0;
   s_.reach[i] = s_.allowance[i] = 0;
-  s_.flight[i] = Flight::Bent;
+  s_.flight[i] = FlightKind::Bent;
   if (b.type[i] == BodyType::Static) return;
   if (b.type[i] == BodyType::Dynamic) {
     const std::array<double, 3> a =
@@ -186,7 +187,7 @@ void Step::begin(std::uint32_t i) {
   if (!(s_.reach[i] < kFarthest)) contain(i, ContainmentCause::TooFar);
   if (!flies_freely(s_, i)) return;
   const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin;
-  s_.flight[i] = fast ? Flight::Fast : Flight::Slow;
+  s_.flight[i] = fast ? FlightKind::Fast : FlightKind::Slow;
   // Nothing is known yet that could strike a fast one.
   s_.allowance[i] = fast ? 0 : 2 * s_.reach[i];
 }
