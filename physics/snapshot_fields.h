@@ -170,6 +170,10 @@ inline void fields(Archive& a, Sleepers& v) {
 
 // --- The last report: scripts and pictures look at it before the next step
 // -------------------------------------------------------------
+inline void fields(Archive& a, BroadPhaseChoice& v) {
+  auto& [name, reason, switches, boxes, moved, smallest, largest, extent] = v;
+  a(name, reason, switches, boxes, moved, smallest, largest, extent);
+}
 inline void fields(Archive& a, NarrowPhaseStats& v) {
   auto& [pairs, axes_tested, axes_skipped, manifolds] = v;
   a(pairs, axes_tested, axes_skipped, manifolds);
@@ -208,10 +212,10 @@ inline void fields(Archive& a, StepReport& v) {
   [[maybe_unused]] auto& [step, time, h,
                           stage_seconds,  // measured, of that run
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
-                          rows, substeps, impacts, reflections, friction_rows, narrow, work, force_solves,
-                          events_found, inner_steps, rejected_steps, paradoxes, fallbacks, islands_by_events,
-                          islands_by_time_stepping, islands_in_flow, island_retries, islands_asleep,
-                          bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
+                          rows, substeps, impacts, reflections, friction_rows, broad_phase, narrow, work,
+                          force_solves, events_found, inner_steps, rejected_steps, paradoxes, fallbacks,
+                          islands_by_events, islands_by_time_stepping, islands_in_flow, island_retries,
+                          islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
                           pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual,
                           error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
                           potential_energy, momentum, angular_momentum, total_normal_impulse,
@@ -220,11 +224,11 @@ inline void fields(Archive& a, StepReport& v) {
                           traces  // large, and for an observer only
   ] = v;
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
-    substeps, impacts, reflections, friction_rows, narrow, work, force_solves, events_found, inner_steps,
-    rejected_steps, paradoxes, fallbacks, islands_by_events, islands_by_time_stepping, islands_in_flow,
-    island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
-    pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual, error_estimate,
-    inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
+    substeps, impacts, reflections, friction_rows, broad_phase, narrow, work, force_solves, events_found,
+    inner_steps, rejected_steps, paradoxes, fallbacks, islands_by_events, islands_by_time_stepping,
+    islands_in_flow, island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest,
+    manifolds_reused, pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual,
+    error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
     angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
     events, motion_events, joint_events, containments);
 }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "physics/broadphase/broadphase.h"
 #include "physics/handle.h"
 #include "physics/islands/island_system.h"
 #include "physics/narrowphase/manifold.h"
@@ -141,6 +142,7 @@ struct StepReport {
   int impacts = 0;      ///< impact solves
   int reflections = 0;  ///< inner reflections of those
   int friction_rows = 0;
+  BroadPhaseChoice broad_phase;  ///< which implementation found the pairs, and why
   NarrowPhaseStats narrow;
   SolveWork work;
 

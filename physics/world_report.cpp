@@ -227,6 +227,7 @@ void write_report(WorldState& s, double h) {
   r.joints = static_cast<int>(s.joints.size() - s.free_joints.size());
   r.pairs = static_cast<int>(s.contacts.size() + s.scratch.distant.size()) + asleep.pairs;
   r.islands = static_cast<int>(s.islands.size()) + asleep.islands;
+  r.broad_phase = s.broad_phase->choice();
   r.field_keeps_awake = static_cast<bool>(s.field);
   r.field_wants_one_thread = s.field && s.field_threads == FieldThreads::One;
   add_sleepers(asleep, r);

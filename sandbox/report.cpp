@@ -151,6 +151,9 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                       {"solver_visits", report.work.visits},
                       {"worst_penetration", report.worst_penetration},
                       {"contained", report.contained}};
+  const BroadPhaseChoice& pairs_by = report.broad_phase;
+  json["broad_phase"] = {
+      {"name", pairs_by.name}, {"reason", reason_of(pairs_by)}, {"switches", pairs_by.switches}};
   json["counts"] = {{"bodies", report.bodies},
                     {"pairs", report.pairs},
                     {"contact_points", report.contact_points},

@@ -10,8 +10,6 @@
 // not worth a list; and the neighbour list for all else, whatever the places, sizes, extent and share of
 // sleepers.
 #include <algorithm>
-#include <cmath>
-#include <sstream>
 
 #include "physics/broadphase/pair_finder.h"
 
@@ -67,6 +65,7 @@ class Auto final : public PairFinder {
     choice_ = best;
     finder_ = choice_->make(options_);
     describe(boxes);
+    ++described_.switches;
     std::vector<ProxyIndex> present;
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
       if (boxes.is_present(p)) present.push_back(p);
@@ -83,7 +82,7 @@ class Auto final : public PairFinder {
   void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override {
     finder_->ray_cast(boxes, ray, found);
   }
-  std::string choice() const override { return std::string(choice_->name) + ": " + reason_; }
+  BroadPhaseChoice choice() const override { return described_; }
   std::size_t bytes() const override { return finder_->bytes(); }
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override {
     finder_->visit_structure(boxes, visitor);
@@ -92,29 +91,29 @@ class Auto final : public PairFinder {
  private:
   /// Writes down the scene that led to the choice.
   void describe(const BoxSet& boxes) {
-    double least = kInfinity, most = 0;
+    described_.name = choice_->name;
+    described_.reason = BroadPhaseReason::Cheapest;
+    described_.boxes = boxes.size();
+    described_.moved = mean_moved_;
+    described_.smallest = kInfinity;
+    described_.largest = 0;
     Aabb world{{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
       if (!boxes.is_present(p)) continue;
       const Aabb& box = boxes.box(p);
       const double extent = std::max(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
-      least = std::min(least, extent);
-      most = std::max(most, extent);
+      described_.smallest = std::min(described_.smallest, extent);
+      described_.largest = std::max(described_.largest, extent);
       world = united(world, box);
     }
-    std::ostringstream text;
-    text.precision(2);
-    text << "about " << std::lround(mean_moved_) << " of " << boxes.size() << " moved a step, " << least
-         << " to " << most << " m, in " << world.upper.x - world.lower.x << " m x "
-         << world.upper.y - world.lower.y << " m";
-    reason_ = text.str();
+    described_.extent = world.upper - world.lower;
   }
 
   BroadPhaseOptions options_;
   std::unique_ptr<PairFinder> finder_;
   const Choice* choice_ = kChoices;
   double mean_moved_ = 0;
-  std::string reason_ = "few boxes";
+  BroadPhaseChoice described_{.name = kChoices[0].name, .reason = BroadPhaseReason::FewBoxes};
 };
 
 }  // namespace

@@ -74,6 +74,30 @@ struct BroadPhaseStats {
   std::uint64_t bytes = 0;        ///< memory held by the boxes, the structure and the sort
 };
 
+/// Why an implementation is at work.
+enum class BroadPhaseReason : std::uint8_t {
+  Named,     ///< it was asked for by its name
+  FewBoxes,  ///< `auto` begins so, and stays as long as there are few boxes
+  Cheapest,  ///< `auto`: the least expected time in the scene that the choice describes
+};
+
+/// The implementation that finds the pairs, and why. It has numbers and names of the registry only, so a copy
+/// allocates nothing.
+struct BroadPhaseChoice {
+  std::string_view name;  ///< of the registry; never `auto`
+  BroadPhaseReason reason = BroadPhaseReason::Named;
+  std::uint64_t switches = 0;  ///< how often `auto` has changed it so far
+
+  // The scene at the last change, for `Cheapest`.
+  std::uint64_t boxes = 0;
+  double moved = 0;                  ///< of these a step, mean of the last steps
+  double smallest = 0, largest = 0;  ///< longer side of a box [m]
+  Vec2 extent{};                     ///< width and height of what contains all boxes [m]
+};
+/// The reason in words: "by name", "few boxes", or the scene, for example "about 100 of 10000 moved a step,
+/// 0.5 to 1 m, in 80 m x 60 m".
+std::string reason_of(const BroadPhaseChoice& choice);
+
 /// A set of boxes that finds its overlapping pairs. Not thread-safe; one call at a time.
 class BroadPhase {
  public:
@@ -81,8 +105,8 @@ class BroadPhase {
 
   /// The registry's name; for `auto` the name is `auto` and `choice()` says what it uses.
   virtual std::string_view name() const = 0;
-  /// For `auto`: the implementation in use and why, for example "uniform_grid: 10000 boxes of similar size".
-  virtual std::string choice() const { return std::string(name()); }
+  /// The implementation at work, and why; others than `auto` give themselves.
+  virtual BroadPhaseChoice choice() const = 0;
 
   /// Adds a box. @throws std::invalid_argument if `proxy` is present already, or if the box is not finite or
   /// inverted (the message has the proxy's number and the four values); the set is unchanged then.

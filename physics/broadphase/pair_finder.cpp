@@ -17,9 +17,10 @@ class FinderBroadPhase final : public BroadPhase {
       : name_(name), finder_(std::move(finder)) {}
 
   std::string_view name() const override { return name_; }
-  std::string choice() const override {
-    const std::string chosen = finder_->choice();
-    return chosen.empty() ? std::string(name_) : chosen;
+  BroadPhaseChoice choice() const override {
+    BroadPhaseChoice chosen = finder_->choice();
+    if (chosen.name.empty()) chosen.name = name_;
+    return chosen;
   }
   void insert(ProxyIndex proxy, const Aabb& box, ProxyKind kind) override { boxes_.insert(proxy, box, kind); }
   void remove(ProxyIndex proxy) override { boxes_.remove(proxy); }

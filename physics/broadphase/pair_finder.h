@@ -7,7 +7,6 @@
 
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "physics/broadphase/box_set.h"
@@ -61,8 +60,8 @@ class PairFinder {
   virtual void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const = 0;
   /// Appends the boxes that the ray meets.
   virtual void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const;
-  /// What a finder that chooses among others has chosen; empty for all else.
-  virtual std::string choice() const { return {}; }
+  /// What a finder that chooses among others has chosen; without a name for all else.
+  virtual BroadPhaseChoice choice() const { return {}; }
   virtual std::size_t bytes() const = 0;
   virtual void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const = 0;
 };

@@ -2,6 +2,7 @@
 #include "physics/registry.h"
 
 #include <array>
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 
@@ -63,6 +64,17 @@ const std::array kEntries = {
 };
 
 }  // namespace
+
+std::string reason_of(const BroadPhaseChoice& choice) {
+  if (choice.reason == BroadPhaseReason::Named) return "by name";
+  if (choice.reason == BroadPhaseReason::FewBoxes) return "few boxes";
+  std::ostringstream text;
+  text.precision(2);
+  text << "about " << std::lround(choice.moved) << " of " << choice.boxes << " moved a step, "
+       << choice.smallest << " to " << choice.largest << " m, in " << choice.extent.x << " m x "
+       << choice.extent.y << " m";
+  return text.str();
+}
 
 std::span<const BroadPhaseEntry> broad_phases() {
   return kEntries;

@@ -157,15 +157,14 @@ void show_broadphase(const PanelContext& context) {
   Recorder recorder;
   broad_phase.visit_structure(recorder);
   double y = 0;
-  const std::string choice = broad_phase.choice();
-  const std::string used = choice.substr(0, choice.find(':'));
+  const BroadPhaseChoice choice = broad_phase.choice();
+  const std::string used(choice.name);
   panel.fitted(0, y, panel.width(), style.text,
                broad_phase.name() == used ? used : std::string(broad_phase.name()) + " \xE2\x86\x92 " + used);
   y += kLinePx + 1;
   // Why it was chosen, or what it is.
-  const std::size_t reason = choice.find(": ");
-  if (reason != std::string::npos)
-    panel.fitted(0, y, panel.width(), style.text_dim, choice.substr(reason + 2));
+  if (choice.reason != BroadPhaseReason::Named)
+    panel.fitted(0, y, panel.width(), style.text_dim, reason_of(choice));
   else if (const BroadPhaseEntry* entry = entry_of(used))
     panel.fitted(0, y, panel.width(), style.text_dim, std::string(entry->summary));
   y += kLinePx + 6;

@@ -136,6 +136,9 @@ TEST_F(CommandLine, ReportAndSeriesHoldTheRun) {
   EXPECT_EQ(json["passed"], true);
   EXPECT_EQ(json["parameters"]["speed"], 2);
   EXPECT_EQ(json["checks"][0]["state"], "ok");
+  EXPECT_EQ(json["broad_phase"]["name"], "brute_force");
+  EXPECT_EQ(json["broad_phase"]["reason"], "few boxes");
+  EXPECT_EQ(json["broad_phase"]["switches"], 0);
   EXPECT_EQ(json["bodies"][0]["name"], "ball");
   EXPECT_NEAR(json["bodies"][0]["position"][1].get<double>(), -10 * 0.125, 1e-12);
 

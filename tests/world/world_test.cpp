@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/worlds.h"
@@ -406,6 +407,34 @@ TEST(Determinism, EveryBroadPhaseGivesTheSameBits) {
   };
   const std::uint64_t expected = run("brute_force");
   for (const BroadPhaseEntry& entry : broad_phases()) EXPECT_EQ(run(entry.name), expected) << entry.name;
+}
+
+TEST(Report, SaysWhichBroadPhaseFoundThePairsAndWhyAndFollowsItsChanges) {
+  for (const BroadPhaseEntry& entry : broad_phases()) {
+    WorldConfig config;
+    config.broad_phase = entry.name;
+    World world(config);
+    add(world, {0, 0}, smooth(make_disc(0.5)));
+    const BroadPhaseChoice choice = world.step(1.0 / 60).broad_phase;
+    const bool is_auto = entry.name == "auto";
+    EXPECT_EQ(choice.name, is_auto ? "brute_force" : entry.name);
+    EXPECT_EQ(reason_of(choice), is_auto ? "few boxes" : "by name");
+    EXPECT_EQ(choice.switches, 0u);
+  }
+  // A thousand discs in the second step.
+  World world(weightless());
+  add(world, {0, -3}, smooth(make_disc(0.5)), 1, {1, 0});
+  EXPECT_EQ(world.step(1.0 / 60).broad_phase.name, "brute_force");
+  for (int i = 0; i < 999; ++i) add(world, {2.0 * i, 0}, smooth(make_disc(0.5)), 1, {1, 0});
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  const BroadPhaseChoice choice = world.report().broad_phase;
+  EXPECT_EQ(choice.name, "neighbour_list");
+  EXPECT_EQ(choice.reason, BroadPhaseReason::Cheapest);
+  EXPECT_EQ(choice.switches, 1u);
+  EXPECT_EQ(choice.boxes, 1000u);
+  EXPECT_NEAR(choice.extent.x, 1997, 1);
+  EXPECT_THAT(reason_of(choice), testing::MatchesRegex("about [0-9]+ of 1000 moved a step, 1 to 1 m, in "
+                                                       "2e\\+03 m x 4.* m"));
 }
 
 TEST(World, ContainsABodyThatLeavesTheNumbersAndTellsWhenAndWhy) {
