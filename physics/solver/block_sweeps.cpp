@@ -11,6 +11,9 @@ std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
+// Fewer blocks leave too many lanes empty.
+constexpr std::size_t kFewBlocks = 12;
+
 double dot3(const BodyVector& x, const BodyVector& y) {
   return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
 }
@@ -74,24 +77,123 @@ struct BlockSweeps::Kernels {
     y[k.b_body].v = b;
   }
 
-  static SKERRY_ALWAYS_INLINE double sweep(BlockSweeps& s) {
+  /// One block with the shape of its rows known to the compiler.
+  static SKERRY_ALWAYS_INLINE void update_one(BlockSweeps& s, std::size_t k, double& largest) {
     BodyVector* y = s.velocities_.data();
-    double largest = 0;
-    for (std::size_t k = 0; k < s.blocks_.size(); ++k) {
-      const Block& block = s.blocks_[k];
-      Impulses& impulses = s.impulses_[k];
-      const Bounds& bounds = s.bounds_[k];
-      if (block.pattern == Pattern::Rough && block.count == 4)
-        update(block, bounds, Pattern::Rough, 4, impulses, y, largest);
-      else if (block.pattern == Pattern::Rough)
-        update(block, bounds, Pattern::Rough, 2, impulses, y, largest);
-      else if (block.pattern == Pattern::Smooth && block.count == 2)
-        update(block, bounds, Pattern::Smooth, 2, impulses, y, largest);
-      else if (block.pattern == Pattern::Smooth)
-        update(block, bounds, Pattern::Smooth, 1, impulses, y, largest);
-      else
-        update(block, bounds, Pattern::General, block.count, impulses, y, largest);
+    const Block& block = s.blocks_[k];
+    Impulses& impulses = s.impulses_[k];
+    const Bounds& bounds = s.bounds_[k];
+    if (block.pattern == Pattern::Rough && block.count == 4)
+      update(block, bounds, Pattern::Rough, 4, impulses, y, largest);
+    else if (block.pattern == Pattern::Rough)
+      update(block, bounds, Pattern::Rough, 2, impulses, y, largest);
+    else if (block.pattern == Pattern::Smooth && block.count == 2)
+      update(block, bounds, Pattern::Smooth, 2, impulses, y, largest);
+    else if (block.pattern == Pattern::Smooth)
+      update(block, bounds, Pattern::Smooth, 1, impulses, y, largest);
+    else
+      update(block, bounds, Pattern::General, block.count, impulses, y, largest);
+  }
+
+  /// Vectors of four become numbers of four.
+  static SKERRY_ALWAYS_INLINE void transpose(Vec4& p, Vec4& q, Vec4& r, Vec4& s) {
+    const Vec4 a = __builtin_shufflevector(p, q, 0, 4, 2, 6), b = __builtin_shufflevector(p, q, 1, 5, 3, 7);
+    const Vec4 c = __builtin_shufflevector(r, s, 0, 4, 2, 6), d = __builtin_shufflevector(r, s, 1, 5, 3, 7);
+    p = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    q = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+    r = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    s = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+  }
+
+  /// As `update`, of four blocks: the same operations in the same order, lane by lane.
+  template <int N, bool rough>
+  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, BodyVector* y, BodyVector* x,
+                                               Vec4& largest) {
+    const Vec4 zero{};
+    Vec4 a[4], b[4], was[4];
+    for (int i = 0; i < 4; ++i) {
+      a[i] = y[k.a[at(i)]].v;
+      b[i] = y[k.b_body[at(i)]].v;
+      was[i] = x[k.block[at(i)]].v;
     }
+    transpose(a[0], a[1], a[2], a[3]);
+    transpose(b[0], b[1], b[2], b[3]);
+    transpose(was[0], was[1], was[2], was[3]);
+
+    Vec4 next[N], d[N], z[N];
+    for (int r = 0; r < N; ++r) {
+      Vec4 t[3];
+      for (int c = 0; c < 3; ++c) t[c] = k.low[r][c].v * a[c] + k.high[r][c].v * b[c];
+      const Vec4 velocity = (t[0] + t[1]) + (t[2] + zero);
+      z[r] = was[r] - (velocity - k.b[r].v);
+    }
+    int entry = 0;
+    for (int r = 0; r < N; ++r) {
+      Vec4 wanted = z[r];
+      for (int c = 0; c < r; ++c) wanted -= k.couple[entry++].v * d[c];
+      if (rough && r % 2 == 1) {
+        const Vec4 upper = k.mu[r].v * next[r - 1], lower = -upper;
+        const Vec4 low = wanted > lower ? wanted : lower;
+        next[r] = low < upper ? low : upper;
+      } else {
+        next[r] = wanted > zero ? wanted : zero;
+      }
+      d[r] = next[r] - was[r];
+    }
+    for (int r = 0; r < N; ++r) {
+      const Vec4 change = (d[r] < zero ? -d[r] : d[r]) * k.speed[r].v;
+      largest = largest < change ? change : largest;
+      was[r] = next[r];
+      for (int c = 0; c < 3; ++c) {
+        a[c] += k.low[r][c].v * d[r];
+        b[c] += k.high[r][c].v * d[r];
+      }
+    }
+    transpose(a[0], a[1], a[2], a[3]);
+    transpose(b[0], b[1], b[2], b[3]);
+    transpose(was[0], was[1], was[2], was[3]);
+    for (int i = 0; i < 4; ++i) {
+      y[k.to_a[at(i)]].v = a[i];
+      y[k.to_b[at(i)]].v = b[i];
+      x[k.block[at(i)]].v = was[i];
+    }
+  }
+
+  template <int N, bool rough>
+  static SKERRY_ALWAYS_INLINE void update_groups(BlockSweeps& s, const std::vector<Group<N>>& groups,
+                                                 const Batch& batch, Vec4& largest) {
+    for (int g = batch.first; g < batch.first + batch.count; ++g)
+      update_four<N, rough>(groups[at(g)], s.velocities_.data(), s.impulses_.data(), largest);
+  }
+
+  static SKERRY_ALWAYS_INLINE double sweep(BlockSweeps& s) {
+    double largest = 0;
+    if (s.batches_.empty()) {
+      for (std::size_t k = 0; k < s.blocks_.size(); ++k) update_one(s, k, largest);
+      return largest;
+    }
+    Vec4 four{};
+    for (const Batch& batch : s.batches_) {
+      switch (batch.kind) {
+        case Kind::Rough4:
+          update_groups<4, true>(s, s.groups4_, batch, four);
+          break;
+        case Kind::Rough2:
+          update_groups<2, true>(s, s.groups2_, batch, four);
+          break;
+        case Kind::Smooth2:
+          update_groups<2, false>(s, s.groups2_, batch, four);
+          break;
+        case Kind::Smooth1:
+          update_groups<1, false>(s, s.groups1_, batch, four);
+          break;
+        case Kind::Single:
+          for (int i = batch.first; i < batch.first + batch.count; ++i)
+            update_one(s, at(s.levels_.order()[at(i)]), largest);
+          break;
+      }
+    }
+    for (int i = 0; i < 4; ++i) largest = std::max(largest, four[i]);
     return largest;
   }
 
@@ -148,9 +250,81 @@ bool BlockSweeps::assign(const IslandSystem& system) {
     close(system, blocks_.back(), bounds_.back());
   }
   rows_ = n;
-  velocities_.assign(at(ground + 1), BodyVector{});
-  impulses_.assign(blocks_.size(), Impulses{});
+  velocities_.assign(at(ground + 2), BodyVector{});
+  impulses_.assign(blocks_.size() + 1, Impulses{});
+  group();
   return true;
+}
+
+BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
+  switch (block.pattern) {
+    case Pattern::Rough:
+      return block.count == 4 ? Kind::Rough4 : Kind::Rough2;
+    case Pattern::Smooth:
+      return block.count == 2 ? Kind::Smooth2 : Kind::Smooth1;
+    case Pattern::General:
+      return Kind::Single;
+  }
+  return Kind::Single;
+}
+
+/// Four blocks a group, level by level.
+void BlockSweeps::group() {
+  batches_.clear();
+  groups4_.clear();
+  groups2_.clear();
+  groups1_.clear();
+  if (blocks_.size() < kFewBlocks) return;
+  // The ground's number is that of no body.
+  levels_.start(mass_.size() - 1, kKinds);
+  for (const Block& block : blocks_) levels_.add(block.a, block.b_body, static_cast<int>(kind_of(block)));
+  levels_.finish();
+  for (const SweepLevels::Run& run : levels_.runs()) {
+    const Kind kind = static_cast<Kind>(run.kind);
+    const auto groups = [&](auto& of_kind) {
+      const std::size_t first = of_kind.size();
+      add_groups(run, of_kind);
+      batches_.push_back({kind, static_cast<int>(first), static_cast<int>(of_kind.size() - first)});
+    };
+    if (kind == Kind::Single)
+      batches_.push_back({kind, static_cast<int>(run.begin), static_cast<int>(run.end - run.begin)});
+    else if (kind == Kind::Rough4)
+      groups(groups4_);
+    else if (kind == Kind::Smooth1)
+      groups(groups1_);
+    else
+      groups(groups2_);
+  }
+}
+
+template <int N>
+void BlockSweeps::add_groups(const SweepLevels::Run& run, std::vector<Group<N>>& groups) {
+  const int ground = static_cast<int>(mass_.size()) - 1;
+  for (std::size_t i = run.begin; i < run.end; i += 4) {
+    Group<N>& group = groups.emplace_back();
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      const bool none = i + lane >= run.end;  // then the impulses behind the last are its
+      const int k = none ? static_cast<int>(blocks_.size()) : levels_.order()[i + lane];
+      group.block[lane] = k;
+      group.a[lane] = none ? ground : blocks_[at(k)].a;
+      group.b_body[lane] = none ? ground : blocks_[at(k)].b_body;
+      // What reads the ground does not wait for what wrote it.
+      group.to_a[lane] = group.a[lane] == ground ? ground + 1 : group.a[lane];
+      group.to_b[lane] = group.b_body[lane] == ground ? ground + 1 : group.b_body[lane];
+      if (none) continue;
+      const Block& block = blocks_[at(k)];
+      for (int r = 0; r < N; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          group.low[r][c].v[lane] = block.low[r].v[c];
+          group.high[r][c].v[lane] = block.high[r].v[c];
+        }
+        group.b[r].v[lane] = block.b[r];
+        group.mu[r].v[lane] = block.mu[at(r)];
+        group.speed[r].v[lane] = block.speed[at(r)];
+      }
+      for (int e = 0; e < N * (N - 1) / 2; ++e) group.couple[e].v[lane] = block.couple[at(e)];
+    }
+  }
 }
 
 /// Fills in the numbers of a block.

@@ -7,7 +7,8 @@
 //
 // Up to four rows of one pair of bodies (two points with friction) make a block. They read the velocities
 // once and are corrected for each other by their own entries of W: the numbers of a row-by-row sweep, without
-// waiting for each other's stores.
+// waiting for each other's stores. Of large islands four blocks at a time that share no body are swept side
+// by side, one a lane (`sweep_levels.h`); that changes no bit.
 #pragma once
 
 #include <array>
@@ -17,6 +18,7 @@
 
 #include "physics/islands/island_system.h"
 #include "physics/solver/simd.h"
+#include "physics/solver/sweep_levels.h"
 
 namespace skerry {
 
@@ -31,8 +33,9 @@ class BlockSweeps {
 
   std::size_t blocks() const { return blocks_.size(); }
   int rows() const { return rows_; }
-  /// Scaled impulses, one vector a block, and scaled changes of velocity, one a body and one for the ground.
-  /// Whoever changes the first has to change the second with them, or `restart`.
+  /// Scaled impulses, one vector a block and a zero, and scaled changes of velocity, one a body and two zeros
+  /// for the ground: one that is read, one that is written. Whoever changes the first has to change the
+  /// second with them, or `restart`.
   std::vector<Impulses>& impulses() { return impulses_; }
   std::vector<BodyVector>& velocities() { return velocities_; }
 
@@ -66,6 +69,31 @@ class BlockSweeps {
     std::array<std::int8_t, kRows> normal{-1, -1, -1, -1};
   };
 
+  /// Four blocks of `N` rows, one a lane; lanes without a block have rows of zeros on the ground.
+  struct alignas(32) Lanes {
+    Vec4 v;
+  };
+  template <int N>
+  struct Group {
+    Lanes low[N][3], high[N][3];
+    Lanes b[N], mu[N], speed[N];
+    Lanes couple[N == 1 ? 1 : N * (N - 1) / 2];  ///< W below its diagonal, row by row
+    std::array<int, 4> block;
+    std::array<int, 4> a, b_body;   ///< where velocities are read
+    std::array<int, 4> to_a, to_b;  ///< and written
+  };
+  /// Blocks that go through the kernels in one way.
+  enum class Kind : std::uint8_t { Rough4, Rough2, Smooth2, Smooth1, Single };
+  static constexpr int kKinds = 5;
+  struct Batch {
+    Kind kind;
+    int first, count;  ///< groups of that kind, or for single ones blocks in the order of the levels
+  };
+
+  static Kind kind_of(const Block& block);
+  void group();
+  template <int N>
+  void add_groups(const SweepLevels::Run& run, std::vector<Group<N>>& groups);
   void close(const IslandSystem& system, Block& block, Bounds& bounds);
   static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
 
@@ -77,6 +105,11 @@ class BlockSweeps {
   std::vector<BodyVector> mass_;  ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
   std::vector<BodyVector> velocities_;
+  SweepLevels levels_;
+  std::vector<Batch> batches_;  ///< empty: one block after the other
+  std::vector<Group<4>> groups4_;
+  std::vector<Group<2>> groups2_;  ///< rough and smooth ones
+  std::vector<Group<1>> groups1_;
 };
 
 }  // namespace skerry
