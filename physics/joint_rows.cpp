@@ -18,7 +18,9 @@ Coordinate operator-(const Coordinate& c) {
   return {-c.value, {-c.Ja[0], -c.Ja[1], -c.Ja[2]}, {-c.Jb[0], -c.Jb[1], -c.Jb[2]}, -c.bias, c.singular};
 }
 
-/// The anchors of a joint and how they move.
+/// The anchors of a joint and how they move. @tparam kMoving  false: velocities are not looked at, and every
+/// bias is zero
+template <bool kMoving>
 class Anchors {
  public:
   Anchors(const JointRecord& joint, const JointEnd& a, const JointEnd& b)
@@ -26,23 +28,28 @@ class Anchors {
         b_(b),
         ra_(rotate(a.q, joint.local_a)),
         rb_(rotate(b.q, joint.local_b)),
-        apart_((b.p - a.p) + (rb_ - ra_)),
-        rate_(b.v + b.omega * perp(rb_) - a.v - a.omega * perp(ra_)),
-        centripetal_(a.omega * a.omega * ra_ - b.omega * b.omega * rb_) {}
+        apart_((b.p - a.p) + (rb_ - ra_)) {
+    if constexpr (!kMoving) return;
+    rate_ = b.v + b.omega * perp(rb_) - a.v - a.omega * perp(ra_);
+    centripetal_ = a.omega * a.omega * ra_ - b.omega * b.omega * rb_;
+  }
 
   /// e . d for a direction that is fixed in the world.
   Coordinate along(Vec2 e) const {
-    return {
-        dot(e, apart_), {-e.x, -e.y, -cross(ra_, e)}, {e.x, e.y, cross(rb_, e)}, dot(e, centripetal_), false};
+    return {dot(e, apart_),
+            {-e.x, -e.y, -cross(ra_, e)},
+            {e.x, e.y, cross(rb_, e)},
+            kMoving ? dot(e, centripetal_) : 0,
+            false};
   }
 
   /// u . d for a direction that turns with a: u' = omega_a perp(u).
   Coordinate along_axis(Vec2 u) const {
-    const double w = a_.omega;
+    const double w = kMoving ? a_.omega : 0;
     return {dot(u, apart_),
             {-u.x, -u.y, -cross(ra_ + apart_, u)},
             {u.x, u.y, cross(rb_, u)},
-            dot(u, centripetal_) + 2 * w * dot(perp(u), rate_) - w * w * dot(u, apart_),
+            kMoving ? dot(u, centripetal_) + 2 * w * dot(perp(u), rate_) - w * w * dot(u, apart_) : 0,
             false};
   }
 
@@ -55,7 +62,7 @@ class Anchors {
     const double across = cross(n, rate_);
     c.value = distance;
     c.singular = !(distance > 0);
-    if (!c.singular) c.bias += across * across / distance;
+    if (kMoving && !c.singular) c.bias += across * across / distance;
     return c;
   }
 
@@ -72,12 +79,11 @@ class Anchors {
       const Vec2 n = distance > 0 ? rope / distance : Vec2{0, -1};
       c.value += weight * distance;
       J = {weight * n.x, weight * n.y, weight * cross(r, n)};
+      c.singular |= !(distance > 0);
+      if constexpr (!kMoving) return;
       c.bias -= weight * body.omega * body.omega * dot(n, r);
       const double across = cross(n, body.v + body.omega * perp(r));
-      if (distance > 0)
-        c.bias += weight * across * across / distance;
-      else
-        c.singular = true;
+      if (distance > 0) c.bias += weight * across * across / distance;
     };
     add(a_, ra_, def.pulley_a, 1, c.Ja);
     add(b_, rb_, def.pulley_b, def.ratio, c.Jb);
@@ -94,14 +100,15 @@ class Anchors {
     return {dot(u, b_.p + rb_) - radius * a_.angle,
             {0, 0, -radius},
             {u.x, u.y, cross(rb_, u)},
-            -b_.omega * b_.omega * dot(u, rb_),
+            kMoving ? -b_.omega * b_.omega * dot(u, rb_) : 0,
             false};
   }
 
  private:
   const JointEnd& a_;
   const JointEnd& b_;
-  Vec2 ra_, rb_, apart_, rate_, centripetal_;
+  Vec2 ra_, rb_, apart_;
+  Vec2 rate_, centripetal_;  // of what moves
 };
 
 double rate_of(const Coordinate& c, const JointEnd& a, const JointEnd& b) {
@@ -109,7 +116,8 @@ double rate_of(const Coordinate& c, const JointEnd& a, const JointEnd& b) {
          c.Jb[2] * b.omega;
 }
 
-/// Collects the rows of one joint.
+/// Collects the rows of one joint. @tparam kMoving  false: without `rate` and `bias`
+template <bool kMoving>
 class Rows {
  public:
   Rows(const JointDef& def, const JointEnd& a, const JointEnd& b, JointRows& rows)
@@ -144,6 +152,11 @@ class Rows {
     limits(c);
   }
 
+  /// Something acts on the coordinate of the joint.
+  bool any() const {
+    return def_.stiffness > 0 || def_.damping > 0 || def_.motor_speed || def_.lower || def_.upper;
+  }
+
   int count() const { return count_; }
 
  private:
@@ -153,8 +166,10 @@ class Rows {
     row.Ja = c.Ja;
     row.Jb = c.Jb;
     row.error = c.value - value;
-    row.rate = rate_of(c, a_, b_);
-    row.bias = c.bias;
+    if constexpr (kMoving) {
+      row.rate = rate_of(c, a_, b_);
+      row.bias = c.bias;
+    }
     row.speed = row.stiffness = row.damping = 0;
     row.most = kInfinity;
     row.singular = c.singular;
@@ -168,31 +183,28 @@ class Rows {
   int count_ = 0;
 };
 
-}  // namespace
-
-int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows) {
+template <bool kMoving>
+int write_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows) {
   const JointDef& def = joint.def;
-  const Anchors anchors(joint, a, b);
-  Rows out(def, a, b, rows);
+  const Anchors<kMoving> anchors(joint, a, b);
+  Rows<kMoving> out(def, a, b, rows);
   switch (def.kind) {
     case JointKind::Revolute:
       out.hold(anchors.along({1, 0}), 0);
       out.hold(anchors.along({0, 1}), 0);
-      out.all(anchors.angle(joint.reference_angle), 0);
+      if (out.any()) out.all(anchors.angle(joint.reference_angle), 0);
       break;
-    case JointKind::Distance: {
-      const bool free = def.lower || def.upper || def.stiffness > 0 || def.damping > 0 || def.motor_speed;
-      if (free)
+    case JointKind::Distance:
+      if (out.any())
         out.all(anchors.distance(), joint.length);
       else
         out.hold(anchors.distance(), joint.length);
       break;
-    }
     case JointKind::Rope: {
       // The slack falls as the distance grows.
       JointDef limit;
       limit.upper = joint.length;
-      Rows rope(limit, a, b, rows);
+      Rows<kMoving> rope(limit, a, b, rows);
       rope.limits(anchors.distance());
       return rope.count();
     }
@@ -242,8 +254,18 @@ int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, J
   return out.count();
 }
 
+}  // namespace
+
+int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows) {
+  return write_rows<true>(joint, a, b, rows);
+}
+
+int joint_geometry(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows) {
+  return write_rows<false>(joint, a, b, rows);
+}
+
 JointCoordinate joint_coordinate(const JointRecord& joint, const JointEnd& a, const JointEnd& b) {
-  const Anchors anchors(joint, a, b);
+  const Anchors<true> anchors(joint, a, b);
   const auto result = [&](const Coordinate& c, double from) {
     return JointCoordinate{c.value - from, rate_of(c, a, b)};
   };

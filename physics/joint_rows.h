@@ -49,6 +49,9 @@ using JointRows = std::array<JointRow, kMaxJointRows>;
 /// on where the bodies are.
 /// @return number of rows written
 int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows);
+/// The same without `rate` and `bias`, which are left as they were: for whoever needs the places only, at
+/// half of the cost.
+int joint_geometry(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows);
 
 /// Value and rate of the coordinate on which limits, motor and spring act (see JointDef). Pulley, Gear and
 /// Rack: the error of what they hold.

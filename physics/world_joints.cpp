@@ -169,8 +169,8 @@ double World::spring_energy() const {
   for (const JointRecord& joint : state_->joints) {
     if (!joint.alive || !(joint.def.stiffness > 0)) continue;
     JointRows rows;
-    const int count =
-        joint_rows(joint, joint_end(*state_, joint.def.a.index), joint_end(*state_, joint.def.b.index), rows);
+    const int count = joint_geometry(joint, joint_end(*state_, joint.def.a.index),
+                                     joint_end(*state_, joint.def.b.index), rows);
     for (int k = 0; k < count; ++k) {
       const JointRow& row = rows[static_cast<std::size_t>(k)];
       if (row.kind == JointRowKind::Spring) sum += 0.5 * row.stiffness * row.error * row.error;

@@ -193,7 +193,7 @@ void set_reactions(WorldState& s) {
     joint.angular_impulse = 0;
     const JointEnd b = joint_end(s, joint.def.b.index);
     JointRows rows;
-    const int count = joint_rows(joint, joint_end(s, joint.def.a.index), b, rows);
+    const int count = joint_geometry(joint, joint_end(s, joint.def.a.index), b, rows);
     for (int k = 0; k < count; ++k) {
       const JointReaction reaction = row_reaction(joint, b, rows[k]);
       joint.impulse += joint.row_impulse[k] * reaction.force;

@@ -362,8 +362,8 @@ class EventStep {
   void arrive() {
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
     Spare<Assembly> rows;
-    project_positions(state_, island_, elapsed_, result_, &*rows);
-    project_velocities(state_, island_, elapsed_, false, result_, &*rows);
+    const bool hold = project_positions(state_, island_, elapsed_, result_, *rows);
+    project_velocities(state_, island_, elapsed_, false, result_, hold ? &*rows : nullptr);
     if (state_.observe.paths) end_paths_here(state_, island_.bodies, elapsed_, result_);
   }
 

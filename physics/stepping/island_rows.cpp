@@ -30,45 +30,88 @@ bool moves_by_itself(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && state.bodies.type[body] == BodyType::Kinematic;
 }
 
-/// Adds an empty row between two bodies. @return the row, to be filled before `finish_row`
-Row& begin_row(const WorldState& state, RowKind kind, std::uint32_t body_a, std::uint32_t body_b,
-               Assembly& out) {
-  Row& row = out.system.rows.emplace_back();
-  row.kind = kind;
-  row.a = local_index(state, body_a);
-  row.b = local_index(state, body_b);
-  return row;
+/// Two bodies as their rows see them, for all rows of a contact or joint.
+struct Ends {
+  std::uint32_t body_a, body_b;
+  int a, b;  ///< numbers in the island, or -1
+};
+
+Ends ends_of(const WorldState& state, std::uint32_t body_a, std::uint32_t body_b) {
+  return {body_a, body_b, local_index(state, body_a), local_index(state, body_b)};
 }
 
-/// What a body outside the island contributes to the last row moves into its drive.
-/// @param elapsed  since the beginning of the step [s]
-[[gnu::always_inline]] inline void finish_row(const WorldState& state, double elapsed, std::uint32_t body_a,
-                                              std::uint32_t body_b, Row& row, double drive, Assembly& out) {
-  if (row.a < 0) {
-    if (moves_by_itself(state, body_a)) drive += along(row.Ja, kinematic_velocity(state, body_a, elapsed));
-    row.Ja = {};
+/// Writes the rows of an assembly over those of the last time: where the number of rows stays, nothing is
+/// constructed.
+class RowWriter {
+ public:
+  explicit RowWriter(Assembly& out) : out_(out), size_(out.system.rows.size()) {
+    if (out.system.b.size() != size_ || out.drive.size() != size_ || out.origin.size() != size_)
+      resize(size_);
   }
-  if (row.b < 0) {
-    if (moves_by_itself(state, body_b)) drive += along(row.Jb, kinematic_velocity(state, body_b, elapsed));
-    row.Jb = {};
+
+  int count() const { return static_cast<int>(count_); }
+
+  /// Adds a row with its blocks; bounds, `normal` and `mu` are left to the caller. What a body outside the
+  /// island contributes to it moves into its drive.
+  /// @param elapsed  since the beginning of the step [s]
+  [[gnu::always_inline]] Row& add(const WorldState& state, double elapsed, const RowOrigin& origin,
+                                  const Ends& ends, const std::array<double, 3>& Ja,
+                                  const std::array<double, 3>& Jb, double drive, std::uint64_t source) {
+    if (count_ == size_) resize(2 * size_ + 8);
+    Row& row = out_.system.rows[count_];
+    row.kind = origin.kind;
+    row.a = ends.a;
+    row.b = ends.b;
+    row.source = source;
+    if (ends.a >= 0) {
+      row.Ja = Ja;
+    } else {
+      if (moves_by_itself(state, ends.body_a))
+        drive += along(Ja, kinematic_velocity(state, ends.body_a, elapsed));
+      row.Ja = {};
+    }
+    if (ends.b >= 0) {
+      row.Jb = Jb;
+    } else {
+      if (moves_by_itself(state, ends.body_b))
+        drive += along(Jb, kinematic_velocity(state, ends.body_b, elapsed));
+      row.Jb = {};
+    }
+    out_.drive[count_] = drive;
+    out_.system.b[count_] = 0;
+    out_.origin[count_] = origin;
+    ++count_;
+    return row;
   }
-  out.drive.push_back(drive);
+
+  void finish() {
+    if (count_ != size_) resize(count_);
+  }
+
+ private:
+  void resize(std::size_t size) {
+    out_.system.rows.resize(size);
+    out_.system.b.resize(size);
+    out_.drive.resize(size);
+    out_.origin.resize(size);
+    size_ = size;
+  }
+
+  Assembly& out_;
+  std::size_t size_, count_ = 0;
+};
+
+/// Where the body of number `local` is that a request asks for.
+Vec2 centre_of(const WorldState& state, const AssemblyRequest& request, std::uint32_t body, int local) {
+  return request.poses != nullptr && local >= 0 ? (*request.poses)[static_cast<std::size_t>(local)].p
+                                                : pose_at(state, body, request.elapsed).p;
 }
 
-Transform pose_of(const WorldState& state, const AssemblyRequest& request, std::uint32_t body) {
-  const int local = local_index(state, body);
-  return request.poses != nullptr && local >= 0 ? (*request.poses)[local]
-                                                : pose_at(state, body, request.elapsed);
-}
-
-JointEnd end_of(const WorldState& state, const AssemblyRequest& request, std::uint32_t body) {
-  JointEnd end = joint_end(state, body, request.elapsed);
-  const int local = local_index(state, body);
-  if (request.poses == nullptr || local < 0) return end;
-  end.p = (*request.poses)[local].p;
-  end.q = (*request.poses)[local].q;
-  end.angle = (*request.angles)[local];
-  return end;
+JointEnd end_of(const WorldState& state, const AssemblyRequest& request, std::uint32_t body, int local) {
+  if (request.poses == nullptr || local < 0) return joint_end(state, body, request.elapsed);
+  // The rows of an assembly depend on places only.
+  const Transform& pose = (*request.poses)[static_cast<std::size_t>(local)];
+  return {.p = pose.p, .q = pose.q, .angle = (*request.angles)[static_cast<std::size_t>(local)], .v = {}};
 }
 
 bool is_wanted(const AssemblyRequest& request, const JointRow& row) {
@@ -86,81 +129,97 @@ bool is_wanted(const AssemblyRequest& request, const JointRow& row) {
   return false;
 }
 
-void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, Assembly& out) {
+void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, RowWriter& rows) {
   const JointRecord& joint = state.joints[slot];
-  const std::uint32_t a = joint.def.a.index;
-  const std::uint32_t b = joint.def.b.index;
+  const Ends ends = ends_of(state, joint.def.a.index, joint.def.b.index);
   JointRows geometry;
-  const int count = joint_rows(joint, end_of(state, request, a), end_of(state, request, b), geometry);
+  const int count = joint_geometry(joint, end_of(state, request, ends.body_a, ends.a),
+                                   end_of(state, request, ends.body_b, ends.b), geometry);
   for (int k = 0; k < count; ++k) {
-    const JointRow& from = geometry[k];
+    const JointRow& from = geometry[static_cast<std::size_t>(k)];
     if (!is_wanted(request, from)) continue;
     const RowKind kind = from.kind == JointRowKind::Hold    ? RowKind::Joint
                          : from.kind == JointRowKind::Limit ? RowKind::Limit
                                                             : RowKind::Motor;
-    Row& row = begin_row(state, kind, a, b, out);
-    row.Ja = from.Ja;
-    row.Jb = from.Jb;
+    const std::uint64_t source = (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1}
+                                                                                             << 63;
+    Row& row =
+        rows.add(state, request.elapsed, {kind, true, slot, k, from.error, from.stiffness, from.damping},
+                 ends, from.Ja, from.Jb, -from.speed, source);
     row.lower = kind == RowKind::Limit ? 0 : -from.most;
     row.upper = from.most;
-    row.source = (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
-    finish_row(state, request.elapsed, a, b, row, -from.speed, out);
-    out.origin.push_back({kind, true, slot, k, from.error, from.stiffness, from.damping});
+    row.normal = -1;
+    row.mu = 0;
   }
 }
 
-void add_point(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
-               std::uint32_t index, int i, Assembly& out) {
+/// The points of a contact that are asked for. @param points  their bits
+void add_contact(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
+                 std::uint32_t index, std::uint8_t points, RowWriter& rows) {
   const Contact& contact = state.contacts[index];
-  const ManifoldPoint& point = manifold.points[i];
+  const Ends ends = ends_of(state, contact.body_a, contact.body_b);
+  const Vec2 pa = centre_of(state, request, ends.body_a, ends.a);
+  const Vec2 pb = centre_of(state, request, ends.body_b, ends.b);
   const Vec2 n = manifold.normal;
   const Vec2 t = perp(n);
-  const Vec2 ra = point.position - pose_of(state, request, contact.body_a).p;
-  const Vec2 rb = point.position - pose_of(state, request, contact.body_b).p;
-
-  const std::uint64_t source = contact.source(i);
-  const int normal = out.system.size();
-  const auto add = [&](RowKind kind, const std::array<double, 3>& Ja, const std::array<double, 3>& Jb,
-                       double mu, double drive, double error) {
-    Row& row = begin_row(state, kind, contact.body_a, contact.body_b, out);
-    row.Ja = Ja;
-    row.Jb = Jb;
-    row.source = source;
-    if (kind != RowKind::Normal) {
-      row.lower = -kInfinity;
-      row.normal = normal;
-      row.mu = mu;
+  const bool rubs = request.friction && (contact.friction > 0 || !state.config.skips.smooth_rows);
+  const bool resists = request.friction && contact.rolling_resistance > 0;
+  for (int i = 0; i < manifold.count; ++i) {
+    if ((points >> i & 1) == 0) continue;
+    const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+    const Vec2 ra = point.position - pa;
+    const Vec2 rb = point.position - pb;
+    const std::uint64_t source = contact.source(i);
+    const int normal = rows.count();
+    Row& row = rows.add(state, request.elapsed, {RowKind::Normal, false, index, i, point.separation}, ends,
+                        {-n.x, -n.y, -cross(ra, n)}, {n.x, n.y, cross(rb, n)}, 0, source);
+    row.lower = 0;
+    row.upper = kInfinity;
+    row.normal = -1;
+    row.mu = 0;
+    const auto bound = [normal](Row& scaled, double mu) {
+      scaled.lower = -kInfinity;
+      scaled.upper = kInfinity;
+      scaled.normal = normal;
+      scaled.mu = mu;
+    };
+    if (rubs) {
+      bound(
+          rows.add(state, request.elapsed, {RowKind::Friction, false, index, i, 0}, ends,
+                   {-t.x, -t.y, -cross(ra, t)}, {t.x, t.y, cross(rb, t)}, -contact.surface_velocity, source),
+          contact.friction);
     }
-    finish_row(state, request.elapsed, contact.body_a, contact.body_b, row, drive, out);
-    out.origin.push_back({kind, false, index, i, error});
-  };
-  add(RowKind::Normal, {-n.x, -n.y, -cross(ra, n)}, {n.x, n.y, cross(rb, n)}, 0, 0, point.separation);
-  if (!request.friction) return;
-  if (contact.friction > 0 || !state.config.skips.smooth_rows)
-    add(RowKind::Friction, {-t.x, -t.y, -cross(ra, t)}, {t.x, t.y, cross(rb, t)}, contact.friction,
-        -contact.surface_velocity, 0);
-  if (contact.rolling_resistance > 0)
-    add(RowKind::Rolling, {0, 0, -1}, {0, 0, 1}, contact.rolling_resistance, 0, 0);
+    if (resists) {
+      bound(rows.add(state, request.elapsed, {RowKind::Rolling, false, index, i, 0}, ends, {0, 0, -1},
+                     {0, 0, 1}, 0, source),
+            contact.rolling_resistance);
+    }
+  }
 }
 
 }  // namespace
 
 void assemble(const WorldState& state, const Island& island, const AssemblyRequest& request, Assembly& out) {
-  out.clear();
-  for (const std::uint32_t body : island.bodies) {
-    out.system.bodies.push_back({state.bodies.inverse_mass[body], state.bodies.inverse_inertia[body]});
-    out.system.positions.push_back(pose_of(state, request, body).p);
+  const std::size_t count = island.bodies.size();
+  if (out.system.bodies.size() != count) out.system.bodies.resize(count);
+  if (out.system.positions.size() != count) out.system.positions.resize(count);
+  out.system.compliance.clear();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t body = island.bodies[k];
+    out.system.bodies[k] = {state.bodies.inverse_mass[body], state.bodies.inverse_inertia[body]};
+    out.system.positions[k] = centre_of(state, request, body, static_cast<int>(k));
   }
-  for (const std::uint32_t joint : island.joints) add_joint(state, request, joint, out);
+  RowWriter rows(out);
+  for (const std::uint32_t joint : island.joints) add_joint(state, request, joint, rows);
   for (std::size_t k = 0; k < island.contacts.size(); ++k) {
     const std::uint32_t index = island.contacts[k];
+    const std::uint8_t points = (*request.points)[k];
+    if (points == 0) continue;
     const Manifold& manifold =
         request.manifolds != nullptr ? (*request.manifolds)[k] : state.contacts[index].manifold;
-    for (int i = 0; i < manifold.count; ++i) {
-      if (((*request.points)[k] >> i & 1) != 0) add_point(state, request, manifold, index, i, out);
-    }
+    add_contact(state, request, manifold, index, points, rows);
   }
-  out.system.b.assign(out.system.rows.size(), 0);
+  rows.finish();
 }
 
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island) {

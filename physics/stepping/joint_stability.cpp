@@ -13,17 +13,35 @@ bool moves(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && (state.bodies.velocity[body] != Vec2{} || state.bodies.omega[body] != 0);
 }
 
+/// True if w h < 1 whatever way the forces of the joint point: no more than their sum pulls, and at the ends
+/// of the arms. Joints whose rows have unit directions, and no rod.
+bool is_calm(const WorldState& state, const JointRecord& joint, double h) {
+  const JointKind kind = joint.def.kind;
+  if (kind != JointKind::Revolute && kind != JointKind::Weld && kind != JointKind::Prismatic) return false;
+  double pull = 0;
+  for (const double force : joint.row_force) pull += std::abs(force);
+  const auto rate = [&](std::uint32_t body, Vec2 arm) {
+    return body == BodyId::kNone
+               ? 0
+               : state.bodies.inverse_inertia[body] * pull * (std::abs(arm.x) + std::abs(arm.y));
+  };
+  const double fastest =
+      std::max(rate(joint.def.a.index, joint.local_a), rate(joint.def.b.index, joint.local_b));
+  // Far enough from the border for rounding not to matter.
+  return fastest * h * h < 0.5;
+}
+
 }  // namespace
 
-double stable_length(const WorldState& state, const Island& island) {
+double stable_length(const WorldState& state, const Island& island, double enough) {
   double fastest = 0;  // largest w^2
   for (const std::uint32_t slot : island.joints) {
     const JointRecord& joint = state.joints[slot];
     const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-    if (!moves(state, a) && !moves(state, b)) continue;
+    if ((!moves(state, a) && !moves(state, b)) || is_calm(state, joint, enough)) continue;
     const JointEnd end_a = joint_end(state, a), end_b = joint_end(state, b);
     JointRows rows;
-    const int count = joint_rows(joint, end_a, end_b, rows);
+    const int count = joint_geometry(joint, end_a, end_b, rows);
     Vec2 force_a, force_b;
     for (int i = 0; i < count; ++i) {
       const double force = joint.row_force[i];

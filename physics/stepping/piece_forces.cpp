@@ -16,6 +16,16 @@
 namespace skerry {
 namespace {
 
+/// What the solve of a piece needs for a moment.
+struct PieceScratch {
+  Assembly start, mid;  ///< rows where the piece begins, and half-way
+  std::vector<Transform> poses;
+  std::vector<double> angles;
+  std::vector<Manifold> manifolds;
+  std::vector<double> warm;
+  std::vector<std::uint8_t> modes;  ///< of the points of the contacts, before the solve
+};
+
 class PieceSolve {
  public:
   PieceSolve(WorldState& state, const Island& island, const Piece& piece, IslandResult& result)
@@ -86,17 +96,19 @@ class PieceSolve {
                            state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
                            state_.config.skips.axes ? &contact.cache : nullptr, &result_.narrow);
       // Points keep their numbers; where the features changed on the way the old geometry serves.
+      Manifold& same = manifolds[k];
       int found = 0;
-      Manifold same = contact.manifold;
+      for (int i = 0; i < same.count; ++i) {
+        for (int j = 0; j < mid.count; ++j) found += mid.points[j].feature == same.points[i].feature;
+      }
+      if (found != same.count) continue;
       for (int i = 0; i < same.count; ++i) {
         for (int j = 0; j < mid.count; ++j) {
-          if (mid.points[j].feature != same.points[i].feature) continue;
-          same.points[i].position = mid.points[j].position;
-          ++found;
+          if (mid.points[j].feature == same.points[i].feature)
+            same.points[i].position = mid.points[j].position;
         }
       }
       same.normal = mid.normal;
-      if (found == same.count) manifolds[k] = same;
     }
     return true;
   }
@@ -106,8 +118,9 @@ class PieceSolve {
     after = before;
     add_free_motion(state_, island_, h, after);
 
-    Spare<Assembly> spare_start, spare_mid;
-    Assembly &start = *spare_start, &mid = *spare_mid;
+    Spare<PieceScratch> scratch;
+    Assembly &start = scratch->start, &mid = scratch->mid;
+    found_.moving = false;
     {
       StageTimer timer(state_, result_, Stage::Assemble);
       AssemblyRequest request;
@@ -117,28 +130,28 @@ class PieceSolve {
       request.rope_slack = kInfinity;
       request.actuators = AssemblyRequest::Actuators::All;
       assemble(state_, island_, request, start);
-      Spare<std::vector<Transform>> poses;
-      Spare<std::vector<double>> angles;
-      Spare<std::vector<Manifold>> manifolds;
-      if (!piece_.plastic && midpoint(h, before, *poses, *angles, *manifolds)) {
-        request.poses = &*poses;
-        request.angles = &*angles;
+      // Where nothing is held there is nothing to look at.
+      if (!piece_.plastic && !start.system.rows.empty() &&
+          midpoint(h, before, scratch->poses, scratch->angles, scratch->manifolds)) {
+        request.poses = &scratch->poses;
+        request.angles = &scratch->angles;
         request.elapsed = piece_.elapsed + 0.5 * h;
-        request.manifolds = &*manifolds;
+        request.manifolds = &scratch->manifolds;
         assemble(state_, island_, request, mid);
+        found_.moving = mid.system.size() == start.system.size();
       }
     }
-    found_.moving = mid.system.size() == start.system.size() && mid.system.size() > 0;
     found_.stop = h;
     Assembly& assembly = found_.moving ? mid : start;
     IslandSystem& system = assembly.system;
     found_.act = !system.rows.empty();
     if (!found_.act) {
       // What flies carries no load any more: the projection must not pull it back.
-      return store_impulses(assembly, {}, h);
+      return store_impulses(assembly, {}, h, *scratch);
     }
 
-    for (int i = 0; i < system.size(); ++i) {
+    const int count = system.size();
+    for (int i = 0; i < count; ++i) {
       const RowOrigin& origin = assembly.origin[i];
       double target = 0;
       // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
@@ -160,39 +173,42 @@ class PieceSolve {
       system.b[i] = target - row_velocity(assembly, i, after);
     }
 
-    Spare<std::vector<double>> warm;
-    warm_start(assembly, h, *warm);
-    const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
-    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
-    SolveOptions options = state_.config.solve;
-    options.work_limit = work_left(state_, result_);
-    options.trace = state_.observe.systems && state_.observe.solve_traces;
-    Solution solution;
-    {
-      StageTimer timer(state_, result_, Stage::Solve);
-      std::vector<int> held = held_rows(start, assembly, before);
-      solution = state_.solver->solve(system, *warm, options, &memory);
-      // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
-      // round at least one fewer is held.
-      while (let_go(assembly, solution.lambda, held)) {
-        const SolveWork before_it = solution.work;
-        solution = state_.solver->solve(system, solution.lambda, options, &memory);
-        solution.work += before_it;
-      }
-      if (!piece_.plastic && piece_.may_stop)
-        found_.stop = slide_to_stop(state_, {start, assembly, before, after, h}, options, &memory, solution);
-    }
-    keep_memory(state_, result_, key, std::move(memory));
+    warm_start(assembly, h, scratch->warm);
+    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
+    Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory);
+    keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
     note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
     quieten(h, after);
-    store_impulses(assembly, solution.lambda, h);
+    store_impulses(assembly, solution.lambda, h, *scratch);
     note_solution(solution, system);
     if (state_.observe.systems) {
       keep_trace(state_, island_, piece_.elapsed, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);
     }
     give_spare(std::move(solution.lambda));
+  }
+
+  /// The impulses of a piece, with the friction that holds and the sliding that ends in it.
+  Solution solve_system(const SolvedPiece& piece, const std::vector<double>& warm,
+                        std::unique_ptr<SolverMemory>& memory) {
+    StageTimer timer(state_, result_, Stage::Solve);
+    SolveOptions options = state_.config.solve;
+    options.work_limit = work_left(state_, result_);
+    options.trace = state_.observe.systems && state_.observe.solve_traces;
+    const IslandSystem& system = piece.assembly.system;
+    std::vector<int> held = held_rows(piece.start, piece.assembly, piece.before);
+    Solution solution = state_.solver->solve(system, warm, options, &memory);
+    // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
+    // round at least one fewer is held.
+    while (let_go(piece.assembly, solution.lambda, held)) {
+      const SolveWork before_it = solution.work;
+      solution = state_.solver->solve(system, solution.lambda, options, &memory);
+      solution.work += before_it;
+    }
+    if (!piece_.plastic && piece_.may_stop)
+      found_.stop = slide_to_stop(state_, piece, options, &memory, solution);
+    return solution;
   }
 
   /// @param start  rows where the piece begins
@@ -304,11 +320,13 @@ class PieceSolve {
     }
   }
 
-  void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h) {
-    Spare<std::vector<std::uint8_t>> modes;
+  void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h,
+                      PieceScratch& scratch) {
+    std::vector<std::uint8_t>& modes = scratch.modes;
+    modes.clear();
     for (const std::uint32_t index : island_.contacts) {
       for (PointMemory& memory : state_.contacts[index].points) {
-        modes->push_back(mode_of(memory));
+        modes.push_back(mode_of(memory));
         memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
         memory.h = h;
         memory.sticking = false;
@@ -329,7 +347,7 @@ class PieceSolve {
           memory.normal_impulse > 0 &&
           std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
     }
-    auto mode = modes->begin();
+    auto mode = modes.begin();
     for (const std::uint32_t index : island_.contacts) {
       for (const PointMemory& memory : state_.contacts[index].points)
         result_.mode_changes += mode_of(memory) != *mode++;

@@ -86,12 +86,9 @@ void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& sys
   SolveOptions options;
   options.tolerance = 1e-12;
   options.work_limit = work_left(state, result);
-  // Small systems leave nothing to remember, and nothing to look for.
-  const bool known = !state.memories.empty() || !result.memories.empty();
-  std::unique_ptr<SolverMemory> memory =
-      known ? take_memory(state, result, memory_key(purpose, system)) : nullptr;
+  std::unique_ptr<SolverMemory> memory = take_memory(state, result, purpose, system);
   Solution solution = state.solver->solve(system, {}, options, &memory);
-  if (memory != nullptr) keep_memory(state, result, memory_key(purpose, system), std::move(memory));
+  keep_memory(state, result, purpose, system, std::move(memory));
   result.work += solution.work;
   lambda.swap(solution.lambda);
   give_spare(std::move(solution.lambda));
@@ -157,22 +154,27 @@ void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vecto
   }
 }
 
+/// What a projection of positions needs for a moment.
+struct PositionScratch {
+  std::vector<std::uint8_t> points;
+  std::vector<Velocity> shift;
+  std::vector<double> lambda;
+};
+
 /// Newton's iteration of `project_positions`. @return whether `assembly` has the rows where the bodies are
 /// now
 bool move_onto_constraints(WorldState& state, const Island& island, double elapsed, Assembly& assembly,
                            IslandResult& result) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
-  Spare<std::vector<std::uint8_t>> points;
-  Spare<std::vector<Velocity>> spare_shift;
-  std::vector<Velocity>& shift = *spare_shift;
-  Spare<std::vector<double>> lambda;
+  Spare<PositionScratch> scratch;
+  std::vector<Velocity>& shift = scratch->shift;
   AssemblyRequest request;
-  request.points = &*points;
+  request.points = &scratch->points;
   request.rope_slack = state.config.contact_margin;
   request.elapsed = elapsed;
   for (int round = 0; round < 5 && needs_projection(state, island); ++round) {
-    find_near_points(state, island, *points);
+    find_near_points(state, island, scratch->points);
     assemble(state, island, request, assembly);
     double extent = 0;
     for (const std::uint32_t body : island.bodies) {
@@ -183,17 +185,18 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     if (error <= position_floor(state, {extent, extent}) || error > 0.5 * last) return true;
     last = error;
 
-    for (int i = 0; i < assembly.system.size(); ++i) {
+    for (std::size_t i = 0; i < assembly.system.rows.size(); ++i) {
       Row& row = assembly.system.rows[i];
-      if (row.kind == RowKind::Normal && carried_load(state, assembly.origin[i])) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (row.kind == RowKind::Normal && carried_load(state, origin)) {
         row.kind = RowKind::Joint;
         row.lower = -kInfinity;
       }
-      assembly.system.b[i] = -assembly.origin[i].error;
+      assembly.system.b[i] = -origin.error;
     }
-    solve_rows(state, SolvePurpose::Positions, assembly.system, result, *lambda);
+    solve_rows(state, SolvePurpose::Positions, assembly.system, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
-    apply_impulses(assembly.system, *lambda, shift);
+    apply_impulses(assembly.system, scratch->lambda, shift);
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island.bodies[k];
       all.position[body] += Vec2{shift[k][0], shift[k][1]};
@@ -210,19 +213,16 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
 
 }  // namespace
 
-void project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
-                       Assembly* rows) {
-  if (!needs_projection(state, island)) return;
+bool project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
+                       Assembly& rows) {
+  if (!needs_projection(state, island)) return false;
   // Moving bodies changes their angular momentum; a free island gets it back as a common rotation, which no
   // contact feels.
   const bool free = is_free(state, island);
   const double momentum = free ? rigid_motion(state, island).momentum : 0;
-  Spare<Assembly> own;
-  Assembly& assembly = rows != nullptr ? *rows : *own;
-  const bool current = move_onto_constraints(state, island, elapsed, assembly, result);
-  if (!current || !only_holds(state, island)) assembly.clear();
-  if (!free) return;
-  give_spin(state, island, momentum - rigid_motion(state, island).momentum);
+  const bool current = move_onto_constraints(state, island, elapsed, rows, result);
+  if (free) give_spin(state, island, momentum - rigid_motion(state, island).momentum);
+  return current && only_holds(state, island);
 }
 
 void give_spin(WorldState& state, const Island& island, double momentum) {
@@ -247,50 +247,96 @@ struct Companion {
   double share;  ///< of the normal impulse
 };
 
-/// The rows of `full` that hold both ways: sliding and rolling rows are free here, and so are springs and
-/// motors that do not reach their speed.
-void select_bilateral(const WorldState& state, const Assembly& full, const std::vector<Velocity>& v,
-                      double fastest, Assembly& bilateral, std::vector<Companion>& companions) {
-  const IslandSystem& system = full.system;
-  bilateral.clear();
-  bilateral.system.bodies = system.bodies;
-  bilateral.system.positions = system.positions;
-  Spare<std::vector<int>> spare_of;
-  std::vector<int>& bilateral_of = *spare_of;
-  bilateral_of.assign(system.rows.size(), -1);
-  for (int i = 0; i < system.size(); ++i) {
-    const RowOrigin& origin = full.origin[i];
-    if (origin.kind == RowKind::Rolling) continue;
-    if (origin.kind == RowKind::Friction && !state.contacts[origin.index].points[origin.point].sticking)
-      continue;
-    if (origin.spring()) continue;
-    if (origin.kind == RowKind::Motor && system.rows[i].upper < kInfinity) {
-      const double force = state.joints[origin.index].row_force[origin.point];
-      const bool reaches = std::abs(force) < system.rows[i].upper * (1 - 1e-9) &&
-                           std::abs(row_velocity(full, i, v)) <= 1e-6 * (1 + fastest);
-      if (!reaches) continue;
+/// What a projection of velocities needs for a moment.
+struct VelocityScratch {
+  Assembly full, bilateral;
+  std::vector<Companion> companions;
+  std::vector<int> bilateral_of;  ///< by row of `full`
+  std::vector<std::uint8_t> points;
+  std::vector<Velocity> v, next;
+  std::vector<double> lambda;
+};
+
+/// The contacts that carry load, with all joints: rows at the present geometry.
+void assemble_loaded(const WorldState& state, const Island& island, double elapsed,
+                     VelocityScratch& scratch) {
+  std::vector<std::uint8_t>& points = scratch.points;
+  points.assign(island.contacts.size(), 0);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      if (contact.points[i].normal_impulse > 0 && is_touching(state, contact.manifold.points[i]))
+        points[k] |= 1u << i;
     }
-    Row row = system.rows[i];
-    bilateral_of[i] = bilateral.system.size();
-    row.kind = RowKind::Joint;
-    row.lower = -kInfinity;
-    row.upper = kInfinity;
-    row.normal = -1;
-    row.mu = 0;
-    bilateral.system.rows.push_back(row);
-    bilateral.origin.push_back(origin);
-    bilateral.drive.push_back(full.drive[i]);
   }
-  companions.clear();
-  for (int i = 0; i < system.size(); ++i) {
+  AssemblyRequest request;
+  request.points = &points;
+  request.friction = true;
+  request.rope_slack = -1;
+  request.actuators = AssemblyRequest::Actuators::All;
+  request.elapsed = elapsed;
+  assemble(state, island, request, scratch.full);
+}
+
+/// True if a row holds both ways: sliding and rolling rows are free, and so are springs and motors that do
+/// not reach their speed.
+bool holds_both_ways(const WorldState& state, const Assembly& full, int i, const std::vector<Velocity>& v,
+                     double fastest) {
+  const RowOrigin& origin = full.origin[i];
+  if (origin.kind == RowKind::Rolling || origin.spring()) return false;
+  if (origin.kind == RowKind::Friction) return state.contacts[origin.index].points[origin.point].sticking;
+  const Row& row = full.system.rows[i];
+  if (origin.kind != RowKind::Motor || !(row.upper < kInfinity)) return true;
+  const double force = state.joints[origin.index].row_force[origin.point];
+  return std::abs(force) < row.upper * (1 - 1e-9) &&
+         std::abs(row_velocity(full, i, v)) <= 1e-6 * (1 + fastest);
+}
+
+void free_of_bounds(Row& row) {
+  row.kind = RowKind::Joint;
+  row.lower = -kInfinity;
+  row.upper = kInfinity;
+  row.normal = -1;
+  row.mu = 0;
+}
+
+/// The rows of `scratch.full` that hold both ways, without bounds, and what comes along with them.
+/// @return `scratch.bilateral`, or `scratch.full` itself where that is all of it
+Assembly& select_bilateral(const WorldState& state, const std::vector<Velocity>& v, double fastest,
+                           VelocityScratch& scratch) {
+  Assembly& full = scratch.full;
+  const IslandSystem& system = full.system;
+  const int count = system.size();
+  int selected = 0;
+  scratch.bilateral_of.assign(system.rows.size(), -1);
+  for (int i = 0; i < count; ++i) {
+    if (holds_both_ways(state, full, i, v, fastest)) scratch.bilateral_of[i] = selected++;
+  }
+  for (int i = 0; i < count; ++i) {
     const RowOrigin& origin = full.origin[i];
     if (origin.joint || origin.kind == RowKind::Normal) continue;
     const PointMemory& memory = state.contacts[origin.index].points[origin.point];
     const double impulse =
         origin.kind == RowKind::Friction ? memory.friction_impulse : memory.rolling_impulse;
     if (std::abs(impulse) < system.rows[i].mu * memory.normal_impulse * (1 - 1e-12)) continue;
-    companions.push_back({i, bilateral_of[system.rows[i].normal], impulse / memory.normal_impulse});
+    scratch.companions.push_back(
+        {i, scratch.bilateral_of[system.rows[i].normal], impulse / memory.normal_impulse});
   }
+  if (selected == count && scratch.companions.empty()) {
+    std::for_each(full.system.rows.begin(), full.system.rows.end(), free_of_bounds);
+    return full;
+  }
+  Assembly& bilateral = scratch.bilateral;
+  bilateral.clear();
+  bilateral.system.bodies = system.bodies;
+  bilateral.system.positions = system.positions;
+  for (int i = 0; i < count; ++i) {
+    if (scratch.bilateral_of[i] < 0) continue;
+    free_of_bounds(bilateral.system.rows.emplace_back(system.rows[i]));
+    bilateral.origin.push_back(full.origin[i]);
+    bilateral.drive.push_back(full.drive[i]);
+  }
+  return bilateral;
 }
 
 }  // namespace
@@ -298,80 +344,63 @@ void select_bilateral(const WorldState& state, const Assembly& full, const std::
 double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
                           IslandResult& result, Assembly* rows) {
   if (island.joints.empty() && velocities_hold(state, island, elapsed)) return 0;
-  Spare<Assembly> own, selected;
-  Spare<std::vector<Companion>> spare_companions;
-  std::vector<Companion>& companions = *spare_companions;
-  const bool ready = rows != nullptr && rows->system.size() > 0;
-  Assembly& full = ready ? *rows : *own;
-  if (!ready) {
-    Spare<std::vector<std::uint8_t>> spare_points;
-    std::vector<std::uint8_t>& points = *spare_points;
-    points.assign(island.contacts.size(), 0);
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const Contact& contact = state.contacts[island.contacts[k]];
-      for (int i = 0; i < contact.manifold.count; ++i) {
-        if (contact.points[i].normal_impulse > 0 && is_touching(state, contact.manifold.points[i]))
-          points[k] |= 1u << i;
-      }
-    }
-    AssemblyRequest request;
-    request.points = &points;
-    request.friction = true;
-    request.rope_slack = -1;
-    request.actuators = AssemblyRequest::Actuators::All;
-    request.elapsed = elapsed;
-    assemble(state, island, request, full);
-  }
-  Spare<std::vector<Velocity>> before;
-  island_velocities(state, island, *before);
+  Spare<VelocityScratch> scratch;
+  std::vector<Velocity>&v = scratch->v, &next = scratch->next;
+  island_velocities(state, island, v);
   double fastest = 0;
-  for (const Velocity& v : *before)
-    fastest = std::max({fastest, std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-  if (!ready) select_bilateral(state, full, *before, fastest, *selected, companions);
-  const IslandSystem& system = full.system;
-  Assembly& bilateral = ready ? full : *selected;
-  const auto violation = [&bilateral](const std::vector<Velocity>& v) {
+  for (const Velocity& one : v)
+    fastest = std::max({fastest, std::abs(one[0]), std::abs(one[1]), std::abs(one[2])});
+  // Joints that only hold slide nowhere, and so nothing comes along.
+  const bool ready = rows != nullptr;
+  std::vector<Companion>& companions = scratch->companions;
+  companions.clear();
+  if (!ready) assemble_loaded(state, island, elapsed, *scratch);
+  Assembly& bilateral = ready ? *rows : select_bilateral(state, v, fastest, *scratch);
+  const IslandSystem& system = scratch->full.system;  // of the companions
+  const int count = bilateral.system.size();
+  std::vector<double>& wanted = bilateral.system.b;
+  wanted.resize(bilateral.system.rows.size());
+  // The largest violation, which is what the next round is to take away.
+  const auto violation = [&](const std::vector<Velocity>& u) {
     double worst = 0;
-    for (int i = 0; i < bilateral.system.size(); ++i)
-      worst = std::max(worst, std::abs(row_velocity(bilateral, i, v)));
+    for (int i = 0; i < count; ++i) {
+      const double speed = row_velocity(bilateral, i, u);
+      wanted[i] = -speed;
+      worst = std::max(worst, std::abs(speed));
+    }
     return worst;
   };
-  double error = violation(*before), work = 0;
-  Spare<std::vector<Velocity>> v, next;
-  *v = *before;
-  bilateral.system.b.resize(bilateral.system.rows.size());
-  Spare<std::vector<double>> spare_lambda;
-  std::vector<double>& lambda = *spare_lambda;
+  double error = violation(v), work = 0;
+  std::vector<double>& lambda = scratch->lambda;
   // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   // What is left does work against the joints' forces all the way to the next projection.
   const double floor = (may_open ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
   for (int round = 0; round < 4 && error > floor; ++round) {
-    for (int i = 0; i < bilateral.system.size(); ++i) bilateral.system.b[i] = -row_velocity(bilateral, i, *v);
     solve_rows(state, SolvePurpose::Velocities, bilateral.system, result, lambda);
     if (may_open && round == 0 && let_open(state, bilateral, lambda))
       return project_velocities(state, island, elapsed, may_open, result);
-    *next = *v;
-    apply_impulses(bilateral.system, lambda, *next);
+    next = v;
+    apply_impulses(bilateral.system, lambda, next);
     for (const Companion& companion : companions) {
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
-      if (row.a >= 0) push(system.bodies[row.a], row.Ja, impulse, (*next)[row.a]);
-      if (row.b >= 0) push(system.bodies[row.b], row.Jb, impulse, (*next)[row.b]);
+      if (row.a >= 0) push(system.bodies[row.a], row.Ja, impulse, next[row.a]);
+      if (row.b >= 0) push(system.bodies[row.b], row.Jb, impulse, next[row.b]);
     }
-    const double left = violation(*next);
+    const double left = violation(next);
     if (!(left < error)) break;
     for (const Companion& companion : companions) {
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
       // Each impulse works against the mean of the velocities before and after it.
-      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, (*v)[row.a]) + along(row.Ja, (*next)[row.a]));
-      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, (*v)[row.b]) + along(row.Jb, (*next)[row.b]));
+      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, v[row.a]) + along(row.Ja, next[row.a]));
+      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, v[row.b]) + along(row.Jb, next[row.b]));
     }
     error = left;
-    std::swap(*v, *next);
+    std::swap(v, next);
     if (may_open) add_to_loads(state, bilateral, lambda);
   }
-  store_velocities(state, island, *v);
+  store_velocities(state, island, v);
   return work;
 }
 

@@ -17,11 +17,11 @@ struct Assembly;
 /// that keeps the angular momentum of islands that touch nothing fixed. Does nothing (and solves nothing)
 /// when all errors are at rounding level already.
 /// @param elapsed  since the beginning of the step [s]
-/// @param rows     if given, and the island is nothing but joints that hold: their rows at the new places,
-/// else
-///                 empty
-void project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
-                       Assembly* rows = nullptr);
+/// @param rows     memory for rows
+/// @return whether `rows` are those that hold at the new places: the island is nothing but joints without
+///         limits, motors and springs
+bool project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
+                       Assembly& rows);
 
 /// Adds angular momentum [kg m^2/s] to an island that touches nothing fixed, as a common rotation, which no
 /// contact feels; other islands stay as they are.
@@ -31,7 +31,7 @@ void give_spin(WorldState& state, const Island& island, double momentum);
 /// by the least-energy change and the friction that belongs to it; kept only where it makes the violation
 /// smaller.
 /// @param may_open  contacts that it would pull by more than they were pushed in the piece open instead
-/// @param rows      what `project_positions` left, if nothing has moved since
+/// @param rows      those of `project_positions`, if it said that they hold and nothing has moved since
 /// @return work of that friction [J]
 double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
                           IslandResult& result, Assembly* rows = nullptr);

@@ -22,9 +22,13 @@ inline std::uint64_t memory_key(SolvePurpose purpose, const IslandSystem& system
   return key.value();
 }
 
-/// Takes what this step or the last one kept under `key`; null if there is nothing. Islands share no keys.
-inline std::unique_ptr<SolverMemory> take_memory(WorldState& state, IslandResult& result, std::uint64_t key) {
-  if (!state.config.skips.factors) return nullptr;
+/// Takes what this step or the last one kept for the rows of `system`; null if there is nothing. Islands
+/// share no rows.
+inline std::unique_ptr<SolverMemory> take_memory(WorldState& state, IslandResult& result,
+                                                 SolvePurpose purpose, const IslandSystem& system) {
+  // Small systems leave nothing to remember, and nothing to look for.
+  if (!state.config.skips.factors || (state.memories.empty() && result.memories.empty())) return nullptr;
+  const std::uint64_t key = memory_key(purpose, system);
   const auto own = std::find_if(result.memories.begin(), result.memories.end(),
                                 [key](const IslandMemory& kept) { return kept.key == key; });
   if (own != result.memories.end()) {
@@ -38,9 +42,10 @@ inline std::unique_ptr<SolverMemory> take_memory(WorldState& state, IslandResult
   return std::move(found->memory);
 }
 
-inline void keep_memory(const WorldState& state, IslandResult& result, std::uint64_t key,
-                        std::unique_ptr<SolverMemory> memory) {
-  if (memory != nullptr && state.config.skips.factors) result.memories.push_back({key, std::move(memory)});
+inline void keep_memory(const WorldState& state, IslandResult& result, SolvePurpose purpose,
+                        const IslandSystem& system, std::unique_ptr<SolverMemory> memory) {
+  if (memory != nullptr && state.config.skips.factors)
+    result.memories.push_back({memory_key(purpose, system), std::move(memory)});
 }
 
 }  // namespace skerry

@@ -38,6 +38,12 @@ constexpr int kMostStops = 4;
 // A piece in which nothing rests needs no solve and costs this much less.
 constexpr int kFlightShare = 32;
 
+/// What the pieces of a step need for a moment.
+struct StepVectors {
+  std::vector<Velocity> before, after;
+  Assembly rows;
+};
+
 class IslandStep {
  public:
   IslandStep(WorldState& state, const Island& island, IslandResult& result)
@@ -64,6 +70,8 @@ class IslandStep {
     // The manifolds of the beginning are those by which the island was found.
     int piece = 1;
     int flights = 0;
+    Spare<StepVectors> vectors;
+    std::vector<Velocity>&before = vectors->before, &after = vectors->after;
     while (elapsed_ < to) {
       // A gas goes from impact to impact, and no impact costs a piece.
       if (flights < kMostFlights) {
@@ -79,12 +87,11 @@ class IslandStep {
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
       if (!last) apply_impact(state_, island_, elapsed_, {}, result_);
       // Joints that shake light bodies get shorter pieces, which are not cuts.
-      const double stable = std::max(stable_length(state_, island_), (to - from) / kStablePieces);
+      const double stable =
+          std::max(stable_length(state_, island_, to - elapsed_), (to - from) / kStablePieces);
       const bool whole = to - elapsed_ <= stable;
       const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       choose_resting(last);
-      Spare<std::vector<Velocity>> spare_before, spare_after;
-      std::vector<Velocity>&before = *spare_before, &after = *spare_after;
       island_velocities(state_, island_, before);
       const Piece part{elapsed_, length, resting_, last, stops_ < kMostStops, varying_, told_};
       PieceForces forces = solve_piece(state_, island_, part, before, after, result_);
@@ -113,10 +120,11 @@ class IslandStep {
         StageTimer timer(state_, result_, Stage::Apply);
         const std::optional<IslandEnergy> carried =
             forces.moving ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
-        Spare<Assembly> rows;
-        project_positions(state_, island_, elapsed_, result_, &*rows);
-        const double work =
-            forces.moving ? project_velocities(state_, island_, elapsed_, true, result_, &*rows) : 0;
+        Assembly& rows = vectors->rows;
+        const bool hold = project_positions(state_, island_, elapsed_, result_, rows);
+        const double work = forces.moving ? project_velocities(state_, island_, elapsed_, true, result_,
+                                                               hold ? &rows : nullptr)
+                                          : 0;
         if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
         if (energy) energy->take_gain(state_, island_);
