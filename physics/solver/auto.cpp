@@ -78,54 +78,58 @@ void take_better(Solution& best, Solution&& other) {
     best.trace = std::move(other.trace);
 }
 
+// Rows without bounds.
+Solution solve_all_bilateral(const IslandSystem& system, std::span<const double> warm_start,
+                             const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
+  // Small islands leave no memory behind.
+  const bool keeps = memory != nullptr && dynamic_cast<AutoMemory*>(memory->get()) != nullptr;
+  std::unique_ptr<SolverMemory> fresh;
+  std::unique_ptr<SolverMemory>& own = keeps ? static_cast<AutoMemory&>(**memory).bilateral : fresh;
+  Solution solution = solve_without_bounds(system, options, &own);
+  if (fresh && memory != nullptr) {
+    auto all = std::make_unique<AutoMemory>();
+    all->bilateral = std::move(fresh);
+    *memory = std::move(all);
+  }
+  if (solution.status == SolveStatus::Solved) return solution;
+  // Rows that depend on each other nearly want smaller weights. Rows that contradict each other have no
+  // answer, and no impulse however large is one.
+  Solution other = solve_body_space(system, warm_start, options, nullptr);
+  other.work += solution.work;
+  solution.work = other.work;
+  if (other.residual < 0.5 * solution.residual) {
+    note(other, "no bounds, but nearly dependent rows");
+    std::swap(solution, other);
+  }
+  return solution;
+}
+
 }  // namespace
 
 Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
                     const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
-  Solution solution;
   if (system.rows.empty()) {
-    solution.status = SolveStatus::Solved;
-    solution.residual = 0;
-    solution.method = "none";
-    if (options.trace) solution.trace = std::make_unique<SolveTrace>();
-    note(solution, "no rows: free flight");
-    return solution;
+    Solution none;
+    none.status = SolveStatus::Solved;
+    none.residual = 0;
+    none.method = "none";
+    if (options.trace) none.trace = std::make_unique<SolveTrace>();
+    note(none, "no rows: free flight");
+    return none;
   }
+  if (is_bilateral(system)) return solve_all_bilateral(system, warm_start, options, memory);
   if (is_one_contact(system)) {
     static const SolverEntry& closed_form = find_solver("closed_form");
-    solution = closed_form.solve(system, warm_start, options, nullptr);
-    if (solution.status == SolveStatus::Solved) {
-      note(solution, "one contact: closed form");
-      return solution;
+    Solution formula = closed_form.solve(system, warm_start, options, nullptr);
+    if (formula.status == SolveStatus::Solved) {
+      note(formula, "one contact: closed form");
+      return formula;
     }
   }
 
+  Solution solution;
   std::unique_ptr<SolverMemory> local;
   if (!memory) memory = &local;
-  if (is_bilateral(system)) {
-    // Small islands leave no memory behind.
-    const bool keeps = dynamic_cast<AutoMemory*>(memory->get()) != nullptr;
-    std::unique_ptr<SolverMemory> fresh;
-    std::unique_ptr<SolverMemory>& own = keeps ? static_cast<AutoMemory&>(**memory).bilateral : fresh;
-    solution = solve_without_bounds(system, options, &own);
-    if (fresh) {
-      auto all = std::make_unique<AutoMemory>();
-      all->bilateral = std::move(fresh);
-      *memory = std::move(all);
-    }
-    if (solution.status == SolveStatus::Solved) return solution;
-    // Rows that depend on each other nearly want smaller weights. Rows that contradict each other have no
-    // answer, and no impulse however large is one.
-    Solution other = solve_body_space(system, warm_start, options, nullptr);
-    if (other.residual < 0.5 * solution.residual) {
-      note(other, "no bounds, but nearly dependent rows");
-      other.work += solution.work;
-      return other;
-    }
-    solution.work += other.work;
-    return solution;
-  }
-
   const bool smooth = std::none_of(system.rows.begin(), system.rows.end(), is_scaled);
   if (smooth && is_chain(system)) {
     static const SolverEntry& tridiagonal = find_solver("tridiagonal");

@@ -34,10 +34,10 @@ struct BilateralMemory : SolverMemory {
 };
 
 /// J_x M^-1 J_y^T of two rows.
-SKERRY_ALWAYS_INLINE double coupling(const IslandSystem& system, const Row& x, const Row& y) {
+SKERRY_ALWAYS_INLINE double coupling(const InverseMass* bodies, const Row& x, const Row& y) {
   double sum = 0;
   const auto add = [&](int body, const Velocity& p, const Velocity& q) {
-    const InverseMass& mass = system.bodies[static_cast<std::size_t>(body)];
+    const InverseMass& mass = bodies[body];
     sum += mass.linear * (p[0] * q[0] + p[1] * q[1]) + mass.angular * p[2] * q[2];
   };
   if (x.a >= 0 && x.a == y.a) add(x.a, x.Ja, y.Ja);
@@ -54,19 +54,22 @@ class DenseFactor {
   explicit DenseFactor(const IslandSystem& system) : count_(system.rows.size()) {
     const std::size_t n = size();
     std::array<double, kMost> whole;
+    const Row* const rows = system.rows.data();
+    const InverseMass* const bodies = system.bodies.data();
+    const double* const compliance = system.compliance.empty() ? nullptr : system.compliance.data();
     for (std::size_t i = 0; i < n; ++i) {
-      order_[i] = i;
-      for (std::size_t j = 0; j <= i; ++j) A_[i][j] = coupling(system, system.rows[i], system.rows[j]);
-      if (!system.compliance.empty()) A_[i][i] += system.compliance[i];
+      if constexpr (kPivots) order_[i] = i;
+      for (std::size_t j = 0; j <= i; ++j) A_[i][j] = coupling(bodies, rows[i], rows[j]);
+      if (compliance != nullptr) A_[i][i] += compliance[i];
       whole[i] = A_[i][i];
     }
     for (; rank_ < n; ++rank_) {
       const std::size_t k = rank_;
       std::size_t best = k;
-      for (std::size_t i = k + 1; i < n; ++i)
+      for (std::size_t i = k + 1; kPivots && i < n; ++i)
         if (A_[i][i] * whole[best] > A_[best][best] * whole[i]) best = i;
       if (!(A_[best][best] > kDependent * whole[best])) return;
-      if (best != k) {
+      if (kPivots && best != k) {
         exchange(k, best);
         std::swap(whole[k], whole[best]);
       }
@@ -89,18 +92,22 @@ class DenseFactor {
     const std::size_t n = size();
     std::array<double, kMost> x;
     for (std::size_t i = 0; i < n; ++i) {
-      x[i] = r[order_[i]];
+      x[i] = r[place(i)];
       for (std::size_t j = 0; j < i; ++j) x[i] -= A_[i][j] * x[j];
     }
     for (std::size_t i = n; i-- > 0;) {
       x[i] *= A_[i][i];
       for (std::size_t j = i + 1; j < n; ++j) x[i] -= A_[j][i] * x[j];
-      lambda[order_[i]] += x[i];
+      lambda[place(i)] += x[i];
     }
   }
 
  private:
   static constexpr std::size_t kMost = N > 0 ? N : kDenseRows;
+  // The first pivots are all alike, and of two there is no choice for the second.
+  static constexpr bool kPivots = N == 0 || N > 2;
+  /// Number in W of what was chosen as pivot `i`.
+  std::size_t place(std::size_t i) const { return kPivots ? order_[i] : i; }
   std::size_t size() const { return N > 0 ? N : count_; }
 
   void exchange(std::size_t k, std::size_t m) {
@@ -120,21 +127,24 @@ class DenseFactor {
 
 /// r = b - W lambda by way of the bodies. @return its largest magnitude; NaN where it has one
 template <std::size_t N>
-double remainder(const IslandSystem& system, const std::vector<double>& lambda,
-                 std::array<double, kDenseRows>& r) {
-  const std::size_t n = N > 0 ? N : lambda.size();
+double remainder(const IslandSystem& system, const double* lambda, std::array<double, kDenseRows>& r) {
+  const std::size_t n = N > 0 ? N : system.rows.size(), count = system.bodies.size();
+  const Row* const rows = system.rows.data();
+  const InverseMass* const bodies = system.bodies.data();
+  const double* const target = system.b.data();
+  const double* const compliance = system.compliance.empty() ? nullptr : system.compliance.data();
   std::array<Velocity, kDenseBodies> v;
-  for (std::size_t k = 0; k < system.bodies.size(); ++k) v[k] = {0, 0, 0};
+  for (std::size_t k = 0; k < count; ++k) v[k] = {0, 0, 0};
   for (std::size_t i = 0; i < n; ++i) {
-    const Row& row = system.rows[i];
+    const Row& row = rows[i];
     const auto a = static_cast<std::size_t>(row.a), b = static_cast<std::size_t>(row.b);
-    if (row.a >= 0) push(system.bodies[a], row.Ja, lambda[i], v[a]);
-    if (row.b >= 0) push(system.bodies[b], row.Jb, lambda[i], v[b]);
+    if (row.a >= 0) push(bodies[a], row.Ja, lambda[i], v[a]);
+    if (row.b >= 0) push(bodies[b], row.Jb, lambda[i], v[b]);
   }
   double worst = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const Row& row = system.rows[i];
-    double w = (system.compliance.empty() ? 0 : system.compliance[i] * lambda[i]) - system.b[i];
+    const Row& row = rows[i];
+    double w = (compliance == nullptr ? 0 : compliance[i] * lambda[i]) - target[i];
     if (row.a >= 0) w += along(row.Ja, v[static_cast<std::size_t>(row.a)]);
     if (row.b >= 0) w += along(row.Jb, v[static_cast<std::size_t>(row.b)]);
     r[i] = -w;
@@ -165,10 +175,11 @@ double solve_dense(const IslandSystem& system, double target, Solution& solution
   std::array<double, kDenseRows> r;
   std::copy(system.b.begin(), system.b.end(), r.begin());
   solution.work.factorisations = 1;
+  double* const lambda = solution.lambda.data();
   return refine(target, [&] {
-    factor.add_solution(r, solution.lambda.data());
+    factor.add_solution(r, lambda);
     ++solution.work.resolves;
-    return remainder<N>(system, solution.lambda, r);
+    return remainder<N>(system, lambda, r);
   });
 }
 
