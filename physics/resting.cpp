@@ -115,11 +115,11 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
 std::optional<RestingIsland> remember_resting(const WorldState& s, const Island& island, double h,
                                               const IslandResult& result) {
   if (!s.config.reuse_resting || result.in_flight || result.substeps != 1 || result.impacts > 0) return {};
-  // A field, or what a joint holds on to, may be another one at the next time.
-  if (s.field || meets_prescribed_motion(s, island)) return {};
   for (const std::uint32_t i : island.bodies) {
     if (s.bodies.velocity[i] != Vec2{} || s.bodies.omega[i] != 0 || !body_unchanged(s, i)) return {};
   }
+  // A field, or what a joint holds on to, may be another one at the next time.
+  if (s.field || meets_prescribed_motion(s, island)) return {};
   for (const std::uint32_t index : island.contacts) {
     if (!impulses_unchanged(s.contacts[index])) return {};
   }

@@ -37,8 +37,11 @@ void Step::expect_blows() {
     const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
     const bool fast_a = s_.flight[a] == FlightKind::Fast, fast_b = s_.flight[b] == FlightKind::Fast;
     if (!fast_a && !fast_b) continue;
-    const double free = fly_alike(a, b) ? flight_apart(s_, a, b, h_) : kInfinity;
-    if (box_gap(pair) > s_.config.touch_tolerance + std::min(free, s_.reach[a] + s_.reach[b])) continue;
+    const double gap = box_gap(pair);
+    if (gap > s_.config.touch_tolerance) {
+      const double free = fly_alike(a, b) ? flight_apart(s_, a, b, h_) : kInfinity;
+      if (gap > s_.config.touch_tolerance + std::min(free, s_.reach[a] + s_.reach[b])) continue;
+    }
     if (!may_touch(pair) || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
     if (fast_a) s_.allowance[a] = 2 * s_.reach[a];
     if (fast_b) s_.allowance[b] = 2 * s_.reach[b];
@@ -48,7 +51,9 @@ void Step::expect_blows() {
 /// Whether the shapes can meet in this step, by their boxes where it begins.
 bool Step::is_near(const Pair& pair) const {
   const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
-  return !fly_alike(a, b) || !(box_gap(pair) > margin_of(a, b));
+  if (!fly_alike(a, b)) return true;
+  const double gap = box_gap(pair);
+  return !(gap > s_.config.contact_margin) || !(gap > margin_of(a, b));
 }
 
 /// Farther apart than this [m] the step cannot bring two bodies' shapes together.
@@ -66,7 +71,9 @@ double Step::box_gap(const Pair& pair) const {
   const double grown = s_.reach[a.body.index] + s_.reach[b.body.index] + 2 * s_.config.contact_margin;
   const double x = std::max(b.box.lower.x - a.box.upper.x, a.box.lower.x - b.box.upper.x) + grown;
   const double y = std::max(b.box.lower.y - a.box.upper.y, a.box.lower.y - b.box.upper.y) + grown;
-  return std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+  // Most boxes are beside or above each other.
+  if (!(x > 0) || !(y > 0)) return std::max({x, y, 0.0});
+  return std::hypot(x, y);
 }
 
 /// Whether it is worth a look how two bodies move against each other: one is fast, and nothing bends the way

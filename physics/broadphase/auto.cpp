@@ -29,6 +29,8 @@ double list_cost(double count, double moved) {
 }
 /// Another one has to be this much cheaper, so that a scene on the border does not change with every step.
 constexpr double kWorthChanging = 0.7;
+/// Up to so many boxes nothing costs less than the first choice, however many move.
+constexpr std::size_t kFew = 16;
 /// Share of the last step in the running mean of moved boxes.
 constexpr double kNewest = 0.125;
 
@@ -50,6 +52,8 @@ class Auto final : public PairFinder {
     const auto count = static_cast<double>(boxes.size());
     const double moved = std::min(count, static_cast<double>(dirty.size()));
     mean_moved_ += kNewest * (moved - mean_moved_);
+    // So few that no model is needed.
+    if (choice_ == kChoices && boxes.size() <= kFew) return finder_->synchronise(boxes, dirty, stats);
     const Choice* best = choice_;
     for (const Choice& choice : kChoices) {
       if (choice.cost(count, mean_moved_) < best->cost(count, mean_moved_)) best = &choice;

@@ -16,6 +16,7 @@ bool has_varying_forces(const WorldState& state, const Island& island) {
 }
 
 bool meets_prescribed_motion(const WorldState& state, const Island& island) {
+  if (state.kinematic.empty()) return false;
   const auto told = [&](std::uint32_t body) { return body != BodyId::kNone && state.prescribed[body]; };
   return std::any_of(island.contacts.begin(), island.contacts.end(),
                      [&](std::uint32_t i) {

@@ -24,12 +24,13 @@ bool may_strike(const JointDef& def) {
 ImpactOutcome apply_impact(WorldState& state, const Island& island, double elapsed,
                            const ImpactOptions& options, IslandResult& result) {
   ImpactOutcome outcome;
+  bool approaching = std::any_of(island.joints.begin(), island.joints.end(),
+                                 [&](std::uint32_t slot) { return may_strike(state.joints[slot].def); });
+  if (!approaching && island.contacts.empty()) return outcome;
   StageTimer timer(state, result, Stage::Impact);
   Spare<std::vector<std::uint8_t>> spare;
   std::vector<std::uint8_t>& touching = *spare;
   touching.assign(island.contacts.size(), 0);
-  bool approaching = std::any_of(island.joints.begin(), island.joints.end(),
-                                 [&](std::uint32_t slot) { return may_strike(state.joints[slot].def); });
   for (std::size_t k = 0; k < touching.size(); ++k) {
     const Contact& contact = state.contacts[island.contacts[k]];
     for (int i = 0; i < contact.manifold.count; ++i) {

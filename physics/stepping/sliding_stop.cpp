@@ -32,27 +32,28 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
                      std::unique_ptr<SolverMemory>* memory, Solution& solution) {
   IslandSystem& system = piece.assembly.system;
   if (system.rows.size() > kMostRows || !has_friction(system)) return piece.h;
-  Spare<std::vector<Velocity>> after;
-  *after = piece.free;
-  apply_impulses(system, solution.lambda, *after);
   // What stops within this distance does not show.
   const double shortest = 1e-3 * state.config.touch_tolerance;
 
   Spare<std::vector<Stopping>> stopping;
-  stopping->clear();
   for (int i = 0; i < system.size(); ++i) {
     const Row& row = system.rows[i];
-    if (row.normal < 0 || !(row.mu > 0)) continue;
+    if (row.normal < 0 || !(row.mu > 0) || !(solution.lambda[row.normal] > 0)) continue;
     // What rolls has no velocity where it is, though it has one in the geometry half-way.
     const double now = row_velocity(piece.start, i, piece.before);
+    if (!(std::abs(now) * piece.h > shortest)) continue;
     const double from = row_velocity(piece.assembly, i, piece.before);
-    if (!(std::abs(now) * piece.h > shortest) || !(now * from > 0)) continue;
-    // The rounding of a solve counts as zero.
-    const double to = row_velocity(piece.assembly, i, *after);
-    const double normal = solution.lambda[row.normal];
-    if ((from > 0 ? to : -to) > 1e-9 * std::abs(from) || !(normal > 0)) continue;
-    stopping->push_back({i, from, system.b[i]});
+    if (now * from > 0) stopping->push_back({i, from, system.b[i]});
   }
+  if (stopping->empty()) return piece.h;
+  Spare<std::vector<Velocity>> after;
+  *after = piece.free;
+  apply_impulses(system, solution.lambda, *after);
+  // The rounding of a solve counts as zero.
+  std::erase_if(*stopping, [&](const Stopping& stop) {
+    const double to = row_velocity(piece.assembly, stop.row, *after);
+    return (stop.from > 0 ? to : -to) > 1e-9 * std::abs(stop.from);
+  });
   if (stopping->empty()) return piece.h;
 
   // To want more than the bounds can give is to be at the bound: backwards by four times what the largest
