@@ -15,20 +15,6 @@ namespace {
 // Enough manifolds to be worth a thread's attention: about 50 us of work.
 constexpr std::size_t kContactsPerChunk = 256;
 
-/// An empty result in the memory of the old one.
-void clear(IslandResult& result) {
-  IslandResult next;
-  const auto keep = [](auto& from, auto& to) {
-    from.clear();
-    to = std::move(from);
-  };
-  keep(result.motion_events, next.motion_events);
-  keep(result.traces, next.traces);
-  keep(result.path, next.path);
-  keep(result.memories, next.memories);
-  result = std::move(next);
-}
-
 void clear(LinkCount& count) {
   count.narrow = {};
   count.reused = 0;
@@ -221,7 +207,7 @@ void Step::find_islands() {
     }
     std::swap(s_.islands[n].island, graph[n]);
     s_.islands[n].kept = false;
-    clear(s_.islands[n].result);
+    s_.islands[n].result.clear();
   }
   s_.graph_bodies = s_.awake;
   s_.graph_joints = s_.active_joints;
@@ -238,6 +224,7 @@ void Step::step_islands() {
 
   std::vector<std::size_t>& to_step = s_.scratch.to_step;
   to_step.clear();
+  auto last = s_.scratch.last_round.begin();
   for (std::size_t n = 0; n < s_.islands.size(); ++n) {
     SteppedIsland& island = s_.islands[n];
     if (rounds_ == 1) {
@@ -249,15 +236,12 @@ void Step::step_islands() {
       const std::vector<std::uint32_t>& bodies = island.island.bodies;
       const auto is_dirty = [this](std::uint32_t i) { return s_.scratch.dirty[i] != 0; };
       if (std::none_of(bodies.begin(), bodies.end(), is_dirty)) {
-        // The same bodies as before: a merger would have made them dirty.
-        std::vector<SteppedIsland>& last = s_.scratch.last_round;
-        const auto same = std::lower_bound(
-            last.begin(), last.end(), bodies.front(),
-            [](const SteppedIsland& one, std::uint32_t body) { return one.island.bodies.front() < body; });
-        Island members = std::move(island.island);
-        island = std::move(*same);
-        island.island = std::move(members);
-        same->island.bodies = {bodies.front()};
+        // The same bodies as before: a merger would have made them dirty. Both lists are in their order.
+        while (last->island.bodies.front() < bodies.front()) ++last;
+        std::swap(island.result, last->result);
+        island.totals = last->totals;
+        island.rest_key = last->rest_key;
+        island.kept = last->kept;
         continue;
       }
       prepare_again(island);
@@ -293,7 +277,7 @@ bool Step::stays(const SteppedIsland& island) const {
 
 /// For the first try of a step.
 void Step::prepare(SteppedIsland& island) {
-  clear(island.result);
+  island.result.clear();
   for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
   for (const std::uint32_t i : island.island.contacts) {
     Contact& contact = s_.contacts[i];

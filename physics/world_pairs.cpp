@@ -79,14 +79,15 @@ void Step::merge_pairs(bool moved) {
   std::vector<Pair>& distant = s_.scratch.distant;
   std::erase_if(distant, [&](const Pair& pair) {
     if (s_.shape_moved[pair.low] || s_.shape_moved[pair.high]) return true;
-    if (!is_near(pair)) return false;
+    if (!is_near(pair, look_at(pair))) return false;
     add_wanted(pair);
     return true;
   });
   const bool unsorted = !wanted.empty();
-  for (const Pair& pair : s_.pairs) {
+  for (std::size_t k = 0; k < s_.pairs.size(); ++k) {
+    const Pair& pair = s_.pairs[k];
     if (!may_touch(pair)) continue;
-    if (is_near(pair))
+    if (is_near(pair, rounds_ == 0 ? s_.scratch.looks[k] : look_at(pair)))
       add_wanted(pair);
     else
       distant.push_back(pair);
@@ -133,14 +134,18 @@ void Step::merge_pairs(bool moved) {
 
 /// Every pair has its contact already, and every contact its pair: nothing comes or goes.
 bool Step::are_pairs_of_table() const {
-  return s_.scratch.distant.empty() &&
-         std::equal(s_.pairs.begin(), s_.pairs.end(), s_.contacts.begin(), s_.contacts.end(),
-                    [this](const Pair& pair, const Contact& contact) {
-                      return contact.shape_a == pair.low && contact.shape_b == pair.high &&
-                             s_.shapes[pair.low].shape.kind != ShapeKind::Chain &&
-                             s_.shapes[pair.high].shape.kind != ShapeKind::Chain && may_touch(pair) &&
-                             is_near(pair);
-                    });
+  if (!s_.scratch.distant.empty() || s_.pairs.size() != s_.contacts.size()) return false;
+  for (std::size_t k = 0; k < s_.pairs.size(); ++k) {
+    const Pair& pair = s_.pairs[k];
+    const Contact& contact = s_.contacts[k];
+    if (contact.shape_a != pair.low || contact.shape_b != pair.high ||
+        s_.shapes[pair.low].shape.kind == ShapeKind::Chain ||
+        s_.shapes[pair.high].shape.kind == ShapeKind::Chain || !may_touch(pair) ||
+        !is_near(pair, rounds_ == 0 ? s_.scratch.looks[k] : look_at(pair))) {
+      return false;
+    }
+  }
+  return true;
 }
 
 /// One contact, or one for each near segment of a chain.

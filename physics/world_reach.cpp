@@ -21,7 +21,9 @@ double flight_apart(const WorldState& s, std::uint32_t a, std::uint32_t b, doubl
   };
   const Vec2 va = moves(a) ? s.backup[a].velocity : Vec2{}, vb = moves(b) ? s.backup[b].velocity : Vec2{};
   const Vec2 aa = moves(a) ? s.acceleration[a] : Vec2{}, ab = moves(b) ? s.acceleration[b] : Vec2{};
-  return h * (length(va - vb) + h * length(aa - ab)) + spin(a) + spin(b);
+  // Most fall alike.
+  const double falls = aa == ab ? 0 : length(aa - ab);
+  return h * (length(va - vb) + h * falls) + spin(a) + spin(b);
 }
 
 }  // namespace
@@ -31,17 +33,27 @@ bool flies_freely(const WorldState& state, std::uint32_t body) {
          !state.drag[body].any() && !state.field;
 }
 
+/// What is known of a pair before the step; where neither body is fast, nothing has to be.
+PairLook Step::look_at(const Pair& pair) const {
+  const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
+  if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) return {};
+  const bool alike = fly_alike(a, b);
+  const double gap = box_gap(pair);
+  // How pairs that touch move does not matter.
+  const bool matters = alike && gap > std::min(s_.config.touch_tolerance, s_.config.contact_margin);
+  return {gap, matters ? flight_apart(s_, a, b, h_) : kInfinity, alike};
+}
+
 /// A fast body that something may strike, or that may strike something, can go anywhere within its reach.
 void Step::expect_blows() {
+  std::vector<PairLook>& looks = s_.scratch.looks;
+  looks.clear();
   for (const Pair& pair : s_.pairs) {
+    const PairLook& look = looks.emplace_back(look_at(pair));
     const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
     const bool fast_a = s_.flight[a] == FlightKind::Fast, fast_b = s_.flight[b] == FlightKind::Fast;
     if (!fast_a && !fast_b) continue;
-    const double gap = box_gap(pair);
-    if (gap > s_.config.touch_tolerance) {
-      const double free = fly_alike(a, b) ? flight_apart(s_, a, b, h_) : kInfinity;
-      if (gap > s_.config.touch_tolerance + std::min(free, s_.reach[a] + s_.reach[b])) continue;
-    }
+    if (look.gap > s_.config.touch_tolerance + std::min(look.apart, s_.reach[a] + s_.reach[b])) continue;
     if (!may_touch(pair) || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
     if (fast_a) s_.allowance[a] = 2 * s_.reach[a];
     if (fast_b) s_.allowance[b] = 2 * s_.reach[b];
@@ -49,11 +61,11 @@ void Step::expect_blows() {
 }
 
 /// Whether the shapes can meet in this step, by their boxes where it begins.
-bool Step::is_near(const Pair& pair) const {
+bool Step::is_near(const Pair& pair, const PairLook& look) const {
+  if (!look.alike) return true;
   const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
-  if (!fly_alike(a, b)) return true;
-  const double gap = box_gap(pair);
-  return !(gap > s_.config.contact_margin) || !(gap > margin_of(a, b));
+  return !(look.gap > s_.config.contact_margin) ||
+         !(look.gap > s_.config.contact_margin + closest_approach(a, b, look.apart, s_.reach, s_.allowance));
 }
 
 /// Farther apart than this [m] the step cannot bring two bodies' shapes together.
@@ -89,10 +101,15 @@ bool Step::fly_alike(std::uint32_t a, std::uint32_t b) const {
 /// @param astray  and how far from free flight
 double Step::closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
                               const std::vector<double>& astray) const {
-  const double both = ways[a] + ways[b];
-  if (!fly_alike(a, b)) return both;
+  if (!fly_alike(a, b)) return ways[a] + ways[b];
+  return closest_approach(a, b, flight_apart(s_, a, b, h_), ways, astray);
+}
+
+/// The same of two that fly alike. @param apart  what their flight alone brings
+double Step::closest_approach(std::uint32_t a, std::uint32_t b, double apart, const std::vector<double>& ways,
+                              const std::vector<double>& astray) const {
   const auto strays = [&](std::uint32_t i) { return s_.kept[i] ? 2 * s_.reach[i] : astray[i]; };
-  return std::min(both, flight_apart(s_, a, b, h_) + strays(a) + strays(b));
+  return std::min(ways[a] + ways[b], apart + strays(a) + strays(b));
 }
 
 /// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did

@@ -52,6 +52,13 @@ struct SteppedIsland {
   bool kept = false;
 };
 
+/// How two bodies of which one is fast stand to each other where the step begins.
+struct PairLook {
+  double gap = 0;    ///< of their boxes [m]
+  double apart = 0;  ///< by how much they change their distance while nothing touches them [m]
+  bool alike = false;
+};
+
 /// Counters of a chunk of contacts.
 struct LinkCount {
   NarrowPhaseStats narrow;
@@ -68,6 +75,7 @@ struct StepScratch {
   std::vector<ContactKey> wanted;         ///< contacts of the pairs
   std::vector<Contact> fresh;             ///< of which new ones
   std::vector<Pair> distant;              ///< pairs of fast bodies that will not meet, as far as is known
+  std::vector<PairLook> looks;            ///< at `WorldState::pairs`, in the first round
   std::vector<int> segments;              ///< of a chain
   std::vector<Contact> lost;              ///< touching contacts whose boxes parted
   std::vector<SteppedIsland> last_round;  ///< islands of the round before

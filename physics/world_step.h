@@ -56,10 +56,13 @@ class Step {
 
   // world_reach.cpp: how far bodies can go, and which pairs can meet therefore.
   void expect_blows();
-  bool is_near(const Pair& pair) const;
+  PairLook look_at(const Pair& pair) const;
+  bool is_near(const Pair& pair, const PairLook& look) const;
   double margin_of(std::uint32_t a, std::uint32_t b) const;
   double box_gap(const Pair& pair) const;
   bool fly_alike(std::uint32_t a, std::uint32_t b) const;
+  double closest_approach(std::uint32_t a, std::uint32_t b, double apart, const std::vector<double>& ways,
+                          const std::vector<double>& astray) const;
   double closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
                           const std::vector<double>& astray) const;
   bool extend_reach();

@@ -33,8 +33,8 @@ struct StepMemory {
   double inner_step = 0;  ///< length of the last step that error control chose [s]; 0: none yet
 };
 
-/// What stepping one island produced; merged into the StepReport in the order of the islands.
-struct IslandResult {
+/// The numbers of an `IslandResult`: nothing that owns memory.
+struct IslandNumbers {
   IslandReport report;
   int substeps = 0;
   int impacts = 0;
@@ -47,17 +47,29 @@ struct IslandResult {
   int inner_steps = 0;     ///< steps accepted by error control
   int rejected_steps = 0;  ///< inner steps taken again because their error was too large
   int fallbacks = 0;       ///< 1: events gave up, time_stepping made the step
-  std::vector<MotionEvent> motion_events;  ///< times since the beginning of the step
-  bool in_flight = false;                  ///< nothing to meet: closed form
-  bool at_rest = false;                    ///< nothing changed since the last step: its result was used again
+  bool in_flight = false;  ///< nothing to meet: closed form
+  bool at_rest = false;    ///< nothing changed since the last step: its result was used again
   SolveWork work;
   double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};
+  StepMemory step_memory;  ///< for the bodies of the island
+};
+
+/// What stepping one island produced; merged into the StepReport in the order of the islands.
+struct IslandResult : IslandNumbers {
+  std::vector<MotionEvent> motion_events;  ///< times since the beginning of the step
   std::vector<IslandTrace> traces;
-  StepMemory step_memory;              ///< for the bodies of the island
   std::vector<PathPiece> path;         ///< only with `Observe::paths`
   std::vector<IslandMemory> memories;  ///< solver memories to keep for the next step
+
+  void clear() {
+    static_cast<IslandNumbers&>(*this) = {};
+    motion_events.clear();
+    traces.clear();
+    path.clear();
+    memories.clear();
+  }
 };
 
 /// Advances the bodies of `island` by `h` [s]. Touches nothing but these bodies, the island's contacts and
