@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/contact_batch.h"
+#include "physics/stepping/flow.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/world_step.h"
 
@@ -14,6 +15,11 @@ namespace {
 
 // Enough manifolds to be worth a thread's attention: about 50 us of work.
 constexpr std::size_t kContactsPerChunk = 256;
+
+// Rounds of a step after which islands that may flow do, and how many times the work of flow a round may cost
+// for the next one to be exact, too.
+constexpr int kExactRounds = 3;
+constexpr double kDearRound = 10;
 
 void clear(LinkCount& count) {
   count.narrow = {};
@@ -218,6 +224,7 @@ void Step::step_islands() {
   const bool known = rounds_ == 1 && !graph_changed_ && s_.graph_known && s_.awake == s_.graph_bodies &&
                      s_.active_joints == s_.graph_joints;
   if (!known) find_islands();
+  if (rounds_ > 1) give_exact_rounds_up();
   graph_changed_ = false;
   // Until the step is through: what throws leaves islands behind that mean nothing.
   s_.graph_known = false;
@@ -261,6 +268,19 @@ void Step::step_islands() {
     s_.pool->run(to_step.size(), step);
   }
   s_.graph_known = true;
+}
+
+/// A blow that spreads by a layer of bodies a round throws the work of each round away: where that was dear,
+/// the next one goes in flow.
+void Step::give_exact_rounds_up() {
+  for (const SteppedIsland& last : s_.scratch.last_round) {
+    const std::vector<std::uint32_t>& bodies = last.island.bodies;
+    const double dear = kDearRound * s_.config.flow_work * static_cast<double>(bodies.size());
+    if (rounds_ <= kExactRounds && !(last.result.work.visits > dear)) continue;
+    if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
+      continue;
+    for (const std::uint32_t i : bodies) s_.step_memory[i].flow = kMustFlow;
+  }
 }
 
 /// Known to change nothing, and neither its bodies nor what they lean on changed since.

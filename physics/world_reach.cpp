@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/stepping/travel.h"
 #include "physics/world_step.h"
 
 namespace skerry {
@@ -118,13 +119,9 @@ bool Step::extend_reach() {
   bool any = false;
   std::vector<std::uint8_t>& dirty = s_.scratch.dirty;
   for (const std::uint32_t i : s_.active) {
-    if (s_.kept[i]) continue;
-    const double slack = 0.5 * s_.config.contact_margin;
-    const bool far = s_.travelled[i] > s_.reach[i] + slack;
-    const bool astray = s_.flight[i] == FlightKind::Fast && s_.strayed[i] > s_.allowance[i] + slack;
-    if (!(far || astray) || !std::isfinite(s_.travelled[i])) continue;
+    if (s_.kept[i] || !left_its_reach(s_, i)) continue;
     if (!any) dirty.assign(s_.bodies.size(), 0);
-    if (far) s_.reach[i] = 1.25 * s_.travelled[i];
+    if (s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin) s_.reach[i] = 1.25 * s_.travelled[i];
     // Free flight takes it no farther than its reach, so this is no bound any more.
     s_.allowance[i] = 2 * s_.reach[i];
     dirty[i] = 1;

@@ -77,6 +77,7 @@ class Step {
   double make_manifold(Contact& contact, LinkCount& count) const;
   void find_islands();
   void step_islands();
+  void give_exact_rounds_up();
   bool stays(const SteppedIsland& island) const;
   void prepare(SteppedIsland& island);
   void prepare_again(SteppedIsland& island);

@@ -87,7 +87,8 @@ class FlowStep {
         if (pushed[k]) start[k].v = after[k];
       }
     }
-    {
+    // Where a body leaves its reach, the step is made again in any case: nothing has moved yet.
+    if (!foresee(before, after, pushed)) {
       const IslandEnergy energy(state_, island_);
       advance(before, after, pushed);
       {
@@ -97,8 +98,8 @@ class FlowStep {
       StageTimer timer(state_, result_, Stage::Apply);
       separate();
       energy.take_gain(state_, island_);
+      if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     }
-    if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     ++result_.substeps;
     give_spare(std::move(before));
     give_spare(std::move(after));
@@ -268,32 +269,50 @@ class FlowStep {
     }
   }
 
+  /// Notes how far everything will go. @return whether a body will go so much farther than foreseen that the
+  /// world makes the step again
+  bool foresee(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+               const std::vector<std::uint8_t>& pushed) {
+    bool leaves = false;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      note_travel(body, length_of_shift(state_, body, shift_of(before[k], after[k], pushed[k] != 0)));
+      if (pushed[k]) stray(body, after[k]);
+      leaves |= left_its_reach(state_, body);
+    }
+    return leaves;
+  }
+
   void advance(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
     StageTimer timer(state_, result_, Stage::Apply);
     BodyArrays& all = state_.bodies;
     for (std::size_t k = 0; k < after.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
-      Velocity path = after[k];
-      for (std::size_t c = 0; c < 3 && !pushed[k]; ++c) path[c] = 0.5 * (before[k][c] + after[k][c]);
       all.velocity[body] = {after[k][0], after[k][1]};
       all.omega[body] = after[k][2];
-      move(k, {h_ * path[0], h_ * path[1], h_ * path[2]});
-      if (pushed[k]) stray(body, after[k]);
+      move(body, shift_of(before[k], after[k], pushed[k] != 0));
     }
   }
 
-  /// What goes a little beyond its reach is found by the next step: no reason to make this one again.
-  void move(std::size_t k, const Velocity& shift) {
+  Velocity shift_of(const Velocity& before, const Velocity& after, bool pushed) const {
+    Velocity shift;
+    for (std::size_t c = 0; c < 3; ++c) shift[c] = h_ * (pushed ? after[c] : 0.5 * (before[c] + after[c]));
+    return shift;
+  }
+
+  void move(std::uint32_t body, const Velocity& shift) {
     BodyArrays& all = state_.bodies;
-    const std::uint32_t body = island_.bodies[k];
     all.position[body] += Vec2{shift[0], shift[1]};
     if (shift[2] != 0) {
       all.angle[body] += shift[2];
       all.rotation[body] = Rot::from_angle(all.angle[body]);
     }
-    const double gone = state_.travelled[body] + length_of_shift(state_, body, shift);
-    state_.travelled[body] = forgiven(gone, state_.reach[body], body);
+  }
+
+  /// What goes a little beyond its reach is found by the next step: no reason to make this one again.
+  void note_travel(std::uint32_t body, double way) {
+    state_.travelled[body] = forgiven(state_.travelled[body] + way, state_.reach[body], body);
   }
 
   /// A body that an impulse acted on goes straight on with its new velocity.
@@ -348,8 +367,11 @@ class FlowStep {
     const bool free = is_free(state_, island_);
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
-      move(k, shift[k]);
-      note_stray(island_.bodies[k], length_of_shift(state_, island_.bodies[k], shift[k]));
+      const std::uint32_t body = island_.bodies[k];
+      const double way = length_of_shift(state_, body, shift[k]);
+      move(body, shift[k]);
+      note_travel(body, way);
+      note_stray(body, way);
     }
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(*assembly, shift);
@@ -391,9 +413,10 @@ double flow_from_work(const WorldState& state, const Island& island) {
 bool is_in_flow(const WorldState& state, const Island& island, double h) {
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
-  const int few = flow > 1 || !state.solver->exact ? kFewestPoints : kFewPoints;
+  const bool must = flow == kMustFlow;
+  const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : kFewPoints;
   if (!may_flow(state, island, few)) return false;
-  if (!state.solver->exact) return true;
+  if (must || !state.solver->exact) return true;
   const double slow = h * largest_acceleration(state, island) + state.config.rest_speed;
   int points = 0, fast = 0, landings = 0;
   for (const std::uint32_t index : island.contacts) {
@@ -421,8 +444,11 @@ int restlessness(const IslandResult& result) {
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result) {
   FlowStep(state, island, from, to, result).run();
-  for (const std::uint32_t i : island.bodies)
-    result.step_memory.flow = std::max({result.step_memory.flow, state.step_memory[i].flow, 1});
+  result.step_memory.flow = std::max(result.step_memory.flow, 1);
+  for (const std::uint32_t i : island.bodies) {
+    const int flow = state.step_memory[i].flow;
+    if (flow != kMustFlow) result.step_memory.flow = std::max(result.step_memory.flow, flow);
+  }
 }
 
 }  // namespace skerry

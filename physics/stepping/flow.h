@@ -17,12 +17,16 @@
 
 namespace skerry {
 
+/// `StepMemory::flow` of bodies whose island flows in this step if it may at all.
+inline constexpr int kMustFlow = 3;
+
 /// Counts the contact points that touch, or may within the step, those of them that approach or slide faster
 /// than the largest force changes a velocity in a step, and those that land in it. An island with more than
 /// 30 points is in flow if a fifth of them are fast or more than 8 land; a twentieth or more than 2 are
 /// enough if it flowed in the last step, or was cut into more than 4 pieces. After more than 16 pieces more
-/// than 8 points will do. Islands with joints, bouncing contacts or forces that depend on the state never
-/// are; with a solver that is not exact all of more than 8 points are.
+/// than 8 points will do. What must flow does with more than 30 points. Islands with joints, bouncing
+/// contacts or forces that depend on the state never are; with a solver that is not exact all of more than 8
+/// points are.
 bool is_in_flow(const WorldState& state, const Island& island, double h);
 
 /// Work in visits after which exact forces of an island that may flow are given up; 0 if it may not.

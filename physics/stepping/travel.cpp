@@ -50,4 +50,11 @@ void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 
   state.strayed[body] += way;
 }
 
+bool left_its_reach(const WorldState& state, std::uint32_t body) {
+  const double slack = 0.5 * state.config.contact_margin, travelled = state.travelled[body];
+  const bool astray =
+      state.flight[body] == FlightKind::Fast && state.strayed[body] > state.allowance[body] + slack;
+  return (travelled > state.reach[body] + slack || astray) && std::isfinite(travelled);
+}
+
 }  // namespace skerry

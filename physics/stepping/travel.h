@@ -30,4 +30,8 @@ void note_travel(WorldState& state, std::uint32_t body, double from, double t,
 /// The same for a shift without a time.
 void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
 
+/// The body went farther than its reach, or a fast one farther from free flight than its allowance: what it
+/// can have met is not known, and the world makes the step again.
+bool left_its_reach(const WorldState& state, std::uint32_t body);
+
 }  // namespace skerry
