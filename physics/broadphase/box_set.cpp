@@ -13,8 +13,15 @@ namespace {
 
 /// False for inverted boxes, infinities and NaN.
 bool is_valid(const Aabb& b) {
+#if defined(__SSE2__)
+  const __m128d lower = _mm_loadu_pd(&b.lower.x), upper = _mm_loadu_pd(&b.upper.x);
+  const __m128d above = _mm_cmpge_pd(lower, _mm_set1_pd(-DBL_MAX));
+  const __m128d below = _mm_cmple_pd(upper, _mm_set1_pd(DBL_MAX));
+  return _mm_movemask_pd(_mm_and_pd(_mm_and_pd(above, below), _mm_cmple_pd(lower, upper))) == 3;
+#else
   return b.lower.x >= -DBL_MAX && b.lower.y >= -DBL_MAX && b.upper.x <= DBL_MAX && b.upper.y <= DBL_MAX &&
          b.lower.x <= b.upper.x && b.lower.y <= b.upper.y;
+#endif
 }
 
 [[noreturn]] void refuse(ProxyIndex proxy, const Aabb& b, const char* call) {
@@ -92,9 +99,12 @@ void BoxSet::remove(ProxyIndex proxy) {
 }
 
 void BoxSet::update(std::span<const BoxUpdate> moved) {
+  // Local copies of the pointers: a stored byte could otherwise change them, as far as the compiler knows.
   const ProxyIndex count = limit();
+  std::uint8_t* const state = state_.data();
+  Aabb* const boxes = boxes_.data();
   for (const BoxUpdate& u : moved) {
-    if (u.proxy >= count || (state_[u.proxy] & kPresent) == 0) refuse(u.proxy, "update", "is not present");
+    if (u.proxy >= count || (state[u.proxy] & kPresent) == 0) refuse(u.proxy, "update", "is not present");
     if (!is_valid(u.box)) refuse(u.proxy, u.box, "update");
   }
   // List the proxies without branches: room for all first, then what was not needed is given back.
@@ -102,17 +112,19 @@ void BoxSet::update(std::span<const BoxUpdate> moved) {
   std::size_t moved_end = moved_.size(), dirty_end = dirty_.size();
   moved_.resize(moved_end + moved.size());
   dirty_.resize(dirty_end + moved.size());
+  ProxyIndex *const moved_list = moved_.data(), *const dirty_list = dirty_.data();
   constexpr std::size_t kAhead = 16;
+  const std::size_t last = moved.size() - 1;
   for (std::size_t i = 0; i < moved.size(); ++i) {
-    if (i + kAhead < moved.size()) prefetch(&boxes_[moved[i + kAhead].proxy]);
+    prefetch(&boxes[moved[std::min(i + kAhead, last)].proxy]);
     const BoxUpdate& u = moved[i];
-    boxes_[u.proxy] = u.box;
-    const std::uint8_t old = state_[u.proxy];
-    moved_[moved_end] = u.proxy;
+    boxes[u.proxy] = u.box;
+    const std::uint8_t old = state[u.proxy];
+    moved_list[moved_end] = u.proxy;
     moved_end += (old & kMovedListed) == 0;
-    dirty_[dirty_end] = u.proxy;
+    dirty_list[dirty_end] = u.proxy;
     dirty_end += (old & kDirty) == 0;
-    state_[u.proxy] = old | marks;
+    state[u.proxy] = old | marks;
   }
   moved_.resize(moved_end);
   dirty_.resize(dirty_end);

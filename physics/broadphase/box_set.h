@@ -32,6 +32,18 @@ class BoxSet {
   ProxyIndex limit() const { return static_cast<ProxyIndex>(boxes_.size()); }
   bool is_present(ProxyIndex proxy) const { return proxy < limit() && (state_[proxy] & kPresent) != 0; }
   bool is_fixed(ProxyIndex proxy) const { return (state_[proxy] & kFixed) != 0; }
+  /// The same with less to look up, for a loop over many.
+  class View {
+   public:
+    explicit View(const BoxSet& set) : boxes_(set.boxes_.data()), state_(set.state_.data()) {}
+    const Aabb& box(ProxyIndex proxy) const { return boxes_[proxy]; }
+    /// True if the proxy, below `limit`, is present and not fixed.
+    bool is_moving(ProxyIndex proxy) const { return (state_[proxy] & (kPresent | kFixed)) == kPresent; }
+
+   private:
+    const Aabb* boxes_;
+    const std::uint8_t* state_;
+  };
   bool is_moved(ProxyIndex proxy) const { return (state_[proxy] & kMoved) != 0; }
   /// The box of a proxy that is present.
   const Aabb& box(ProxyIndex proxy) const { return boxes_[proxy]; }

@@ -19,7 +19,7 @@ struct CandidateTests {
   const PairRequest& request;
   std::span<const FloatBox> boxes;  ///< by proxy
   bool by_mark;                     ///< keep only pairs with a box that is marked as moved
-  bool scattered;                   ///< neighbours in the list are not neighbours in memory
+  bool scattered;                   ///< neighbours in the list are not neighbours in memory, nor in a cache
   bool wide;                        ///< use wide vector instructions where the processor has them
 
   /// Appends the candidates that are pairs to `out`, in their order.

@@ -55,6 +55,19 @@ inline void store(FloatBox& to, const Aabb& box, Vec2 origin) {
   _mm_store_ps(to.v, float_numbers(box, origin));
 }
 
+/// True if a box lies within `outer` for certain.
+inline bool is_within(const FloatBox& outer, const FloatBox& box) {
+  return _mm_movemask_ps(_mm_cmplt_ps(_mm_load_ps(outer.v), _mm_load_ps(box.v))) == 15;
+}
+/// Where a box that went from `before` to `now` will be after `steps` more such moves, about.
+inline FloatBox ahead_of(const FloatBox& before, const FloatBox& now, float steps) {
+  const __m128 here = _mm_load_ps(now.v);
+  FloatBox there;
+  _mm_store_ps(there.v,
+               _mm_add_ps(here, _mm_mul_ps(_mm_set1_ps(steps), _mm_sub_ps(here, _mm_load_ps(before.v)))));
+  return there;
+}
+
 /// The limits that another box's numbers must keep to overlap this one: upper x, upper y, minus lower x, y.
 class FloatLimits {
  public:
@@ -82,6 +95,17 @@ inline float float_number(double value) {
 inline void store(FloatBox& to, const Aabb& box, Vec2 origin) {
   to = {{float_number(box.lower.x - origin.x), float_number(box.lower.y - origin.y),
          -float_number(box.upper.x - origin.x), -float_number(box.upper.y - origin.y)}};
+}
+
+inline bool is_within(const FloatBox& outer, const FloatBox& box) {
+  bool within = true;
+  for (int i = 0; i < 4; ++i) within &= outer.v[i] < box.v[i];
+  return within;
+}
+inline FloatBox ahead_of(const FloatBox& before, const FloatBox& now, float steps) {
+  FloatBox there;
+  for (int i = 0; i < 4; ++i) there.v[i] = now.v[i] + steps * (now.v[i] - before.v[i]);
+  return there;
 }
 
 class FloatLimits {

@@ -15,6 +15,8 @@ namespace {
 
 /// Below so many boxes a second thread costs more than it finds.
 constexpr std::size_t kBoxesPerThread = 10000;
+/// Boxes in a line of the cache, and how many of a run are fetched at most: a long one fetches for itself.
+constexpr std::uint32_t kBoxesInLine = 4, kMostFetched = 32;
 
 }  // namespace
 
@@ -354,16 +356,16 @@ void HierarchicalGrid::find_all(const PairRequest& request, std::vector<PairBuff
   }
 }
 
-/// Few boxes moved: a search around each, then a look at which of what it met is to be reported from here.
-void HierarchicalGrid::find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const {
-  const BoxSet& boxes = request.boxes;
+/// A search around each of a few boxes; what it met is kept where `reports(box, other)`.
+template <class Reports>
+void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
+                                     BroadPhaseStats& stats, Reports reports) const {
   Search search(*this, boxes, true, out);
   // The boxes are scattered in memory. Three batches are under way at a time: of one the cells are looked up,
   // of the next the slots, and the third is tested, so that the processor waits for many cache lines at once.
-  const std::span<const ProxyIndex> moved = boxes.moved();
-  const std::size_t batches = (moved.size() + kBatch - 1) / kBatch;
+  const std::size_t batches = (around.size() + kBatch - 1) / kBatch;
   const auto batch_at = [&](std::size_t b) {
-    return moved.subspan(b * kBatch, std::min(kBatch, moved.size() - b * kBatch));
+    return around.subspan(b * kBatch, std::min(kBatch, around.size() - b * kBatch));
   };
   for (std::size_t b = 0; b < batches + 2; ++b) {
     if (b < batches) {
@@ -384,8 +386,10 @@ void HierarchicalGrid::find_moved(const PairRequest& request, PairBuffer& out, B
       for (Run& run : batches_[(b - 1) % 3].runs) {
         run.begin = start_[run.first_cell];
         run.end = start_[run.last_cell + 1];
-        prefetch(&box_[run.begin]);
+        const std::uint32_t end = std::min(run.end, run.begin + kMostFetched);
+        for (std::uint32_t slot = run.begin; slot < end; slot += kBoxesInLine) prefetch(&box_[slot]);
         prefetch(&id_[run.begin]);
+        prefetch(&id_[end]);
       }
     }
     if (b < 2) continue;
@@ -401,7 +405,7 @@ void HierarchicalGrid::find_moved(const PairRequest& request, PairBuffer& out, B
       }
       search.finish();
       search.filter(
-          [&](ProxyIndex low, ProxyIndex high) { return request.reports(proxy, low == proxy ? high : low); });
+          [&](ProxyIndex low, ProxyIndex high) { return reports(proxy, low == proxy ? high : low); });
     }
   }
   search.close(stats);
@@ -415,25 +419,20 @@ void HierarchicalGrid::find(const PairRequest& request, std::vector<PairBuffer>&
     if (built_version_ != boxes.version()) rebuild(boxes);
     return find_all(request, parts, stats);
   }
-  find_moved(request, parts.front(), stats);
+  search_around(boxes, boxes.moved(), parts.front(), stats,
+                [&](ProxyIndex from, ProxyIndex other) { return request.reports(from, other); });
+}
+
+void HierarchicalGrid::find_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
+                                   BroadPhaseStats& stats) const {
+  search_around(boxes, around, out, stats, [&](ProxyIndex from, ProxyIndex other) {
+    return from != other && !(boxes.is_fixed(from) && boxes.is_fixed(other));
+  });
 }
 
 void HierarchicalGrid::query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const {
   BroadPhaseStats unused;
   for_each_overlap(boxes, region, unused, [&](ProxyIndex proxy) { found.push_back(proxy); });
-}
-
-void HierarchicalGrid::fetch(const Aabb& region) const {
-  constexpr std::size_t kLine = 4;  // boxes in a line of the cache
-  constexpr double kMostRows = 6;   // a large region is read long enough to fetch for itself
-  for (const GridLevel& level : levels_) {
-    if (region.upper.y - region.lower.y > kMostRows * level.size) continue;
-    for_each_range(level, region, [&](std::uint32_t first, std::uint32_t last) {
-      const std::size_t begin = start_[first],
-                        end = std::min<std::size_t>(start_[last + 1], begin + 8 * kLine);
-      for (std::size_t slot = begin; slot < end; slot += kLine) prefetch(&box_[slot]);
-    });
-  }
 }
 
 /// Row by row along the ray: in each, the columns of the stretch that boxes of this row can reach

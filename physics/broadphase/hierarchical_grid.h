@@ -78,8 +78,10 @@ class HierarchicalGrid final : public PairFinder {
   void ray_cast(const BoxSet& boxes, const Ray& ray, std::vector<ProxyIndex>& found) const override;
   std::size_t bytes() const override;
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override;
-  /// Asks the processor to fetch what a query of `region` will look at.
-  void fetch(const Aabb& region) const;
+  /// Appends the pairs of each box in `around` with what overlaps it; not with itself, nor fixed with fixed.
+  /// A pair of two boxes in `around` comes twice.
+  void find_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
+                   BroadPhaseStats& stats) const;
 
  private:
   struct Search;
@@ -118,7 +120,9 @@ class HierarchicalGrid final : public PairFinder {
   void for_each_overflow(std::uint32_t first, std::uint32_t last, Visit visit) const;
   template <class Visit>
   void for_each_overlap(const BoxSet& boxes, const Aabb& region, BroadPhaseStats& stats, Visit visit) const;
-  void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) const;
+  template <class Reports>
+  void search_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
+                     BroadPhaseStats& stats, Reports reports) const;
   void find_all(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats);
   void find_part(const BoxSet& boxes, bool all, std::size_t part, std::size_t parts, PairBuffer& out,
                  BroadPhaseStats& stats) const;
@@ -152,8 +156,9 @@ class HierarchicalGrid final : public PairFinder {
   std::vector<std::uint32_t> slot_of_;       ///< by proxy
   std::vector<std::uint32_t> head_;          ///< first overflow slot by cell
   std::vector<std::uint64_t> has_overflow_;  ///< a bit a cell: small enough for the first-level cache
-  std::vector<std::uint32_t> next_;          ///< by slot - packed_
-  std::size_t unused_ = 0;
+  std::vector<std::uint32_t> next_;          ///< by slot - packed_: next in its cell, or next free
+  std::uint32_t free_overflow_ = kNone;
+  std::size_t unused_ = 0;  ///< free slots among the packed ones
   std::uint64_t built_version_ = 0, built_membership_ = 0;
   // Kept between calls.
   mutable std::array<Batch, 3> batches_;

@@ -307,6 +307,7 @@ void HierarchicalGrid::prepare_places(const BoxSet& boxes) {
   head_.assign(start_.size(), kNone);
   has_overflow_.assign(start_.size() / 64 + 1, 0);
   next_.clear();
+  free_overflow_ = kNone;
   places_ready_ = true;
 }
 
@@ -314,7 +315,18 @@ void HierarchicalGrid::take_out(std::uint32_t slot) {
   slot_of_[id_[slot]] = kNone;
   id_[slot] = kNone;
   box_[slot] = kNoFloatBox;
-  ++unused_;
+  if (slot < packed_) {
+    ++unused_;
+    return;
+  }
+  // Out of its list: a search looks at all of that.
+  const std::uint32_t cell = cell_[slot];
+  std::uint32_t* link = &head_[cell];
+  while (*link != slot) link = &next_[*link - packed_];
+  *link = next_[slot - packed_];
+  if (head_[cell] == kNone) has_overflow_[cell / 64] &= ~(std::uint64_t{1} << cell % 64);
+  next_[slot - packed_] = free_overflow_;
+  free_overflow_ = slot;
 }
 
 /// A free slot that belongs to `cell`; the overflow grows if there is none.
@@ -322,14 +334,17 @@ std::uint32_t HierarchicalGrid::free_place(std::uint32_t cell) {
   for (std::uint32_t slot = start_[cell]; slot < start_[cell + 1]; ++slot) {
     if (id_[slot] == kNone) return --unused_, slot;
   }
-  for (std::uint32_t slot = head_[cell]; slot != kNone; slot = next_[slot - packed_]) {
-    if (id_[slot] == kNone) return --unused_, slot;
+  if (free_overflow_ == kNone) {
+    free_overflow_ = static_cast<std::uint32_t>(id_.size());
+    id_.push_back(kNone);
+    box_.push_back(kNoFloatBox);
+    cell_.push_back(cell);
+    next_.push_back(kNone);
   }
-  const auto slot = static_cast<std::uint32_t>(id_.size());
-  id_.push_back(kNone);
-  box_.push_back(kNoFloatBox);
-  cell_.push_back(cell);
-  next_.push_back(head_[cell]);
+  const std::uint32_t slot = free_overflow_;
+  free_overflow_ = next_[slot - packed_];
+  cell_[slot] = cell;
+  next_[slot - packed_] = head_[cell];
   head_[cell] = slot;
   has_overflow_[cell / 64] |= std::uint64_t{1} << cell % 64;
   return slot;

@@ -34,6 +34,9 @@ constexpr double kThinMargin = 0.03;
 constexpr double kSmallMargin = 0.1;
 /// Steps that such a margin reaches ahead of a moving box.
 constexpr double kStepsAhead = 20;
+/// Where a box leaves its margin, those that will leave theirs within so many steps get new ones, too: the
+/// list is mended for many at once, and not in every step.
+constexpr float kStepsSoon = 6;
 /// Larger margins would only overflow.
 constexpr double kLargestMargin = 1e300;
 /// Lists that live for one step only are worth nothing: no margins for so many steps then.
@@ -42,10 +45,10 @@ constexpr int kStepsWithoutMargin = 15;
 constexpr std::size_t kShareThatLeft = 16;
 /// Below so many candidates a second thread costs more than it tests.
 constexpr std::size_t kCandidatesPerThread = 50000;
+/// So many boxes in single precision stay in the second-level cache, wherever they are (512 KiB).
+constexpr std::size_t kBoxesInCache = 1u << 15;
 /// So many changes ahead the processor is told which box will be needed.
 constexpr std::size_t kAhead = 24;
-/// The same for searches in the grid.
-constexpr std::size_t kSearchesAhead = 3;
 
 constexpr bool encloses(const Aabb& outer, const Aabb& inner) {
   // One branch instead of four.
@@ -64,31 +67,34 @@ class NeighbourList final : public PairFinder {
 
   void synchronise(const BoxSet& boxes, std::span<const ProxyIndex> dirty, BroadPhaseStats&) override {
     tight_.resize(boxes.limit(), kNoFloatBox);
+    margin_.resize(boxes.limit(), kNoFloatBox);
     in_motion_.resize(boxes.limit(), kAtRest);
     was_moving_.resize(boxes.limit(), 0);
     left_.clear();
-    shifts_.clear();
-    for (std::size_t i = 0; i < dirty.size(); ++i) {
-      if (i + kAhead < dirty.size() && dirty[i + kAhead] < fat_.limit()) {
-        prefetch(&fat_.box(dirty[i + kAhead]));
-        prefetch(&tight_[dirty[i + kAhead]]);
-      }
-      follow(boxes, dirty[i]);
-    }
-    // Where many left at once, the rest of those that move will follow soon: new margins for all of them.
-    std::span<const ProxyIndex> outgrown = left_;
+    leaving_.clear();
+    follow(boxes, dirty);
+    updates_.clear();
     if (many_left(boxes, left_.size())) {
+      // The rest of those that move will follow soon: new margins for all of them.
       is_complete_ = false;
       if (list_age_ < 2 && steps_without_margin_ == 0) steps_without_margin_ = kStepsWithoutMargin;
-      outgrown = dirty;
+      for (const ProxyIndex proxy : dirty) {
+        if (boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
+      }
+    } else if (moves_in_mass(boxes, dirty.size())) {
+      for (const Leaver& l : left_) updates_.push_back({l.proxy, fattened(boxes, l.proxy)});
+    } else if (!left_.empty()) {
+      find_leaving(boxes, dirty);
+      for (const Leaver& l : left_)
+        updates_.push_back({l.proxy, with_margin_ahead(boxes.box(l.proxy), l.shift)});
+      for (const Leaver& l : leaving_) {
+        const Aabb& box = boxes.box(l.proxy);
+        if (is_steady(box, l.shift)) updates_.push_back({l.proxy, with_margin_ahead(box, l.shift)});
+      }
     }
-    updates_.clear();
-    const bool few = outgrown.data() == left_.data() && !moves_in_mass(boxes, dirty.size());
-    for (std::size_t i = 0; i < outgrown.size(); ++i) {
-      const ProxyIndex proxy = outgrown[i];
-      if (!boxes.is_present(proxy)) continue;
-      updates_.push_back({proxy, few ? with_margin_ahead(boxes, proxy, shifts_[i]) : fattened(boxes, proxy)});
-      rest(proxy);
+    for (const BoxUpdate& update : updates_) {
+      rest(update.proxy);
+      set_margin(update.proxy, update.box, boxes.is_fixed(update.proxy));
     }
     fat_.update(updates_);
   }
@@ -129,9 +135,10 @@ class NeighbourList final : public PairFinder {
   }
 
   std::size_t bytes() const override {
-    return fat_.bytes() + grid_->bytes() + tight_.capacity() * sizeof(FloatBox) +
+    return fat_.bytes() + grid_->bytes() +
+           (tight_.capacity() + margin_.capacity() + before_.capacity()) * sizeof(FloatBox) +
            (list_.capacity() + more_.capacity() + found_.capacity()) * sizeof(Pair) +
-           left_.capacity() * sizeof(ProxyIndex) + shifts_.capacity() * sizeof(Vec2) +
+           (left_.capacity() + leaving_.capacity()) * sizeof(Leaver) +
            updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() + scratch_.bytes() +
            in_motion_.capacity() + was_moving_.capacity() +
            (few_.capacity() + old_few_.capacity()) * sizeof(Pair) + few_keys_.front().bytes();
@@ -169,39 +176,75 @@ class NeighbourList final : public PairFinder {
     return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
   }
 
+  /// True if a box that moved by `shift` in a step can be expected to go on so.
+  static bool is_steady(const Aabb& box, Vec2 shift) {
+    const double size = std::sqrt((box.upper.x - box.lower.x) * (box.upper.y - box.lower.y));
+    // One that flies farther than its size in a step would have to look at all that lies in its way. Far from
+    // the origin the shift is mostly rounding of single precision.
+    const double far = std::max({-box.lower.x, -box.lower.y, box.upper.x, box.upper.y});
+    return std::abs(shift.x) + std::abs(shift.y) <= 0.5 * size && kStepsAhead * FLT_EPSILON * far <= size;
+  }
+
   /// The box with a small margin that reaches ahead. @param shift  how far the box moved in the last step
-  static Aabb with_margin_ahead(const BoxSet& boxes, ProxyIndex proxy, Vec2 shift) {
-    const Aabb& box = boxes.box(proxy);
+  static Aabb with_margin_ahead(const Aabb& box, Vec2 shift) {
     const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
     const double size = std::sqrt(width * height);
     const double margin = std::max(kSmallMargin * size, kThinMargin * std::max(width, height));
     Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
-    // One that flies farther than its size in a step would have to look at all that lies in its way. Far from
-    // the origin the shift is mostly rounding of single precision.
-    const double far = std::max({-box.lower.x, -box.lower.y, box.upper.x, box.upper.y});
-    if (std::abs(shift.x) + std::abs(shift.y) <= 0.5 * size && kStepsAhead * FLT_EPSILON * far <= size) {
+    if (is_steady(box, shift)) {
       fat.lower += kStepsAhead * Vec2{std::min(shift.x, 0.0), std::min(shift.y, 0.0)};
       fat.upper += kStepsAhead * Vec2{std::max(shift.x, 0.0), std::max(shift.y, 0.0)};
     }
     return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
   }
 
-  /// Brings the copy of one box up to date, and says in `left_` and `shifts_` if it has left its margin.
-  void follow(const BoxSet& boxes, ProxyIndex proxy) {
+  /// Brings the copies of the boxes up to date, and says in `left_` which have left their margins. What they
+  /// were is in `before_`, in the order of `dirty`.
+  void follow(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
+    before_.resize(dirty.size());
+    const BoxSet::View view(boxes);
+    FloatBox *const tight = tight_.data(), *const before = before_.data();
+    const FloatBox* const margin = margin_.data();
+    for (std::size_t i = 0; i < dirty.size(); ++i) {
+      const ProxyIndex ahead = dirty[std::min(i + kAhead, dirty.size() - 1)];
+      prefetch(&margin[ahead]);
+      prefetch(&tight[ahead]);
+      const ProxyIndex proxy = dirty[i];
+      before[i] = tight[proxy];
+      if (view.is_moving(proxy)) {
+        store(tight[proxy], view.box(proxy), {});
+        if (is_within(margin[proxy], tight[proxy])) continue;
+      }
+      follow_closely(boxes, proxy, before[i]);
+    }
+  }
+  /// Says in `leaving_` which boxes are still in their margins, and will not be soon.
+  void find_leaving(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
+    for (std::size_t i = 0; i < dirty.size(); ++i) {
+      const ProxyIndex proxy = dirty[i];
+      const FloatBox &now = tight_[proxy], &margin = margin_[proxy];
+      if (is_within(margin, now) && !is_within(margin, ahead_of(before_[i], now, kStepsSoon))) {
+        leaving_.push_back({proxy, shift_of(boxes.box(proxy), before_[i])});
+      }
+    }
+  }
+  static Vec2 shift_of(const Aabb& box, const FloatBox& before) {
+    return {box.lower.x - double{before.v[0]}, box.lower.y - double{before.v[1]}};
+  }
+
+  /// Follows one box where it takes more than a glance.
+  void follow_closely(const BoxSet& boxes, ProxyIndex proxy, const FloatBox& before) {
     if (!boxes.is_present(proxy)) {
-      tight_[proxy] = kNoFloatBox;
+      tight_[proxy] = margin_[proxy] = kNoFloatBox;
       rest(proxy);
       if (fat_.is_present(proxy)) fat_.remove(proxy);
       return;
     }
-    const FloatBox before = tight_[proxy];
     const Aabb& box = boxes.box(proxy);
     store(tight_[proxy], box, {});
     if (fat_.is_present(proxy)) {
       if (fat_.is_fixed(proxy) == boxes.is_fixed(proxy)) {
-        if (encloses(fat_.box(proxy), box)) return;
-        left_.push_back(proxy);
-        shifts_.push_back({box.lower.x - double{before.v[0]}, box.lower.y - double{before.v[1]}});
+        if (!encloses(fat_.box(proxy), box)) left_.push_back({proxy, shift_of(box, before)});
         return;
       }
       rest(proxy);
@@ -213,6 +256,14 @@ class NeighbourList final : public PairFinder {
     if (is_fixed && was_moving_[proxy] != 0) is_complete_ = false;
     was_moving_[proxy] = is_fixed ? 0 : 1;
     fat_.insert(proxy, fattened(boxes, proxy), is_fixed ? ProxyKind::Fixed : ProxyKind::Moving);
+    set_margin(proxy, fat_.box(proxy), is_fixed);
+  }
+  void set_margin(ProxyIndex proxy, const Aabb& fat, bool is_fixed) {
+    if (is_fixed) {
+      margin_[proxy] = kNoFloatBox;
+    } else {
+      store(margin_[proxy], fat, {});
+    }
   }
 
   void refresh_grid() const {
@@ -325,39 +376,54 @@ class NeighbourList final : public PairFinder {
     refresh_grid();
     PairBuffer& keys = few_keys_.front();
     keys.clear();
-    for (std::size_t i = 0; i < anew_.size(); ++i) {
-      if (i + kSearchesAhead < anew_.size()) grid_->fetch(fat_.box(anew_[i + kSearchesAhead]));
-      const ProxyIndex proxy = anew_[i];
-      const Aabb& fat = fat_.box(proxy);
-      const FloatLimits limits(fat, {});
-      near_.clear();
-      grid_->query(fat_, fat, near_);
-      stats.box_tests += near_.size();
-      stats.false_pairs += near_.size();
-      for (const ProxyIndex other : near_) {
-        if (other == proxy || (fat_.is_fixed(proxy) && fat_.is_fixed(other))) continue;
-        const std::uint8_t motion = in_motion_[other];
-        if (motion == kAtRest ? limits.compare(tight_[other]).maybe : motion == kInMotion || proxy < other) {
-          keys.add(proxy, other);
-        }
-      }
-    }
+    grid_->find_around(fat_, anew_, keys, stats);
+    stats.false_pairs += keys.size();
+    keep_few(keys);
     sort_pairs(few_keys_, boxes.limit(), scratch_, found_);
+    found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
     // What the list had of these boxes goes, and what was found joins it.
     old_few_.swap(few_);
     if (old_few_.empty()) old_few_.resize(kCandidatePadding);
-    found_.push_back({~ProxyIndex{0}, ~ProxyIndex{0}});
     few_.resize(old_few_.size() + found_.size());
-    const Pair* next = found_.data();
+    const Pair *next = found_.data(), *const last = next + found_.size();
+    const Pair* old = old_few_.data();
+    const Pair* const old_last = old + candidates_of(old_few_).size();
     Pair* to = few_.data();
-    for (const Pair& pair : candidates_of(old_few_)) {
-      while (*next < pair) *to++ = *next++;
-      *to = pair;
-      to += ((in_motion_[pair.low] | in_motion_[pair.high]) & kAnew) == 0 ? 1 : 0;
+    while (old < old_last && next < last) {
+      // Without branches: which of the two comes next cannot be predicted.
+      const std::uint64_t a = to_key(*old), b = to_key(*next);
+      const bool is_old = a < b;
+      *to = *(is_old ? old : next);
+      to += !is_old || ((in_motion_[old->low] | in_motion_[old->high]) & kAnew) == 0;
+      old += is_old;
+      next += !is_old;
     }
-    to = std::copy(next, std::as_const(found_).data() + found_.size() - 1, to);
+    for (; old < old_last; ++old) {
+      *to = *old;
+      to += ((in_motion_[old->low] | in_motion_[old->high]) & kAnew) == 0 ? 1 : 0;
+    }
+    to = std::copy(next, last, to);
     few_.resize(static_cast<std::size_t>(to - few_.data()) + kCandidatePadding);
     for (const ProxyIndex proxy : anew_) in_motion_[proxy] = kInMotion;
+  }
+
+  /// Drops pairs of a margin with a box at rest that lies in that box's margin only.
+  void keep_few(PairBuffer& keys) const {
+    std::uint64_t* to = keys.data();
+    const std::uint64_t* const last = keys.data() + keys.size();
+    for (const std::uint64_t* k = keys.data(); k < last; ++k) {
+      const std::uint64_t ahead = k[std::min<std::ptrdiff_t>(kAhead, last - 1 - k)];
+      prefetch(&tight_[ahead >> 32]);
+      prefetch(&tight_[static_cast<ProxyIndex>(ahead)]);
+      const auto low = static_cast<ProxyIndex>(*k >> 32), high = static_cast<ProxyIndex>(*k);
+      // By masks: which of the two it is cannot be predicted.
+      const ProxyIndex exchange = in_motion_[low] == kAnew ? 0 : low ^ high;
+      const ProxyIndex from = low ^ exchange, other = high ^ exchange;
+      const bool meets = FloatLimits(fat_.box(from), {}).compare(tight_[other]).maybe;
+      *to = *k;
+      to += static_cast<unsigned>(meets) | static_cast<unsigned>(in_motion_[other] != kAtRest);
+    }
+    keys.advance_to(to);
   }
 
   /// Few boxes moved: a look at the pairs that they may have, in proportion to their number.
@@ -366,13 +432,15 @@ class NeighbourList final : public PairFinder {
     // Boxes in motion that did not move in this step are those beyond the ones that did.
     const bool by_mark = count_in_motion_ != request.boxes.moved().size();
     if (few_.empty()) return;
-    CandidateTests{request, tight_, by_mark, true, wide_tests_}.run(candidates_of(few_), out, stats);
+    const bool scattered = tight_.size() > kBoxesInCache;
+    CandidateTests{request, tight_, by_mark, scattered, wide_tests_}.run(candidates_of(few_), out, stats);
   }
 
   mutable BoxSet fat_;  ///< the boxes with their margins; marked as moved: those that the list does not know
   std::shared_ptr<Workers> workers_;
   std::unique_ptr<HierarchicalGrid> grid_;  ///< over `fat_`
   std::vector<FloatBox> tight_;             ///< by proxy: the boxes themselves
+  std::vector<FloatBox> margin_;            ///< by proxy: as in `fat_`; `kNoFloatBox` where fixed or absent
   std::vector<Pair> list_;                  ///< pairs of fat boxes, sorted
   std::vector<Pair> more_;                  ///< those found since it was made, sorted
   std::vector<Pair> few_;                   ///< pairs of the boxes in motion while these are few, sorted
@@ -386,14 +454,17 @@ class NeighbourList final : public PairFinder {
   int list_age_ = 2;  ///< reports from the list
   int steps_without_margin_ = 0;
   // Kept between calls.
-  std::vector<ProxyIndex> left_;
-  std::vector<Vec2> shifts_;  ///< of those in `left_` [m]
+  struct Leaver {
+    ProxyIndex proxy;
+    Vec2 shift;  ///< in the last step [m]
+  };
+  std::vector<Leaver> left_, leaving_;
+  std::vector<FloatBox> before_;
   std::vector<ProxyIndex> anew_;
   std::array<PairBuffer, 1> few_keys_;
   std::vector<Pair> old_few_;
   std::vector<BoxUpdate> updates_;
   std::vector<Pair> found_;
-  std::vector<ProxyIndex> near_;
   std::vector<BroadPhaseStats> work_;
   PairBuffer extra_, merged_;
   PairSortScratch scratch_;

@@ -2,7 +2,6 @@
 #include "physics/broadphase/pair_buffer.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
 namespace skerry {
@@ -15,6 +14,9 @@ constexpr int kDirectBits = 17;
 constexpr std::size_t kMostByBoth = 1u << 16;
 /// Buckets of the second pass: their counters and pairs stay in the first-level cache.
 constexpr int kChunkBits = 10;
+/// So many numbers a pair, as a power of two, and more: digits instead of buckets.
+constexpr int kSparseShift = 2;
+
 constexpr Pair to_pair(std::uint64_t key) {
   return {static_cast<ProxyIndex>(key >> 32), static_cast<ProxyIndex>(key)};
 }
@@ -24,16 +26,6 @@ inline void order(std::uint64_t& a, std::uint64_t& b) {
   const std::uint64_t low = std::min(a, b);
   b = std::max(a, b);
   a = low;
-}
-
-/// A pair as one number that compares as the pair does.
-inline std::uint64_t to_key(const Pair& pair) {
-  // On a little-endian machine the halves are in the wrong order for one comparison.
-  if constexpr (std::endian::native == std::endian::little) {
-    return std::rotl(std::bit_cast<std::uint64_t>(pair), 32);
-  } else {
-    return std::bit_cast<std::uint64_t>(pair);
-  }
 }
 
 /// Sorts `n` pairs by a network of comparators.
@@ -131,6 +123,38 @@ void sort_by_both(const std::uint64_t* keys, std::size_t count, ProxyIndex limit
   for (std::size_t i = 0; i < count; ++i) out[lows[by_high[i] >> 32]++] = to_pair(by_high[i]);
 }
 
+/// Sorts `count` keys with numbers below 2^bits into `out`, digit by digit from the last: for keys that are
+/// few beside the numbers, so that their buckets would be filled by chance. `keys` is overwritten.
+void sort_by_digits(std::uint64_t* keys, std::size_t count, int bits, PairSortScratch& scratch, Pair* out) {
+  // Digits of a number: as few as have not many more values than there are keys.
+  const int digits = (bits + std::bit_width(count) - 1) / static_cast<int>(std::bit_width(count));
+  const int width = (bits + digits - 1) / digits;
+  const std::size_t values = std::size_t{1} << width;
+  const std::uint64_t mask = values - 1;
+  const auto shift_of = [&](int digit) {
+    return digit < digits ? digit * width : 32 + (digit - digits) * width;
+  };
+  scratch.counts.assign(2 * static_cast<std::size_t>(digits) * values, 0);
+  for (int digit = 0; digit < 2 * digits; ++digit) {
+    std::uint32_t* const counts = scratch.counts.data() + static_cast<std::size_t>(digit) * values;
+    const int shift = shift_of(digit);
+    for (std::size_t i = 0; i < count; ++i) ++counts[keys[i] >> shift & mask];
+    add_up(counts, static_cast<std::uint32_t>(values));
+  }
+  scratch.keys.clear();
+  std::uint64_t* other = scratch.keys.reserve(count);
+  const int last = 2 * digits - 1;
+  for (int digit = 0; digit < last; ++digit) {
+    std::uint32_t* const counts = scratch.counts.data() + static_cast<std::size_t>(digit) * values;
+    const int shift = shift_of(digit);
+    for (std::size_t i = 0; i < count; ++i) other[counts[keys[i] >> shift & mask]++] = keys[i];
+    std::swap(keys, other);
+  }
+  std::uint32_t* const counts = scratch.counts.data() + static_cast<std::size_t>(last) * values;
+  const int shift = shift_of(last);
+  for (std::size_t i = 0; i < count; ++i) out[counts[keys[i] >> shift & mask]++] = to_pair(keys[i]);
+}
+
 }  // namespace
 
 void PairBuffer::grow(std::size_t least) {
@@ -164,7 +188,8 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
   const int shift = std::max(0, low_bits - pair_bits);
   // Several pairs a number: two passes while they stay in the second-level cache.
   const bool is_dense = shift == 0 && total > 2 * std::size_t{limit};
-  if (is_dense ? total <= kMostByBoth : low_bits - shift <= kDirectBits) {
+  const bool is_sparse = shift >= kSparseShift;
+  if (is_sparse || (is_dense ? total <= kMostByBoth : low_bits - shift <= kDirectBits)) {
     PairBuffer* keys = &parts.front();
     for (PairBuffer& part : parts.subspan(1)) {
       std::uint64_t* to = keys->reserve(part.size());
@@ -174,6 +199,7 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
     if (is_dense) {
       return sort_by_both(keys->data(), total, limit, scratch, pairs.data());
     }
+    if (is_sparse) return sort_by_digits(keys->data(), total, low_bits, scratch, pairs.data());
     const std::uint32_t buckets = ((limit - 1) >> shift) + 1;
     scratch.counts.resize(buckets + 1);
     bucket_sort(keys->data(), total, shift, 0, buckets, scratch.counts.data(), pairs.data());

@@ -4,6 +4,7 @@
 // more than writing the pairs down.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -16,6 +17,16 @@ namespace skerry {
 /// low in the upper half: keys sort as pairs do.
 constexpr std::uint64_t pair_key(ProxyIndex a, ProxyIndex b) {
   return a < b ? (std::uint64_t{a} << 32) | b : (std::uint64_t{b} << 32) | a;
+}
+
+/// A pair as one number that compares as the pair does.
+inline std::uint64_t to_key(const Pair& pair) {
+  // On a little-endian machine the halves are in the wrong order for one comparison.
+  if constexpr (std::endian::native == std::endian::little) {
+    return std::rotl(std::bit_cast<std::uint64_t>(pair), 32);
+  } else {
+    return std::bit_cast<std::uint64_t>(pair);
+  }
 }
 
 /// A growing array of keys that is never cleared to zero.

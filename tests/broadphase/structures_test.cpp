@@ -263,6 +263,37 @@ TEST(HierarchicalGrid, KeepsTheCostOfAMoveIndependentOfTheSleepers) {
   EXPECT_LT(tests[1], tests[0] + 30);
 }
 
+TEST(HierarchicalGrid, TestsNoMoreAfterAFewBoxesHaveBeenElsewhere) {
+  const auto tested = make_broad_phase("hierarchical_grid");
+  const unsigned seed = 3;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  Random random(seed);
+  constexpr ProxyIndex kCount = 1000, kStride = 200;
+  const auto anywhere = [&] { return box_at(uniform(random, 0, 40), uniform(random, 0, 40), 1, 1); };
+  std::vector<BoxUpdate> home;
+  for (ProxyIndex i = 0; i < kCount; ++i) {
+    const Aabb box = anywhere();
+    tested->insert(i, box, ProxyKind::Moving);
+    if (i % kStride == 0) home.push_back({i, box});
+  }
+  std::vector<Pair> pairs;
+  tested->moved_pairs(pairs);
+  const auto tests_at_home = [&] {
+    tested->update(home);
+    tested->moved_pairs(pairs);
+    return tested->stats().box_tests;
+  };
+  const std::uint64_t expected = tests_at_home();
+  // Not so many moves that the grid is made anew.
+  for (int step = 0; step < 40; ++step) {
+    std::vector<BoxUpdate> away = home;
+    for (BoxUpdate& update : away) update.box = anywhere();
+    tested->update(away);
+    tested->moved_pairs(pairs);
+  }
+  EXPECT_EQ(tests_at_home(), expected);
+}
+
 TEST(HierarchicalGrid, FindsTheSamePairsWithNarrowAndWideInstructions) {
   const unsigned seed = 21;
   for (const Scene& scene : scenes()) {
