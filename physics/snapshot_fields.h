@@ -142,8 +142,8 @@ inline void fields(Archive& a, RestingIsland& v) {
   a(key, report, friction_rows, memory_keys);
 }
 inline void fields(Archive& a, StepMemory& v) {
-  auto& [busy, flow, inner_step] = v;
-  a(busy, flow, inner_step);
+  auto& [busy, flow, light_failures, light_wait, inner_step] = v;
+  a(busy, flow, light_failures, light_wait, inner_step);
 }
 inline void fields(Archive& a, PathPiece& v) {
   auto& [body, generation, begin, length, c] = v;
@@ -214,11 +214,11 @@ inline void fields(Archive& a, StepReport& v) {
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
                           rows, substeps, impacts, reflections, friction_rows, broad_phase, narrow, work,
                           force_solves, events_found, inner_steps, rejected_steps, paradoxes, fallbacks,
-                          islands_by_events, islands_by_time_stepping, islands_in_flow, island_retries,
-                          islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused,
-                          pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual,
-                          error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
-                          potential_energy, momentum, angular_momentum, total_normal_impulse,
+                          islands_by_events, islands_by_time_stepping, islands_in_flow, islands_in_one_piece,
+                          island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest,
+                          manifolds_reused, pairs_out_of_reach, field_keeps_awake, field_wants_one_thread,
+                          worst_residual, error_estimate, inexact_islands, worst_penetration, contained,
+                          kinetic_energy, potential_energy, momentum, angular_momentum, total_normal_impulse,
                           total_friction_impulse, state_hash, contacts_list, islands_list, events,
                           motion_events, joint_events, containments,
                           traces  // large, and for an observer only
@@ -226,11 +226,11 @@ inline void fields(Archive& a, StepReport& v) {
   a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
     substeps, impacts, reflections, friction_rows, broad_phase, narrow, work, force_solves, events_found,
     inner_steps, rejected_steps, paradoxes, fallbacks, islands_by_events, islands_by_time_stepping,
-    islands_in_flow, island_retries, islands_asleep, bodies_asleep, islands_in_flight, islands_at_rest,
-    manifolds_reused, pairs_out_of_reach, field_keeps_awake, field_wants_one_thread, worst_residual,
-    error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy, potential_energy, momentum,
-    angular_momentum, total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list,
-    events, motion_events, joint_events, containments);
+    islands_in_flow, islands_in_one_piece, island_retries, islands_asleep, bodies_asleep, islands_in_flight,
+    islands_at_rest, manifolds_reused, pairs_out_of_reach, field_keeps_awake, field_wants_one_thread,
+    worst_residual, error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
+    potential_energy, momentum, angular_momentum, total_normal_impulse, total_friction_impulse, state_hash,
+    contacts_list, islands_list, events, motion_events, joint_events, containments);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.

@@ -155,7 +155,8 @@ struct StepReport {
 
   // Who made the step of the islands that were neither in flight nor at rest.
   int islands_by_events = 0, islands_by_time_stepping = 0;
-  int islands_in_flow = 0;  ///< of the latter, with a bounded amount of work (`WorldConfig::flow_work`)
+  int islands_in_flow = 0;       ///< of the latter, with a bounded amount of work (`WorldConfig::flow_work`)
+  int islands_in_one_piece = 0;  ///< of them, lightly disturbed: one exact solve for impacts and forces
 
   int island_retries = 0;  ///< islands stepped again because a body went farther than foreseen
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "physics/contact_batch.h"
-#include "physics/stepping/flow.h"
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/world_step.h"
 

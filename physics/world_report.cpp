@@ -254,6 +254,7 @@ void write_report(WorldState& s, double h) {
     r.islands_by_events += !result.at_rest && result.report.stepper == "event_driven";
     r.islands_by_time_stepping += !result.at_rest && result.report.stepper == "time_stepping";
     r.islands_in_flow += result.report.flowing;
+    r.islands_in_one_piece += result.one_piece;
     r.error_estimate = std::max(r.error_estimate, result.report.error_estimate);
     r.fallbacks += result.fallbacks;
     for (MotionEvent event : result.motion_events) {

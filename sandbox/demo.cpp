@@ -44,6 +44,7 @@ void add_totals(const StepReport& report, RunTotals& to) {
   add(to.islands_at_rest, report.islands_at_rest);
   add(to.islands_in_flight, report.islands_in_flight);
   add(to.islands_in_flow, report.islands_in_flow);
+  add(to.islands_in_one_piece, report.islands_in_one_piece);
   add(to.substeps, report.substeps);
   add(to.inner_steps, report.inner_steps);
   add(to.rejected_steps, report.rejected_steps);

@@ -89,7 +89,7 @@ struct DemoOptions {
 /// What the steps of a run did, summed.
 struct RunTotals {
   std::uint64_t islands_by_events = 0, islands_by_time_stepping = 0, islands_at_rest = 0,
-                islands_in_flight = 0, islands_in_flow = 0;
+                islands_in_flight = 0, islands_in_flow = 0, islands_in_one_piece = 0;
   std::uint64_t substeps = 0, inner_steps = 0, rejected_steps = 0, force_solves = 0, events_found = 0,
                 impacts = 0, fallbacks = 0;
   double error_estimate = 0;  ///< sum over the steps of the largest estimate of an island

@@ -165,6 +165,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                       {"islands_at_rest", totals.islands_at_rest},
                       {"islands_in_flight", totals.islands_in_flight},
                       {"islands_in_flow", totals.islands_in_flow},
+                      {"islands_in_one_piece", totals.islands_in_one_piece},
                       {"substeps", totals.substeps},
                       {"inner_steps", totals.inner_steps},
                       {"rejected_steps", totals.rejected_steps},

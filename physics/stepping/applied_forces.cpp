@@ -60,4 +60,13 @@ std::array<double, 3> applied_acceleration(const WorldState& state, std::uint32_
   return {a.x, a.y, all.inverse_inertia[body] * torque};
 }
 
+double largest_acceleration(const WorldState& state, const Island& island) {
+  double largest = 0;
+  for (const std::uint32_t i : island.bodies) {
+    largest = std::max(
+        largest, length(state.acceleration[i]) + std::abs(state.angular_acceleration[i]) * state.radius[i]);
+  }
+  return largest;
+}
+
 }  // namespace skerry

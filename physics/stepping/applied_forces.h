@@ -19,6 +19,9 @@ bool has_varying_forces(const WorldState& state, const Island& island);
 /// Whether a contact or joint of the island has a body with a prescribed motion.
 bool meets_prescribed_motion(const WorldState& state, const Island& island);
 
+/// Largest acceleration that the applied forces give any point of the island's bodies [m/s^2].
+double largest_acceleration(const WorldState& state, const Island& island);
+
 /// Acceleration (linear and angular) of a dynamic body in this motion, by gravity, the user's forces of this
 /// step, fields and drag.
 /// @param elapsed  since the beginning of the step [s]

@@ -286,12 +286,7 @@ class PieceSolve {
   /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than
   /// that are at rest to the bit, so that nothing of them has to be computed again.
   void quieten(double h, std::vector<Velocity>& v) const {
-    double fastest = 0;
-    for (const std::uint32_t body : island_.bodies) {
-      fastest = std::max(fastest, length(state_.acceleration[body]) +
-                                      std::abs(state_.angular_acceleration[body]) * state_.radius[body]);
-    }
-    const double floor = 1e-10 * h * fastest;  // the solvers' tolerance
+    const double floor = 1e-10 * h * largest_acceleration(state_, island_);  // the solvers' tolerance
     for (std::size_t k = 0; k < v.size(); ++k) {
       const double turn = std::abs(v[k][2]) * state_.radius[island_.bodies[k]];
       if (std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn}) < floor) v[k] = {0, 0, 0};

@@ -109,8 +109,7 @@ bool velocities_hold(const WorldState& state, const Island& island, double elaps
       const ManifoldPoint& point = contact.manifold.points[i];
       const PointMemory& memory = contact.points[i];
       if (!(memory.normal_impulse > 0) || !is_touching(state, point)) continue;
-      const Vec2 relative = point_velocity(state, contact.body_b, point.position, elapsed) -
-                            point_velocity(state, contact.body_a, point.position, elapsed);
+      const Vec2 relative = relative_velocity(state, contact, point.position, elapsed);
       if (std::abs(dot(contact.manifold.normal, relative)) > slack) return false;
       const double sliding = dot(perp(contact.manifold.normal), relative) - contact.surface_velocity;
       if (memory.sticking && std::abs(sliding) > slack) return false;

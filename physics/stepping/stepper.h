@@ -28,9 +28,11 @@ struct IslandMemory {
 /// What a stepper keeps of an island for the next step. It is stored by body, so that it survives mergers: an
 /// island takes the most cautious of its bodies' numbers.
 struct StepMemory {
-  int busy = 0;           ///< steps for which `auto` stays with time_stepping
-  int flow = 0;           ///< steps for which the island still counts as in flow
-  double inner_step = 0;  ///< length of the last step that error control chose [s]; 0: none yet
+  int busy = 0;            ///< steps for which `auto` stays with time_stepping
+  int flow = 0;            ///< steps for which the island still counts as in flow
+  int light_failures = 0;  ///< exact steps in one piece that failed one after the other
+  int light_wait = 0;      ///< calls for which none is tried again
+  double inner_step = 0;   ///< length of the last step that error control chose [s]; 0: none yet
 };
 
 /// The numbers of an `IslandResult`: nothing that owns memory.
@@ -49,6 +51,7 @@ struct IslandNumbers {
   int fallbacks = 0;       ///< 1: events gave up, time_stepping made the step
   bool in_flight = false;  ///< nothing to meet: closed form
   bool at_rest = false;    ///< nothing changed since the last step: its result was used again
+  bool one_piece = false;  ///< one exact solve for impacts and forces
   SolveWork work;
   double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration
   NarrowPhaseStats narrow;

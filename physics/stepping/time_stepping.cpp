@@ -8,13 +8,14 @@
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flight_queue.h"
-#include "physics/stepping/flow.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
+#include "physics/stepping/one_piece.h"
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/piece_forces.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/step_doubling.h"
@@ -270,16 +271,22 @@ class IslandStep {
 void step_island_by_time_stepping(WorldState& state, const Island& island, double h, IslandResult& result) {
   if (fly_freely(state, island, h, result)) return;
   result.report.stepper = "time_stepping";
-  if (state.config.accuracy)
-    step_with_error_control(state, island, h, *state.config.accuracy, result);
-  else if (is_in_flow(state, island, h))
-    step_island_in_flow(state, island, 0, h, result);
-  else {
-    result.work_limit = flow_from_work(state, island);
-    const double there = IslandStep(state, island, result).run(0, h);
-    result.step_memory.flow = restlessness(result);
-    if (there < h) step_island_in_flow(state, island, there, h, result);
+  if (state.config.accuracy) return step_with_error_control(state, island, h, *state.config.accuracy, result);
+  for (const std::uint32_t i : island.bodies) {
+    const StepMemory& last = state.step_memory[i];
+    result.step_memory.light_failures = std::max(result.step_memory.light_failures, last.light_failures);
+    result.step_memory.light_wait = std::max(result.step_memory.light_wait, last.light_wait);
   }
+  const OnePieceRule rule = one_piece_rule(state, island, h);
+  // Flow is cheap beside the attempt; the pieces of a large island, with an exact impact each, are not.
+  if (rule.light && step_island_lightly(state, island, h, rule.flows, result)) return;
+  if (rule.flows) return step_island_in_flow(state, island, 0, h, result);
+  const double limit = flow_from_work(state, island);
+  // What a vain attempt took does not count.
+  if (limit > 0) result.work_limit = limit + result.work.visits;
+  const double there = IslandStep(state, island, result).run(0, h);
+  result.step_memory.flow = restlessness(result);
+  if (there < h) step_island_in_flow(state, island, there, h, result);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {

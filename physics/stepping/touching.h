@@ -50,10 +50,15 @@ inline Vec2 point_velocity(const WorldState& state, std::uint32_t body, Vec2 whe
   return end.v + end.omega * perp(where - end.p);
 }
 
-/// Relative velocity of b against a along the contact's normal [m/s]; negative: approaching.
+/// Velocity of b against a at a point.
+inline Vec2 relative_velocity(const WorldState& state, const Contact& contact, Vec2 where, double elapsed) {
+  return point_velocity(state, contact.body_b, where, elapsed) -
+         point_velocity(state, contact.body_a, where, elapsed);
+}
+
+/// The same along the contact's normal [m/s]; negative: approaching.
 inline double normal_velocity(const WorldState& state, const Contact& contact, Vec2 where, double elapsed) {
-  return dot(contact.manifold.normal, point_velocity(state, contact.body_b, where, elapsed) -
-                                          point_velocity(state, contact.body_a, where, elapsed));
+  return dot(contact.manifold.normal, relative_velocity(state, contact, where, elapsed));
 }
 
 }  // namespace skerry

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "physics/stepping/flow.h"
+#include "physics/stepping/one_piece.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,13 @@
 
 #include "physics/solver/block_sweeps.h"
 #include "physics/spare.h"
-#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/path.h"
 #include "physics/stepping/projection.h"
+#include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
 #include "physics/world_state.h"
@@ -20,67 +21,46 @@
 namespace skerry {
 namespace {
 
-// Exact forces of fewer points cost no more than what is done here.
-constexpr int kFewPoints = 30;
-// Shares of fast points from which on an island flows, and down to which it goes on to.
-constexpr double kEnter = 0.2, kLeave = 0.05;
-// Landings in a step, each of which would cut it, that count like the larger share, and pieces of an exact
-// step after which the smaller shares serve.
-constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
-// So many pieces are dear for few points, too.
-constexpr int kManyPieces = 16, kFewestPoints = 8;
 // Share of the work that the velocities get; the rest is for the positions.
 constexpr double kVelocityShare = 0.8;
-// Exact forces that cost so many times what the step of an island in flow does are given up.
-constexpr double kBusy = 50;
 // Packing an island for the sweeps, in sweeps.
 constexpr double kSetUp = 5;
-// Overlaps below this share of the smaller body stay.
-constexpr double kOverlapFloor = 1e-7;
+// Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
+constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
+// What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
+// nobody asks for one after attempts that failed.
+constexpr double kExactWork = 30;
+constexpr int kLongestWait = 64;
 // A body that went farther than foreseen by less than this share of its size will be found by the next step.
 constexpr double kOverrun = 1;
 
-double largest_acceleration(const WorldState& state, const Island& island) {
-  double largest = 0;
-  for (const std::uint32_t i : island.bodies) {
-    largest = std::max(
-        largest, length(state.acceleration[i]) + std::abs(state.angular_acceleration[i]) * state.radius[i]);
-  }
-  return largest;
-}
-
-/// Velocity of b against a at a point.
-Vec2 relative_velocity(const WorldState& state, const Contact& contact, Vec2 where, double time) {
-  return point_velocity(state, contact.body_b, where, time) -
-         point_velocity(state, contact.body_a, where, time);
-}
-
-/// More than `few` points, and nothing that bounces, pulls or depends on the state.
-bool may_flow(const WorldState& state, const Island& island, int few) {
-  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
-  int points = 0;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = state.contacts[index];
-    if (contact.restitution > 0) return false;
-    points += contact.manifold.count;
-  }
-  return points > few && !has_varying_forces(state, island);
-}
-
-class FlowStep {
+class OnePieceStep {
  public:
-  FlowStep(WorldState& state, const Island& island, double from, double to, IslandResult& result)
-      : state_(state), island_(island), from_(from), h_(to - from), result_(result) {
+  OnePieceStep(WorldState& state, const Island& island, double from, double to, bool exact,
+               IslandResult& result)
+      : state_(state), island_(island), from_(from), h_(to - from), exact_(exact), result_(result) {
     limit_ = state.config.flow_work * static_cast<double>(island.bodies.size());
   }
 
-  void run() {
-    result_.report.flowing = true;
-    std::vector<PathEnd> start;
+  /// @return false, and nothing has happened, if an exact answer was wanted and there is none
+  bool run() {
     std::vector<Velocity> before = island_velocities(state_, island_);
     std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
     std::vector<std::uint8_t> pushed = take_spare<std::vector<std::uint8_t>>();
-    solve(before, after, pushed);
+    const bool solved = solve(before, after, pushed);
+    if (solved) move_on(before, after, pushed);
+    give_spare(std::move(before));
+    give_spare(std::move(after));
+    give_spare(std::move(pushed));
+    return solved;
+  }
+
+ private:
+  void move_on(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+               const std::vector<std::uint8_t>& pushed) {
+    result_.report.flowing = !exact_;
+    result_.one_piece = exact_;
+    std::vector<PathEnd> start;
     if (state_.observe.paths) {
       start = path_ends(state_, island_.bodies);
       for (std::size_t k = 0; k < start.size(); ++k) {
@@ -101,13 +81,10 @@ class FlowStep {
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     }
     ++result_.substeps;
-    give_spare(std::move(before));
-    give_spare(std::move(after));
-    give_spare(std::move(pushed));
   }
 
- private:
-  /// Points whose gap would close within the step if nothing acted, or nearly so.
+  /// Points whose gap would close within the step if nothing acted, or nearly so; for an exact answer all
+  /// near ones, which are the same from step to step.
   void choose_points(std::vector<std::uint8_t>& points) const {
     points.assign(island_.contacts.size(), 0);
     for (std::size_t k = 0; k < points.size(); ++k) {
@@ -116,7 +93,8 @@ class FlowStep {
       for (int i = 0; i < contact.manifold.count; ++i) {
         const ManifoldPoint& point = contact.manifold.points[i];
         const Vec2 u = relative_velocity(state_, contact, point.position, from_) + fall;
-        if (point.separation + h_ * dot(contact.manifold.normal, u) <= state_.config.contact_margin)
+        const double end = point.separation + h_ * dot(contact.manifold.normal, u);
+        if (std::min(end, exact_ ? point.separation : end) <= state_.config.contact_margin)
           points[k] |= 1u << i;
       }
     }
@@ -126,8 +104,9 @@ class FlowStep {
     return body != BodyId::kNone && state_.local_index[body] >= 0 ? state_.acceleration[body] : Vec2{};
   }
 
-  /// Velocities at the end of the step, and which bodies an impulse acted on.
-  void solve(const std::vector<Velocity>& before, std::vector<Velocity>& after,
+  /// Velocities at the end of the step, and which bodies an impulse acted on. @return whether they are as
+  /// good as asked for
+  bool solve(const std::vector<Velocity>& before, std::vector<Velocity>& after,
              std::vector<std::uint8_t>& pushed) {
     after = before;
     add_free_motion(state_, island_, h_, after);
@@ -161,10 +140,12 @@ class FlowStep {
     {
       StageTimer timer(state_, result_, Stage::Solve);
       SolveOptions options = state_.config.solve;
-      options.work_limit = kVelocityShare * limit_;
+      options.work_limit = exact_ ? kExactWork * limit_ : kVelocityShare * limit_;
       options.trace = state_.observe.systems && state_.observe.solve_traces;
-      solution = sweep_until_done(system, *warm, options);
+      solution = exact_ ? solve_exactly(system, *warm, options) : sweep_until_done(system, *warm, options);
+      result_.work += solution.work;
     }
+    if (exact_ && solution.status != SolveStatus::Solved) return false;
     note_hits(assembly, solution.lambda, before);
     apply_impulses(system, solution.lambda, after);
     for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
@@ -179,12 +160,21 @@ class FlowStep {
     result_.report.rows = system.size();
     result_.friction_rows += static_cast<int>(std::count_if(
         system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
-    result_.work += solution.work;
     if (state_.observe.systems) {
       keep_trace(state_, island_, from_, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);
     }
     give_spare(std::move(solution.lambda));
+    return true;
+  }
+
+  Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
+                         const SolveOptions& options) {
+    const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
+    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
+    Solution solution = state_.solver->solve(system, warm, options, &memory);
+    keep_memory(state_, result_, key, std::move(memory));
+    return solution;
   }
 
   /// The world's own solver where it is a preview; else sweeps, which at this price leave no more than
@@ -224,7 +214,7 @@ class FlowStep {
   /// Landings: contacts that carried nothing and were struck.
   void note_hits(const Assembly& assembly, const std::vector<double>& lambda,
                  const std::vector<Velocity>& before) {
-    const double slow = h_ * largest_acceleration(state_, island_) + state_.config.rest_speed;
+    const double slow = slow_speed(state_, island_, h_);
     for (int i = 0; i < assembly.system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.kind != RowKind::Normal || !(lambda[i] > 0)) continue;
@@ -339,7 +329,8 @@ class FlowStep {
     bool any = false;
     for (std::size_t k = 0; k < points->size(); ++k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
-      const double floor = kOverlapFloor * std::min(size(contact.body_a), size(contact.body_b));
+      const double floor =
+          (exact_ ? kFineOverlapFloor : kOverlapFloor) * std::min(size(contact.body_a), size(contact.body_b));
       for (int i = 0; i < contact.manifold.count; ++i) {
         const double separation = contact.manifold.points[i].separation;
         if (separation > state_.config.contact_margin) continue;
@@ -398,57 +389,37 @@ class FlowStep {
   WorldState& state_;
   const Island& island_;
   double from_, h_;
+  bool exact_;
   IslandResult& result_;
   double limit_ = 0;  ///< work of the step
 };
 
 }  // namespace
 
-double flow_from_work(const WorldState& state, const Island& island) {
-  return may_flow(state, island, kFewPoints)
-             ? kBusy * state.config.flow_work * static_cast<double>(island.bodies.size())
-             : 0;
-}
-
-bool is_in_flow(const WorldState& state, const Island& island, double h) {
-  int flow = 0;
-  for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
-  const bool must = flow == kMustFlow;
-  const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : kFewPoints;
-  if (!may_flow(state, island, few)) return false;
-  if (must || !state.solver->exact) return true;
-  const double slow = h * largest_acceleration(state, island) + state.config.rest_speed;
-  int points = 0, fast = 0, landings = 0;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = state.contacts[index];
-    for (int i = 0; i < contact.manifold.count; ++i) {
-      const ManifoldPoint& point = contact.manifold.points[i];
-      const Vec2 u = relative_velocity(state, contact, point.position, 0);
-      const double approach = -dot(contact.manifold.normal, u);
-      if (point.separation - h * approach > state.config.contact_margin) continue;
-      ++points;
-      landings += !is_touching(state, point) && point.separation < h * approach;
-      fast += std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
-              slow;
-    }
-  }
-  if (points <= few) return false;
-  return flow > 0 ? fast > kLeave * points || landings > kFewLandings
-                  : fast > kEnter * points || landings > kLandings;
-}
-
-int restlessness(const IslandResult& result) {
-  return result.substeps > kManyPieces ? 2 : result.substeps > kPieces ? 1 : 0;
-}
-
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result) {
-  FlowStep(state, island, from, to, result).run();
+  OnePieceStep(state, island, from, to, false, result).run();
   result.step_memory.flow = std::max(result.step_memory.flow, 1);
   for (const std::uint32_t i : island.bodies) {
     const int flow = state.step_memory[i].flow;
     if (flow != kMustFlow) result.step_memory.flow = std::max(result.step_memory.flow, flow);
   }
+}
+
+bool step_island_lightly(WorldState& state, const Island& island, double h, bool patient,
+                         IslandResult& result) {
+  StepMemory& memory = result.step_memory;
+  if (patient && memory.light_wait > 0) {
+    --memory.light_wait;
+    return false;
+  }
+  if (OnePieceStep(state, island, 0, h, true, result).run()) {
+    memory.light_failures = 0;
+    return true;
+  }
+  memory.light_wait = std::min(1 << memory.light_failures, kLongestWait);
+  if (memory.light_wait < kLongestWait) ++memory.light_failures;
+  return false;
 }
 
 }  // namespace skerry

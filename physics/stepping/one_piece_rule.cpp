@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/one_piece_rule.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/stepping/applied_forces.h"
+#include "physics/stepping/touching.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+// Exact forces of fewer points cost no more than a step in one piece.
+constexpr int kFewPoints = 30;
+// Shares of fast points from which on an island flows, and down to which it goes on to.
+constexpr double kEnter = 0.2, kLeave = 0.05;
+// Landings in a step, each of which would cut it, that count like the larger share, and pieces of an exact
+// step after which the smaller shares serve.
+constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
+// So many pieces are dear for few points, too.
+constexpr int kManyPieces = 16, kFewestPoints = 8;
+// Exact forces that cost so many times what the step of an island in flow does are given up.
+constexpr double kBusy = 50;
+
+/// More than `few` points, and nothing that bounces, pulls or depends on the state.
+bool may_flow(const WorldState& state, const Island& island, int few) {
+  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
+  int points = 0;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    if (contact.restitution > 0) return false;
+    points += contact.manifold.count;
+  }
+  return points > few && !has_varying_forces(state, island);
+}
+
+}  // namespace
+
+double slow_speed(const WorldState& state, const Island& island, double h) {
+  return h * largest_acceleration(state, island) + state.config.rest_speed;
+}
+
+double flow_from_work(const WorldState& state, const Island& island) {
+  return may_flow(state, island, kFewPoints)
+             ? kBusy * state.config.flow_work * static_cast<double>(island.bodies.size())
+             : 0;
+}
+
+OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h) {
+  int flow = 0;
+  for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
+  const bool must = flow == kMustFlow;
+  const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : kFewPoints;
+  if (!may_flow(state, island, few)) return {};
+  if (must || !state.solver->exact) return {.flows = true};
+  const double slow = slow_speed(state, island, h);
+  int points = 0, fast = 0, strikes = 0, landings = 0;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      const Vec2 u = relative_velocity(state, contact, point.position, 0);
+      const double approach = -dot(contact.manifold.normal, u);
+      if (point.separation - h * approach > state.config.contact_margin) continue;
+      ++points;
+      if (is_touching(state, point))
+        strikes += approach > state.config.rest_speed;
+      else
+        landings += point.separation < h * approach;
+      fast += std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
+              slow;
+    }
+  }
+  if (points <= few) return {};
+  return {.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
+                            : fast > kEnter * points || landings > kLandings,
+          .light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings)};
+}
+
+int restlessness(const IslandResult& result) {
+  return result.substeps > kManyPieces ? 2 : result.substeps > kPieces ? 1 : 0;
+}
+
+}  // namespace skerry

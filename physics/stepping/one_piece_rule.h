@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+//
+// Which islands make their step in one piece (physics/stepping/one_piece.h) instead of going from landing to
+// landing: those in flow, where many contacts slide, land or part within the step, and those that are but
+// lightly disturbed, where all of that is slow.
+#pragma once
+
+#include "physics/stepping/stepper.h"
+
+namespace skerry {
+
+/// `StepMemory::flow` of bodies whose island flows in this step if it may at all.
+inline constexpr int kMustFlow = 3;
+
+struct OnePieceRule {
+  bool flows = false;  ///< with a bounded amount of work
+  bool light = false;  ///< exactly, where that can be had; tried first
+};
+
+/// Counts the contact points that touch, or may within the step; of them those that approach or slide faster
+/// than `slow_speed`, those that touch and approach (strikes), and those that land in the step.
+///
+/// An island with more than 30 points is in flow if a fifth of them are fast or more than 8 land; a twentieth
+/// or more than 2 are enough if it flowed in the last step, or was cut into more than 4 pieces. After more
+/// than 16 pieces more than 8 points will do; what must flow (`kMustFlow`) does with more than 30. It is
+/// lightly disturbed if none is fast, but one strikes or more than 2 land. Islands with joints, bouncing
+/// contacts or forces that depend on the state are neither; with a solver that is not exact all of more than
+/// 8 points flow.
+OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
+
+/// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
+double slow_speed(const WorldState& state, const Island& island, double h);
+
+/// Work in visits after which exact forces of an island that may flow are given up; 0 if it may not.
+double flow_from_work(const WorldState& state, const Island& island);
+
+/// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.
+int restlessness(const IslandResult& result);
+
+}  // namespace skerry
