@@ -21,12 +21,28 @@ bool may_strike(const JointDef& def) {
 
 }  // namespace
 
+bool is_struck(const WorldState& state, const Island& island, double elapsed) {
+  if (std::any_of(island.joints.begin(), island.joints.end(),
+                  [&](std::uint32_t slot) { return may_strike(state.joints[slot].def); })) {
+    return true;
+  }
+  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t index) {
+    const Contact& contact = state.contacts[index];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      if (is_touching(state, point) &&
+          normal_velocity(state, contact, point.position, elapsed) < -state.config.rest_speed) {
+        return true;
+      }
+    }
+    return false;
+  });
+}
+
 ImpactOutcome apply_impact(WorldState& state, const Island& island, double elapsed,
                            const ImpactOptions& options, IslandResult& result) {
   ImpactOutcome outcome;
-  bool approaching = std::any_of(island.joints.begin(), island.joints.end(),
-                                 [&](std::uint32_t slot) { return may_strike(state.joints[slot].def); });
-  if (!approaching && island.contacts.empty()) return outcome;
+  if (!is_struck(state, island, elapsed)) return outcome;
   StageTimer timer(state, result, Stage::Impact);
   Spare<std::vector<std::uint8_t>> spare;
   std::vector<std::uint8_t>& touching = *spare;
@@ -35,12 +51,9 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     const Contact& contact = state.contacts[island.contacts[k]];
     for (int i = 0; i < contact.manifold.count; ++i) {
       const ManifoldPoint& point = contact.manifold.points[i];
-      if (!is_touching(state, point)) continue;
-      touching[k] |= 1u << i;
-      approaching |= normal_velocity(state, contact, point.position, elapsed) < -state.config.rest_speed;
+      if (is_touching(state, point)) touching[k] |= 1u << i;
     }
   }
-  if (!approaching) return outcome;
 
   Spare<Assembly> spare_assembly;
   Assembly& assembly = *spare_assembly;
@@ -65,7 +78,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     outcome.settled.push_back({origin.index, -2 * e * u / (g * (1 - e))});
   };
   problem.velocity = island_velocities(state, island);
-  approaching = false;
+  bool approaching = false;
   for (int i = 0; i < assembly.system.size(); ++i) {
     Row& row = assembly.system.rows[i];
     if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
@@ -99,6 +112,8 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.solver = state.solver;
   // Impacts are not what an island may be too busy for: they have their own budget.
   problem.work_limit = work_left(state.config.solve.work_limit, result);
+  if (options.work_limit > 0 && !(problem.work_limit > 0 && problem.work_limit < options.work_limit))
+    problem.work_limit = options.work_limit;
   ImpactResult impact = state.impact_law->apply(problem);
   store_velocities(state, island, impact.velocity);
   for (int i = 0; i < problem.system.size(); ++i) {

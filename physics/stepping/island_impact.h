@@ -15,6 +15,7 @@ struct ImpactOptions {
   /// Second derivative of the gap of point `point` of contact `contact` under the external forces [m/s^2]. If
   /// given, bounces too low to be told from contact are not carried out one by one (see `SettledContact`).
   std::function<double(std::uint32_t contact, int point)> normal_acceleration;
+  double work_limit = 0;  ///< in visits; 0: none but that of the configuration
 };
 
 /// A contact whose further bounces, infinitely many, are summed: it closes now, and the last of them would
@@ -28,6 +29,9 @@ struct ImpactOutcome {
   bool applied = false;
   std::vector<SettledContact> settled;
 };
+
+/// Whether a contact touches and approaches, or a joint may have come to its limit.
+bool is_struck(const WorldState& state, const Island& island, double elapsed);
 
 /// Contacts that touch and approach bounce by the world's impact law; forces do not act meanwhile.
 /// @param elapsed  since the beginning of the step [s]

@@ -170,10 +170,9 @@ class OnePieceStep {
 
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
                          const SolveOptions& options) {
-    const std::uint64_t key = memory_key(SolvePurpose::Forces, system);
-    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, key);
+    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = state_.solver->solve(system, warm, options, &memory);
-    keep_memory(state_, result_, key, std::move(memory));
+    keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
     return solution;
   }
 
@@ -214,18 +213,21 @@ class OnePieceStep {
   /// Landings: contacts that carried nothing and were struck.
   void note_hits(const Assembly& assembly, const std::vector<double>& lambda,
                  const std::vector<Velocity>& before) {
-    const double slow = slow_speed(state_, island_, h_);
+    // In flow what is slow, or carried load before, does not land.
+    const double slow = exact_ ? state_.config.rest_speed : slow_speed(state_, island_, h_);
+    bool any = false;
     for (int i = 0; i < assembly.system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.kind != RowKind::Normal || !(lambda[i] > 0)) continue;
       Contact& contact = state_.contacts[origin.index];
       PointMemory& memory = contact.points[origin.point];
       const double u = row_velocity(assembly, i, before);
-      if (memory.normal_impulse > 0 || u > -slow) {
+      if ((memory.normal_impulse > 0 && !exact_) || u > -slow) {
         memory.total_normal += lambda[i];
         continue;
       }
-      ++result_.impacts;
+      result_.impacts += !exact_ || !any;
+      any = true;
       memory.total_impact += lambda[i];
       memory.impact_position = contact.manifold.points[origin.point].position;
       contact.hit = true;
@@ -406,14 +408,21 @@ void step_island_in_flow(WorldState& state, const Island& island, double from, d
   }
 }
 
-bool step_island_lightly(WorldState& state, const Island& island, double h, bool patient,
+bool step_island_exactly(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result) {
+  const double before = result.work.visits;
+  const bool made = OnePieceStep(state, island, from, to, true, result).run();
+  if (result.work_limit > 0) result.work_limit += result.work.visits - before;
+  return made;
+}
+
+bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result) {
   StepMemory& memory = result.step_memory;
-  if (patient && memory.light_wait > 0) {
+  if (memory.light_wait > 0) {
     --memory.light_wait;
     return false;
   }
-  if (OnePieceStep(state, island, 0, h, true, result).run()) {
+  if (step_island_exactly(state, island, 0, h, result)) {
     memory.light_failures = 0;
     return true;
   }

@@ -14,9 +14,10 @@
 // Then overlaps are taken out of the positions, and energy that came up by that out of the motion.
 // J: geometry and all gaps that could close within the step, at its beginning [Stewart & Trinkle 1996].
 //
-// Where all is slow the same problem is solved exactly: a light blow on a wall of a thousand bricks, which
-// sends the last bits of all its gaps opening and closing, is then neither a thousand impacts nor flow. The
-// problem is close to that of the last step, whose impulses, states and factor it begins with.
+// The same problem solved exactly serves large islands that are lightly disturbed or struck: a blow on a wall
+// of a thousand bricks, which opens gaps of micrometres all over it, is then neither an impact of all
+// contacts from nothing, nor a thousand landings, nor flow. The problem is close to that of the last step,
+// whose impulses, states and factor it begins with.
 #pragma once
 
 #include "physics/stepping/stepper.h"
@@ -27,11 +28,13 @@ namespace skerry {
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result);
 
-/// The same, for a whole step, with an exact answer. Where it cannot be had for 30 times the work of flow,
-/// nothing has happened.
-/// @param patient  after calls that failed the next 1, 2, 4 ... 64 do not try
-/// @return whether the step was made
-bool step_island_lightly(WorldState& state, const Island& island, double h, bool patient,
+/// The same with an exact answer. Where it cannot be had for 30 times the work of flow, nothing has happened.
+/// The work does not count in `IslandResult::work_limit`. @return whether the step was made
+bool step_island_exactly(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result);
+
+/// The same for a whole step of an island that is but lightly disturbed; after calls that failed the next 1,
+/// 2, 4 ... 64 do not try.
+bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result);
 
 }  // namespace skerry

@@ -20,6 +20,9 @@ constexpr double kEnter = 0.2, kLeave = 0.05;
 constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
 // So many pieces are dear for few points, too.
 constexpr int kManyPieces = 16, kFewestPoints = 8;
+// Points from which on an impact of all of them, from nothing, costs more than the forces that it is solved
+// with here.
+constexpr int kManyPoints = 100;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 
@@ -75,7 +78,8 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   if (points <= few) return {};
   return {.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
                             : fast > kEnter * points || landings > kLandings,
-          .light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings)};
+          .light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings),
+          .large = points > kManyPoints};
 }
 
 int restlessness(const IslandResult& result) {

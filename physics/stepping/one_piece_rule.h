@@ -15,6 +15,7 @@ inline constexpr int kMustFlow = 3;
 struct OnePieceRule {
   bool flows = false;  ///< with a bounded amount of work
   bool light = false;  ///< exactly, where that can be had; tried first
+  bool large = false;  ///< so are impacts; where no exact answer can be had, it flows
 };
 
 /// Counts the contact points that touch, or may within the step; of them those that approach or slide faster
@@ -23,9 +24,9 @@ struct OnePieceRule {
 /// An island with more than 30 points is in flow if a fifth of them are fast or more than 8 land; a twentieth
 /// or more than 2 are enough if it flowed in the last step, or was cut into more than 4 pieces. After more
 /// than 16 pieces more than 8 points will do; what must flow (`kMustFlow`) does with more than 30. It is
-/// lightly disturbed if none is fast, but one strikes or more than 2 land. Islands with joints, bouncing
-/// contacts or forces that depend on the state are neither; with a solver that is not exact all of more than
-/// 8 points flow.
+/// lightly disturbed if none is fast, but one strikes or more than 2 land. It is large from 100 points on.
+/// Islands with joints, bouncing contacts or forces that depend on the state are neither; with a solver that
+/// is not exact all of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].

@@ -47,9 +47,11 @@ struct StepVectors {
 
 class IslandStep {
  public:
-  IslandStep(WorldState& state, const Island& island, IslandResult& result)
+  /// @param large  impacts are solved together with the forces of the rest of the step, or it is given up
+  IslandStep(WorldState& state, const Island& island, bool large, IslandResult& result)
       : state_(state),
         island_(island),
+        large_(large),
         result_(result),
         resting_(take_spare<std::vector<std::uint8_t>>()),
         varying_(has_varying_forces(state, island)),
@@ -61,7 +63,7 @@ class IslandStep {
   IslandStep& operator=(const IslandStep&) = delete;
 
   /// Brings the island from one time of the step to another [s]. @return where it came to: it gives up where
-  /// the forces cost more than they may (`IslandResult::work_limit`)
+  /// the forces cost more than they may (`IslandResult::work_limit`), or a large one finds no exact impact
   double run(double from, double to) {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
@@ -86,6 +88,12 @@ class IslandStep {
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last =
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
+      if (!last && large_ && is_struck(state_, island_, elapsed_)) {
+        if (step_island_exactly(state_, island_, elapsed_, to, result_)) return to;
+        const double limit = flow_from_work(state_, island_);
+        apply_impact(state_, island_, elapsed_, {.normal_acceleration = {}, .work_limit = limit}, result_);
+        return elapsed_;
+      }
       if (!last) apply_impact(state_, island_, elapsed_, {}, result_);
       // Joints that shake light bodies get shorter pieces, which are not cuts.
       const double stable =
@@ -255,6 +263,7 @@ class IslandStep {
 
   WorldState& state_;
   const Island& island_;
+  bool large_;
   IslandResult& result_;
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   bool varying_;                       ///< forces depend on the state
@@ -278,19 +287,18 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     result.step_memory.light_wait = std::max(result.step_memory.light_wait, last.light_wait);
   }
   const OnePieceRule rule = one_piece_rule(state, island, h);
-  // Flow is cheap beside the attempt; the pieces of a large island, with an exact impact each, are not.
-  if (rule.light && step_island_lightly(state, island, h, rule.flows, result)) return;
-  if (rule.flows) return step_island_in_flow(state, island, 0, h, result);
+  if (rule.light && step_island_lightly(state, island, h, result)) return;
+  if (rule.flows || (rule.light && rule.large)) return step_island_in_flow(state, island, 0, h, result);
   const double limit = flow_from_work(state, island);
   // What a vain attempt took does not count.
   if (limit > 0) result.work_limit = limit + result.work.visits;
-  const double there = IslandStep(state, island, result).run(0, h);
+  const double there = IslandStep(state, island, rule.large, result).run(0, h);
   result.step_memory.flow = restlessness(result);
   if (there < h) step_island_in_flow(state, island, there, h, result);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {
-  IslandStep(state, island, result).run(from, to);
+  IslandStep(state, island, false, result).run(from, to);
 }
 
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result) {
