@@ -199,6 +199,135 @@ struct BlockSweeps::Kernels {
 
   static double sweep_portable(BlockSweeps& s) { return sweep(s); }
   SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return sweep(s); }
+
+  /// Fills in the numbers of a block.
+  static SKERRY_ALWAYS_INLINE void close(BlockSweeps& s, const IslandSystem& system, std::size_t k) {
+    Block& block = s.blocks_[k];
+    Bounds& bounds = s.bounds_[k];
+    const int first = s.first_[k];
+    bool contact = true, rough = block.count % 2 == 0;
+    block.b = Vec4{};
+    for (int r = 0; r < block.count; ++r) {
+      const Row& row = system.rows[at(first + r)];
+      const BodyVector low{Vec4{row.Ja[0], row.Ja[1], row.Ja[2], 0} * s.mass_[at(block.a)].v};
+      const BodyVector high{Vec4{row.Jb[0], row.Jb[1], row.Jb[2], 0} * s.mass_[at(block.b_body)].v};
+      const double D = dot3(low, low) + dot3(high, high);
+      const double root = std::sqrt(D), inverse = D > 0 ? 1 / root : 0;
+      s.root_[at(first + r)] = root;
+      block.speed[at(r)] = root;
+      block.low[r].v = inverse * low.v;
+      block.high[r].v = inverse * high.v;
+      block.b[r] = inverse * system.b[at(first + r)];
+      const int n = bounds.normal[at(r)];
+      if (n >= 0) {
+        const double normal_root = s.root_[at(first + n)];
+        block.mu[at(r)] = normal_root > 0 ? row.mu * root / normal_root : 0;
+        rough = rough && r % 2 == 1 && n == r - 1;
+      } else {
+        // What nothing moves stays at zero.
+        bounds.lower[at(r)] = D > 0 ? root * row.lower : 0;
+        bounds.upper[at(r)] = D > 0 ? root * row.upper : 0;
+        rough = rough && r % 2 == 0;
+        contact = contact && row.lower == 0 && row.upper == kInfinity && D > 0;
+      }
+    }
+    const bool smooth = block.count <= 2 && bounds.normal[0] < 0 && bounds.normal[1] < 0;
+    if (contact && rough)
+      block.pattern = Pattern::Rough;
+    else if (contact && smooth)
+      block.pattern = Pattern::Smooth;
+    std::size_t entry = 0;
+    for (int r = 1; r < block.count; ++r) {
+      for (int c = 0; c < r; ++c)
+        block.couple[entry++] = dot3(block.low[r], block.low[c]) + dot3(block.high[r], block.high[c]);
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void close_all(BlockSweeps& s, const IslandSystem& system) {
+    for (std::size_t k = 0; k < s.blocks_.size(); ++k) close(s, system, k);
+  }
+  static void close_portable(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
+  SKERRY_AVX2 static void close_avx2(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
+
+  /// As `violation_one`, of four blocks.
+  template <int N, bool rough>
+  static SKERRY_ALWAYS_INLINE void violation_four(const BlockSweeps& s, const std::vector<Group<N>>& groups,
+                                                  const Batch& batch, Vec4& worst) {
+    const Vec4 zero{};
+    for (int g = batch.first; g < batch.first + batch.count; ++g) {
+      const Group<N>& k = groups[at(g)];
+      Vec4 a[4], b[4], x[4];
+      for (int i = 0; i < 4; ++i) {
+        a[i] = s.velocities_[at(k.a[at(i)])].v;
+        b[i] = s.velocities_[at(k.b_body[at(i)])].v;
+        x[i] = s.impulses_[at(k.block[at(i)])].v;
+      }
+      transpose(a[0], a[1], a[2], a[3]);
+      transpose(b[0], b[1], b[2], b[3]);
+      transpose(x[0], x[1], x[2], x[3]);
+      for (int r = 0; r < N; ++r) {
+        const Vec4 low = (k.low[r][0].v * a[0] + k.low[r][1].v * a[1]) + k.low[r][2].v * a[2];
+        const Vec4 high = (k.high[r][0].v * b[0] + k.high[r][1].v * b[1]) + k.high[r][2].v * b[2];
+        const Vec4 w = low + high - k.b[r].v;
+        Vec4 inside;
+        if (rough && r % 2 == 1) {
+          const Vec4 bound = k.mu[r].v * (x[r - 1] > zero ? x[r - 1] : zero);
+          const Vec4 least = x[r] - bound, most = x[r] + bound;
+          const Vec4 above = w < least ? least : w;
+          inside = most < above ? most : above;
+        } else {
+          inside = x[r] < w ? x[r] : w;
+        }
+        const Vec4 violation = k.speed[r].v * (inside < zero ? -inside : inside);
+        worst = worst < violation ? violation : worst;
+      }
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void violation_one(const BlockSweeps& s, std::size_t k, double& worst) {
+    const Block& block = s.blocks_[k];
+    for (int r = 0; r < block.count; ++r) {
+      const double w = dot3(block.low[r], s.velocities_[at(block.a)]) +
+                       dot3(block.high[r], s.velocities_[at(block.b_body)]) - block.b[r];
+      const ImpulseBounds bounds = bounds_of(block, s.bounds_[k], s.impulses_[k], r);
+      // D |lambda - clamp(lambda - w / D)| in scaled numbers.
+      const double low = s.impulses_[k].v[r] - bounds.upper, high = s.impulses_[k].v[r] - bounds.lower;
+      worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE double violation(const BlockSweeps& s) {
+    double worst = 0;
+    if (s.batches_.empty()) {
+      for (std::size_t k = 0; k < s.blocks_.size(); ++k) violation_one(s, k, worst);
+      return worst;
+    }
+    Vec4 four{};
+    for (const Batch& batch : s.batches_) {
+      switch (batch.kind) {
+        case Kind::Rough4:
+          violation_four<4, true>(s, s.groups4_, batch, four);
+          break;
+        case Kind::Rough2:
+          violation_four<2, true>(s, s.groups2_, batch, four);
+          break;
+        case Kind::Smooth2:
+          violation_four<2, false>(s, s.groups2_, batch, four);
+          break;
+        case Kind::Smooth1:
+          violation_four<1, false>(s, s.groups1_, batch, four);
+          break;
+        case Kind::Single:
+          for (int i = batch.first; i < batch.first + batch.count; ++i)
+            violation_one(s, at(s.levels_.order()[at(i)]), worst);
+          break;
+      }
+    }
+    for (int i = 0; i < 4; ++i) worst = std::max(worst, four[i]);
+    return worst;
+  }
+  static double violation_portable(const BlockSweeps& s) { return violation(s); }
+  SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s) { return violation(s); }
 };
 
 bool BlockSweeps::assign(const IslandSystem& system) {
@@ -221,8 +350,8 @@ bool BlockSweeps::assign(const IslandSystem& system) {
   int i = 0;
   while (i < n) {
     // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
-    Block block;
-    Bounds bounds;
+    Block& block = blocks_.emplace_back();
+    Bounds& bounds = bounds_.emplace_back();
     const int first = i;
     block.a = system.rows[at(i)].a < 0 ? ground : system.rows[at(i)].a;
     block.b_body = system.rows[at(i)].b < 0 ? ground : system.rows[at(i)].b;
@@ -245,10 +374,11 @@ bool BlockSweeps::assign(const IslandSystem& system) {
       i = end;
     }
     first_.push_back(first);
-    blocks_.push_back(block);
-    bounds_.push_back(bounds);
-    close(system, blocks_.back(), bounds_.back());
   }
+  if (cpu_has_avx2())
+    Kernels::close_avx2(*this, system);
+  else
+    Kernels::close_portable(*this, system);
   rows_ = n;
   velocities_.assign(at(ground + 2), BodyVector{});
   impulses_.assign(blocks_.size() + 1, Impulses{});
@@ -327,47 +457,6 @@ void BlockSweeps::add_groups(const SweepLevels::Run& run, std::vector<Group<N>>&
   }
 }
 
-/// Fills in the numbers of a block.
-void BlockSweeps::close(const IslandSystem& system, Block& block, Bounds& bounds) {
-  const int first = first_.back();
-  bool contact = true, rough = block.count % 2 == 0;
-  block.b = Vec4{};
-  for (int r = 0; r < block.count; ++r) {
-    const Row& row = system.rows[at(first + r)];
-    const BodyVector low{Vec4{row.Ja[0], row.Ja[1], row.Ja[2], 0} * mass_[at(block.a)].v};
-    const BodyVector high{Vec4{row.Jb[0], row.Jb[1], row.Jb[2], 0} * mass_[at(block.b_body)].v};
-    const double D = dot3(low, low) + dot3(high, high);
-    const double root = std::sqrt(D), inverse = D > 0 ? 1 / root : 0;
-    root_[at(first + r)] = root;
-    block.speed[at(r)] = root;
-    block.low[r].v = inverse * low.v;
-    block.high[r].v = inverse * high.v;
-    block.b[r] = inverse * system.b[at(first + r)];
-    const int n = bounds.normal[at(r)];
-    if (n >= 0) {
-      const double normal_root = root_[at(first + n)];
-      block.mu[at(r)] = normal_root > 0 ? row.mu * root / normal_root : 0;
-      rough = rough && r % 2 == 1 && n == r - 1;
-    } else {
-      // What nothing moves stays at zero.
-      bounds.lower[at(r)] = D > 0 ? root * row.lower : 0;
-      bounds.upper[at(r)] = D > 0 ? root * row.upper : 0;
-      rough = rough && r % 2 == 0;
-      contact = contact && row.lower == 0 && row.upper == kInfinity && D > 0;
-    }
-  }
-  const bool smooth = block.count <= 2 && bounds.normal[0] < 0 && bounds.normal[1] < 0;
-  if (contact && rough)
-    block.pattern = Pattern::Rough;
-  else if (contact && smooth)
-    block.pattern = Pattern::Smooth;
-  std::size_t entry = 0;
-  for (int r = 1; r < block.count; ++r) {
-    for (int c = 0; c < r; ++c)
-      block.couple[entry++] = dot3(block.low[r], block.low[c]) + dot3(block.high[r], block.high[c]);
-  }
-}
-
 void BlockSweeps::set(std::span<const double> lambda) {
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
     impulses_[k].v = Vec4{};
@@ -414,19 +503,7 @@ ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, c
 }
 
 double BlockSweeps::violation() const {
-  double worst = 0;
-  for (std::size_t k = 0; k < blocks_.size(); ++k) {
-    const Block& block = blocks_[k];
-    for (int r = 0; r < block.count; ++r) {
-      const double w = dot3(block.low[r], velocities_[at(block.a)]) +
-                       dot3(block.high[r], velocities_[at(block.b_body)]) - block.b[r];
-      const ImpulseBounds bounds = bounds_of(block, bounds_[k], impulses_[k], r);
-      // D |lambda - clamp(lambda - w / D)| in scaled numbers.
-      const double low = impulses_[k].v[r] - bounds.upper, high = impulses_[k].v[r] - bounds.lower;
-      worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
-    }
-  }
-  return worst;
+  return cpu_has_avx2() ? Kernels::violation_avx2(*this) : Kernels::violation_portable(*this);
 }
 
 }  // namespace skerry

@@ -94,7 +94,6 @@ class BlockSweeps {
   void group();
   template <int N>
   void add_groups(const SweepLevels::Run& run, std::vector<Group<N>>& groups);
-  void close(const IslandSystem& system, Block& block, Bounds& bounds);
   static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
 
   int rows_ = 0;

@@ -34,6 +34,10 @@ constexpr int kLongestWait = 64;
 // A body that went farther than foreseen by less than this share of its size will be found by the next step.
 constexpr double kOverrun = 1;
 
+/// Rows for positions, without friction. They have their own spare memory: rows are written over those that
+/// are there, and a list that changes its length costs as much as its rows.
+struct PositionRows : Assembly {};
+
 class OnePieceStep {
  public:
   OnePieceStep(WorldState& state, const Island& island, double from, double to, bool exact,
@@ -341,7 +345,7 @@ class OnePieceStep {
       }
     }
     if (!any) return;
-    Spare<Assembly> assembly;
+    Spare<PositionRows> assembly;
     AssemblyRequest request;
     request.points = &*points;
     request.elapsed = from_ + h_;
