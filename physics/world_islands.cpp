@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "physics/contact_batch.h"
-#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/world_step.h"
 
 namespace skerry {
@@ -20,6 +20,15 @@ constexpr std::size_t kContactsPerChunk = 256;
 // for the next one to be exact, too.
 constexpr int kExactRounds = 3;
 constexpr double kDearRound = 10;
+
+/// Both are empty but for what the first one holds; most hold numbers only.
+void take_over(IslandResult& from, IslandResult& to) {
+  static_cast<IslandNumbers&>(to) = from;
+  to.motion_events.swap(from.motion_events);
+  to.traces.swap(from.traces);
+  to.path.swap(from.path);
+  to.memories.swap(from.memories);
+}
 
 void clear(LinkCount& count) {
   count.narrow = {};
@@ -245,7 +254,7 @@ void Step::step_islands() {
       if (std::none_of(bodies.begin(), bodies.end(), is_dirty)) {
         // The same bodies as before: a merger would have made them dirty. Both lists are in their order.
         while (last->island.bodies.front() < bodies.front()) ++last;
-        std::swap(island.result, last->result);
+        take_over(last->result, island.result);
         island.totals = last->totals;
         island.rest_key = last->rest_key;
         island.kept = last->kept;

@@ -112,31 +112,33 @@ struct WorldState {
   std::vector<Drag> drag;                    ///< by body
   std::vector<PrescribedMotion> prescribed;  ///< by body; empty: none
   ForceField field;
-  FieldThreads field_threads = FieldThreads::One;
 
   std::vector<ShapeRecord> shapes;
   std::vector<std::uint32_t> free_shapes;
   std::vector<JointRecord> joints;
   std::vector<std::uint32_t> free_joints;
-  int springs = 0;  ///< joints that hold energy
 
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ThreadPool> pool;
   IslandBuilder island_builder;
   std::vector<SteppedIsland> islands;  ///< of the last step, if `graph_known`
-  bool graph_known = false;            ///< `islands` are those of `graph_bodies`, `graph_joints`, `contacts`
   std::vector<std::uint32_t> graph_bodies, graph_joints;
-  bool table_changed = true;            ///< contacts came or went since `links` was made
-  bool joints_changed = true;           ///< joints came or went since the last step
   std::vector<ContactLink> links;       ///< of `contacts`
   std::vector<Contact> contacts;        ///< sorted by key; those of sleeping islands are in `sleepers`
   std::vector<IslandMemory> memories;   ///< sorted by key
   std::vector<RestingIsland> resting;   ///< sorted by key
   std::vector<StepMemory> step_memory;  ///< by body
   std::vector<PathPiece> step_paths;    ///< of the last step, by body, then in the order of time
-  bool paths_known = false;             ///< they were recorded in the last step
   Sleepers sleepers;
   Ledger ledger;
+
+  // Small things side by side, which saves padding.
+  FieldThreads field_threads = FieldThreads::One;
+  bool graph_known = false;    ///< `islands` are those of `graph_bodies`, `graph_joints`, `contacts`
+  bool table_changed = true;   ///< contacts came or went since `links` was made
+  bool joints_changed = true;  ///< joints came or went since the last step
+  bool paths_known = false;    ///< `step_paths` were recorded in the last step
+  int springs = 0;             ///< joints that hold energy
 
   // The working set, as slots in ascending order.
   std::vector<std::uint32_t> awake;      ///< dynamic bodies that do not sleep
