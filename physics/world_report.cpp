@@ -269,7 +269,9 @@ void write_report(WorldState& s, double h) {
     r.narrow.axes_skipped += result.narrow.axes_skipped;
     r.narrow.manifolds += result.narrow.manifolds;
     r.work += result.work;
-    for (int k = 0; k < kStageCount; ++k) r.stage_seconds[k] += result.stage_seconds[k];
+    if (s.observe.stage_times) {
+      for (int k = 0; k < kStageCount; ++k) r.stage_seconds[k] += result.stage_seconds[k];
+    }
     r.islands_list.push_back(result.report);
     for (IslandTrace& trace : result.traces) {
       trace.island = static_cast<int>(n);

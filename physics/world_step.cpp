@@ -305,8 +305,9 @@ void Step::remember() {
       resting.push_back(*known);
       continue;
     }
-    std::optional<RestingIsland> known;
-    if (!s_.observe.systems) known = remember_resting(s_, island.island, h_, island.result);
+    std::optional<RestingIsland> known = s_.observe.systems
+                                             ? std::optional<RestingIsland>{}
+                                             : remember_resting(s_, island.island, h_, island.result);
     std::vector<IslandMemory>& own = island.result.memories;
     std::erase_if(own, [](const IslandMemory& memory) { return memory.memory == nullptr; });
     const bool at_rest = known && island.result.at_rest;

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kDenseRows = 12;
 constexpr std::size_t kDenseBodies = 16;
+constexpr std::size_t kFewRows = 3;
 // A pivot that cancellation has made this small against its diagonal is rounding: the row depends on others.
 constexpr double kDependent = 1e-11;
 // Weight of the proximal term relative to D. A step reduces the error to eta D / (least eigenvalue of W).
@@ -167,20 +168,34 @@ double refine(double target, Step&& step) {
   return error;
 }
 
+/// @param lambda  zeros, exchanged for the answer
 /// @return infinity if W is not regular to rounding
 template <std::size_t N>
-double solve_dense(const IslandSystem& system, double target, Solution& solution) {
+double solve_dense(const IslandSystem& system, double target, double* lambda, SolveWork& work) {
   const DenseFactor<N> factor(system);
   if (!factor.regular()) return kInfinity;
   std::array<double, kDenseRows> r;
   std::copy(system.b.begin(), system.b.end(), r.begin());
-  solution.work.factorisations = 1;
-  double* const lambda = solution.lambda.data();
+  ++work.factorisations;
   return refine(target, [&] {
     factor.add_solution(r, lambda);
-    ++solution.work.resolves;
+    ++work.resolves;
     return remainder<N>(system, lambda, r);
   });
+}
+
+/// Dense, and of a fixed size where that is small: one joint is the most frequent case.
+double solve_dense_of_size(const IslandSystem& system, double target, double* lambda, SolveWork& work) {
+  switch (system.rows.size()) {
+    case 1:
+      return solve_dense<1>(system, target, lambda, work);
+    case 2:
+      return solve_dense<2>(system, target, lambda, work);
+    case 3:
+      return solve_dense<3>(system, target, lambda, work);
+    default:
+      return solve_dense<0>(system, target, lambda, work);
+  }
 }
 
 double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& model, Solution& solution) {
@@ -227,6 +242,17 @@ Solution solve_bilateral(const IslandSystem& system, std::span<const double>, co
   return solution;
 }
 
+bool solve_few_without_bounds(const IslandSystem& system, double tolerance, std::vector<double>& lambda,
+                              SolveWork& work) {
+  const std::size_t n = system.rows.size();
+  if (n == 0 || n > kFewRows || system.bodies.size() > kDenseBodies || !is_bilateral(system)) return false;
+  lambda.assign(n, 0);
+  double scale = 0;
+  for (const double each : system.b) scale = std::max(scale, std::abs(each));
+  if (scale == 0) return true;
+  return solve_dense_of_size(system, kTarget * scale, lambda.data(), work) / scale <= tolerance;
+}
+
 Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
                               std::unique_ptr<SolverMemory>* memory) {
   Solution solution;
@@ -239,12 +265,7 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
   const double scale = largest > 0 ? largest : 1;
   double error = largest == 0 ? 0 : kInfinity;
   if (error > 0 && n <= kDenseRows && system.bodies.size() <= kDenseBodies) {
-    // One joint is the most frequent case.
-    const auto solve = n == 1   ? solve_dense<1>
-                       : n == 2 ? solve_dense<2>
-                       : n == 3 ? solve_dense<3>
-                                : solve_dense<0>;
-    error = solve(system, kTarget * scale, solution);
+    error = solve_dense_of_size(system, kTarget * scale, solution.lambda.data(), solution.work);
     if (solution.trace && error < kInfinity) solution.trace->notes.emplace_back("no bounds: W, dense");
   }
   // Rows that depend on each other share their impulse there.

@@ -24,7 +24,15 @@ bool is_bilateral(const IslandSystem& system);
 ///         impulses if `is_bilateral` is false
 Solution solve_bilateral(const IslandSystem& system, std::span<const double> warm_start,
                          const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
-/// The same. @pre `is_bilateral`
+/// The same for up to three rows, without the account of a Solution: what projections ask several times a
+/// step.
+/// @param lambda  the answer, if there is one whose relative residual is at most `tolerance`
+/// @param work    what it cost is added to it
+/// @return false if there are more rows, or they have bounds, or depend on each other
+bool solve_few_without_bounds(const IslandSystem& system, double tolerance, std::vector<double>& lambda,
+                              SolveWork& work);
+
+/// The same as `solve_bilateral`. @pre `is_bilateral`
 Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
                               std::unique_ptr<SolverMemory>* memory);
 

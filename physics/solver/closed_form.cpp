@@ -119,12 +119,13 @@ Impulses solve_contact(const OneContact& contact, double tolerance, double& best
   best_violation = violation<N>(contact, best);
   const auto consider = [&](const std::array<int, kRows>& side) {
     Impulses lambda{};
-    if (best_violation <= tolerance || !closed_impulses<N>(contact, side, lambda)) return;
+    if (!closed_impulses<N>(contact, side, lambda)) return;
     const double found = violation<N>(contact, lambda);
     if (found < best_violation) best = lambda, best_violation = found;
   };
   for (const int friction : {0, -1, 1}) {
     for (const int rolling : {0, -1, 1}) {
+      if (best_violation <= tolerance) return best;
       if (N < 3 && rolling != 0) break;
       consider({0, friction, rolling});
     }

@@ -44,9 +44,9 @@ Ends ends_of(const WorldState& state, std::uint32_t body_a, std::uint32_t body_b
 /// constructed.
 class RowWriter {
  public:
+  /// @param out  whose lists are as long as each other, or who has no rows
   explicit RowWriter(Assembly& out) : out_(out), size_(out.system.rows.size()) {
-    if (out.system.b.size() != size_ || out.drive.size() != size_ || out.origin.size() != size_)
-      resize(size_);
+    if (size_ == 0) resize(0);
   }
 
   int count() const { return static_cast<int>(count_); }

@@ -214,6 +214,7 @@ class PieceSolve {
   /// @param start  rows where the piece begins
   void note_paradoxes(const Assembly& start, const std::vector<Velocity>& before,
                       const std::vector<double>& lambda) {
+    if (island_.contacts.empty()) return;
     for (int i = 0; i < start.system.size(); ++i) {
       const Row& row = start.system.rows[i];
       if (row.kind != RowKind::Friction || !(lambda[row.normal] > 0)) continue;
@@ -232,6 +233,7 @@ class PieceSolve {
   std::vector<int> held_rows(const Assembly& start, Assembly& assembly,
                              const std::vector<Velocity>& before) const {
     std::vector<int> held;
+    if (island_.contacts.empty()) return held;
     for (int i = 0; i < assembly.system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint || origin.kind != RowKind::Friction) continue;

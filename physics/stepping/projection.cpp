@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/solver/auto.h"
+#include "physics/solver/bilateral.h"
 #include "physics/spare.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -85,6 +87,10 @@ void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& sys
                 std::vector<double>& lambda) {
   SolveOptions options;
   options.tolerance = 1e-12;
+  // One joint or contact is the most frequent case, and there is nothing to choose.
+  if (state.solver->solve == solve_auto &&
+      solve_few_without_bounds(system, options.tolerance, lambda, result.work))
+    return;
   options.work_limit = work_left(state, result);
   std::unique_ptr<SolverMemory> memory = take_memory(state, result, purpose, system);
   Solution solution = state.solver->solve(system, {}, options, &memory);
