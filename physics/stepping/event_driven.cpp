@@ -50,6 +50,11 @@ class EventStep {
         events_(state, island, problem_, mode_) {
     // Fields, drag and prescribed motions bend the paths of flight.
     parabolic_ = !has_varying_forces(state, island) && !meets_prescribed_motion(state, island);
+    // Smooth motion goes on with the steps that served it last.
+    for (const std::uint32_t i : island.bodies) {
+      const double last = state.step_memory[i].inner_step;
+      if (last > 0) inner_step_ = inner_step_ > 0 ? std::min(inner_step_, last) : last;
+    }
   }
 
   /// @param most_events  impacts and changes of the mode together
@@ -78,6 +83,7 @@ class EventStep {
           changes_ + struck > most_events)
         return false;
     }
+    result_.step_memory.inner_step = inner_step_;
     return true;
   }
 
@@ -380,8 +386,8 @@ class EventStep {
   bool parabolic_ = true;      ///< free flight has constant acceleration
   bool forces_known_ = false;  ///< `forces_` are those of the mode and the present state
   double elapsed_ = 0;         ///< since the beginning of the step [s]
-  double inner_step_ = 0;
-  double path_work_ = 0;  ///< for the paths alone
+  double inner_step_ = 0;      ///< that error control wants next, 0: not known yet [s]
+  double path_work_ = 0;       ///< for the paths alone
   int inner_steps_ = 0;
   int changes_ = 0;         ///< of the mode
   int flights_ = 0;         ///< of the whole island by a queue of impacts
