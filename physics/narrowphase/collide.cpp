@@ -95,7 +95,9 @@ template <int N>
                                                  const Transform& frame, const Transform& other,
                                                  bool exchange, double margin, double limit, SatCache* cache,
                                                  NarrowPhaseStats* stats, Manifold& m) {
-  const Transform relative = narrow::relative_pose(frame, other);
+  Transform relative = narrow::relative_pose(frame, other);
+  narrow::write_whole(relative.p);
+  narrow::write_whole(relative.q);
   narrow::Output out{m, frame, exchange, {}};
   // The cache speaks of a and b, the search of first and second.
   const std::int32_t flip = exchange ? -1 : 0;

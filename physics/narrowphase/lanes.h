@@ -151,6 +151,14 @@ inline Two load(const Vec2& v) {
 inline Two load(const Rot& q) {
   return Two::load(&q.c);
 }
+/// Writes a pair in one piece: one that was written in two cannot be read in one without waiting for both to
+/// leave the processor's store buffer.
+inline void write_whole(Vec2& v) {
+  Two::of(v.x, v.y).store(&v.x);
+}
+inline void write_whole(Rot& q) {
+  Two::of(q.c, q.s).store(&q.c);
+}
 /// The vector `v` turned by the rotation `q`, to the bit as `rotate`.
 inline Two turned(Two q, Two v) {
   const Two x = lows(v, v), y = highs(v, v);

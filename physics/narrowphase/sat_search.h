@@ -299,6 +299,7 @@ template <int NA, int NB>
   result.separation = best.separation;
   result.n = best.n;
   result.support = best.support;
+  write_whole(result.n);
   return result;
 }
 
