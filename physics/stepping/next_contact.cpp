@@ -61,7 +61,7 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
     return {impact.hit ? impact.t : h};
   }
 
-  if (meet_at_one_point(state.shapes[contact.shape_a].shape, state.shapes[contact.shape_b].shape)) return {h};
+  if (rests_wholly(state, contact, resting)) return {h};
 
   // One point rests and another may come down (a box that rocks onto its face): the root of that point's
   // separation. A point that is not deeper than this at the end is left to the projection; it needs no event

@@ -6,10 +6,9 @@
 #include <cstdint>
 
 #include "physics/narrowphase/time_of_impact.h"
+#include "physics/world_state.h"
 
 namespace skerry {
-
-struct WorldState;
 
 /// What a contact does within a piece of a step.
 struct NextContact {
@@ -17,6 +16,13 @@ struct NextContact {
   bool sinks =
       false;  ///< a point that touches goes down without having opened: it must take part in the solve
 };
+
+/// True if the points of a contact that rest (bit i: point i of the present manifold) are all that it can
+/// have: nothing else can come down.
+inline bool rests_wholly(const WorldState& state, const Contact& contact, std::uint8_t resting) {
+  return resting != 0 &&
+         meet_at_one_point(state.shapes[contact.shape_a].shape, state.shapes[contact.shape_b].shape);
+}
 
 /// Looks at the points of the contact that are not in `resting` (bit i: point i of the present manifold).
 NextContact next_contact_time(const WorldState& state, std::uint32_t contact, const Motion& a,

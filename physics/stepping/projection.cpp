@@ -167,7 +167,7 @@ struct PositionScratch {
 };
 
 /// Newton's iteration of `project_positions`. @return whether `assembly` has the rows where the bodies are
-/// now
+/// now. @pre needs_projection
 bool move_onto_constraints(WorldState& state, const Island& island, double elapsed, Assembly& assembly,
                            IslandResult& result) {
   BodyArrays& all = state.bodies;
@@ -178,7 +178,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
   request.points = &scratch->points;
   request.rope_slack = state.config.contact_margin;
   request.elapsed = elapsed;
-  for (int round = 0; round < 5 && needs_projection(state, island); ++round) {
+  for (int round = 0; round < 5 && (round == 0 || needs_projection(state, island)); ++round) {
     find_near_points(state, island, scratch->points);
     assemble(state, island, request, assembly);
     double extent = 0;

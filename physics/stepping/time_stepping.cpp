@@ -197,6 +197,7 @@ class IslandStep {
     for (std::size_t k = 0; k < resting_.size(); ++k) {
       const std::uint32_t index = island_.contacts[k];
       const Contact& contact = state_.contacts[index];
+      if (rests_wholly(state_, contact, resting_[k])) continue;
       if (!moves(contact.body_a, before, after) && !moves(contact.body_b, before, after)) continue;
       const NextContact next = next_contact_time(state_, index, motion(contact.body_a),
                                                  motion(contact.body_b), resting_[k], first);
