@@ -92,15 +92,15 @@ double natural_map_violation(ImpulseBounds bounds, double diagonal, double lambd
 
 void apply_impulses(const IslandSystem& system, const std::vector<double>& lambda,
                     std::vector<std::array<double, 3>>& velocity) {
-  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+  const std::size_t count = system.rows.size();
+  const InverseMass* const bodies = system.bodies.data();
+  std::array<double, 3>* const v = velocity.data();
+  for (std::size_t i = 0; i < count; ++i) {
     const Row& row = system.rows[i];
-    if (lambda[i] == 0) continue;
-    if (row.a >= 0)
-      push(system.bodies[static_cast<std::size_t>(row.a)], row.Ja, lambda[i],
-           velocity[static_cast<std::size_t>(row.a)]);
-    if (row.b >= 0)
-      push(system.bodies[static_cast<std::size_t>(row.b)], row.Jb, lambda[i],
-           velocity[static_cast<std::size_t>(row.b)]);
+    const double impulse = lambda[i];
+    if (impulse == 0) continue;
+    if (row.a >= 0) push(bodies[row.a], row.Ja, impulse, v[row.a]);
+    if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
   }
 }
 
