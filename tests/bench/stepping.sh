@@ -1,5 +1,5 @@
 #!/bin/sh
-# Error against wall time of the steppers: writes stepping.csv and stepping.svg (one panel a scene) to a folder. About 1.5 minutes.
+# Error against wall time of the steppers: writes stepping.csv and stepping.svg (one panel a scene) to a folder. About 5 s on an idle machine.
 #   tests/bench/stepping.sh [FOLDER] [BUILD]     (defaults: the present folder, build/release)
 set -e
 here=$(dirname "$0")

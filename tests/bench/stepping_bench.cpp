@@ -5,11 +5,16 @@
 // runs.
 //
 //   tests/bench/stepping.sh FOLDER
+//
+// One line alone, to count its instructions (tests/bench/stepping.md):
+//   stepping_bench SCENE STEPPER STEPS_A_SECOND
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "physics/stepping/stepper.h"
@@ -95,30 +100,45 @@ Vec2 reference(const Scene& scene) {
   return world.position(body);
 }
 
+/// What is timed, and a place where a profiler can begin to count. @return force solves at acceleration level
+[[gnu::noinline]] long make_steps(World& world, double h, int count) {
+  long solves = 0;
+  for (int i = 0; i < count; ++i) solves += world.step(h).force_solves;
+  return solves;
+}
+
 void measure(const Scene& scene, Vec2 exact, std::string_view stepper, std::optional<double> accuracy,
              int per_second) {
   std::vector<double> times;
   double error = 0;
+  long solves = 0;
   const int steps = static_cast<int>(std::lround(scene.seconds * per_second));
   for (int run = 0; run < kRuns; ++run) {
     World world = make_world(stepper, accuracy);
     const BodyId body = scene.build(world);
     const auto start = std::chrono::steady_clock::now();
-    for (int i = 0; i < steps; ++i) world.step(scene.seconds / steps);
+    solves = make_steps(world, scene.seconds / steps, steps);
     times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     error = scene.error ? scene.error(world, body) : length(world.position(body) - exact);
   }
   std::sort(times.begin(), times.end());
-  std::printf("%s,%s,%.0e,%d,%d,%.3e,%.3e,%.3e,%.3f\n", scene.name, std::string(stepper).c_str(),
+  std::printf("%s,%s,%.0e,%d,%d,%.3e,%.3e,%.3e,%.3f,%.1f\n", scene.name, std::string(stepper).c_str(),
               accuracy.value_or(0), per_second, steps, error, times.front(), times[times.size() / 2],
-              1e6 * times.front() / steps);
+              1e6 * times.front() / steps, static_cast<double>(solves) / steps);
 }
 
 }  // namespace
 
-int main() {
-  std::printf("scene,stepper,accuracy,steps a second,steps,error,least seconds,median seconds,us a step\n");
+int main(int argc, char** argv) {
+  std::printf(
+      "scene,stepper,accuracy,steps a second,steps,error,least seconds,median seconds,us a step,"
+      "force solves a step\n");
   for (const Scene& scene : scenes()) {
+    if (argc == 4) {
+      if (std::string_view(argv[1]) == scene.name)
+        measure(scene, scene.error ? Vec2{} : reference(scene), argv[2], std::nullopt, std::atoi(argv[3]));
+      continue;
+    }
     const Vec2 exact = scene.error ? Vec2{} : reference(scene);
     for (const StepperEntry& stepper : steppers()) {
       for (int per_second = 30; per_second <= 1920; per_second *= 2)
