@@ -246,6 +246,25 @@ TEST(EventDriven, PendulumKeepsThePeriodOfTheEllipticIntegral) {
   EXPECT_NEAR(world.omega(bob), 0, 1e-11);
 }
 
+// A guess for each step anew would take two inner steps in each.
+TEST(EventDriven, StepsBeginWithTheInnerStepThatServedLast) {
+  World world(by_events());
+  const auto bob = world.create_body({.position = {1, 0}, .mass = 1.0, .inertia = 0.1});
+  world.create_joint({.kind = JointKind::Revolute, .b = bob, .anchor_a = {0, 0}, .anchor_b = {0, 0}});
+  const int steps = 480;
+  int inner = 0, rejected = 0, solves = 0;
+  for (int i = 0; i < steps; ++i) {
+    const StepReport& report = world.step(1.0 / 240);
+    inner += report.inner_steps;
+    rejected += report.rejected_steps;
+    solves += report.force_solves;
+  }
+  EXPECT_LE(inner, steps + 4);
+  EXPECT_LE(rejected, 2);
+  EXPECT_GE(solves, 12 * steps);
+  EXPECT_LE(solves, 14 * steps + 100);
+}
+
 TEST(EventDriven, DoublePendulumKeepsItsEnergyFor100Seconds) {
   World world(by_events());
   const auto upper = add(world, {0.5, 0}, smooth(make_box({1, 0.1})));
