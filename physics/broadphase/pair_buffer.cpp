@@ -15,7 +15,9 @@ constexpr std::size_t kMostByBoth = 1u << 16;
 /// Buckets of the second pass: their counters and pairs stay in the first-level cache.
 constexpr int kChunkBits = 10;
 /// So many numbers a pair, as a power of two, and more: digits instead of buckets.
-constexpr int kSparseShift = 2;
+constexpr int kSparseShift = 3;
+/// So few pairs are sorted one by one.
+constexpr std::size_t kFew = 32;
 
 constexpr Pair to_pair(std::uint64_t key) {
   return {static_cast<ProxyIndex>(key >> 32), static_cast<ProxyIndex>(key)};
@@ -198,6 +200,10 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
     }
     if (is_dense) {
       return sort_by_both(keys->data(), total, limit, scratch, pairs.data());
+    }
+    if (total <= kFew) {
+      std::transform(keys->data(), keys->data() + total, pairs.data(), to_pair);
+      return sort_bucket(pairs.data(), pairs.data() + total);
     }
     if (is_sparse) return sort_by_digits(keys->data(), total, low_bits, scratch, pairs.data());
     const std::uint32_t buckets = ((limit - 1) >> shift) + 1;
