@@ -251,9 +251,10 @@ void Step::step_islands() {
     } else {
       const std::vector<std::uint32_t>& bodies = island.island.bodies;
       const auto is_dirty = [this](std::uint32_t i) { return s_.scratch.dirty[i] != 0; };
-      if (std::none_of(bodies.begin(), bodies.end(), is_dirty)) {
-        // The same bodies as before: a merger would have made them dirty. Both lists are in their order.
-        while (last->island.bodies.front() < bodies.front()) ++last;
+      const bool same = std::none_of(bodies.begin(), bodies.end(), is_dirty);
+      // The same bodies as before: a merger would have made them dirty. Both lists are in their order.
+      while (same && last->island.bodies.front() < bodies.front()) ++last;
+      if (same && !last->result.unmoved) {
         take_over(last->result, island.result);
         island.totals = last->totals;
         island.rest_key = last->rest_key;

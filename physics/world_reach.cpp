@@ -114,7 +114,8 @@ double Step::closest_approach(std::uint32_t a, std::uint32_t b, double apart, co
 }
 
 /// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did
-/// meet more than was known shows in the next round. Reaches only grow and islands only merge, so this ends.
+/// meet more than was known shows in the next round. What is too small grows each time and islands only
+/// merge, so this ends.
 bool Step::extend_reach() {
   bool any = false;
   std::vector<std::uint8_t>& dirty = s_.scratch.dirty;
@@ -122,8 +123,8 @@ bool Step::extend_reach() {
     if (s_.kept[i] || !left_its_reach(s_, i)) continue;
     if (!any) dirty.assign(s_.bodies.size(), 0);
     if (s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin) s_.reach[i] = 1.25 * s_.travelled[i];
-    // Free flight takes it no farther than its reach, so this is no bound any more.
-    s_.allowance[i] = 2 * s_.reach[i];
+    // Free flight takes it no farther than its reach; bounds on curved ways may add up to more.
+    s_.allowance[i] = std::max(2 * s_.reach[i], 1.25 * s_.strayed[i]);
     dirty[i] = 1;
     any = true;
   }

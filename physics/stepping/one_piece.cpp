@@ -27,6 +27,8 @@ constexpr double kVelocityShare = 0.8;
 constexpr double kSetUp = 5;
 // Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
 constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
+// Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
+constexpr int kSeparations = 8;
 // What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
 // nobody asks for one after attempts that failed.
 constexpr double kExactWork = 30;
@@ -43,7 +45,9 @@ class OnePieceStep {
   OnePieceStep(WorldState& state, const Island& island, double from, double to, bool exact,
                IslandResult& result)
       : state_(state), island_(island), from_(from), h_(to - from), exact_(exact), result_(result) {
-    limit_ = state.config.flow_work * static_cast<double>(island.bodies.size());
+    // Without flow, sweeps for positions still want a bound.
+    const double work = state.config.flow_work > 0 ? state.config.flow_work : WorldConfig{}.flow_work;
+    limit_ = work * static_cast<double>(island.bodies.size());
   }
 
   /// @return false, and nothing has happened, if an exact answer was wanted and there is none
@@ -71,16 +75,17 @@ class OnePieceStep {
         if (pushed[k]) start[k].v = after[k];
       }
     }
-    // Where a body leaves its reach, the step is made again in any case: nothing has moved yet.
-    if (!foresee(before, after, pushed)) {
+    // Where a body leaves its reach, the step is made again: nothing has to move before.
+    result_.unmoved = foresee(before, after, pushed);
+    if (!result_.unmoved) {
       const IslandEnergy energy(state_, island_);
       advance(before, after, pushed);
-      {
+      int round = 0;
+      do {
         StageTimer timer(state_, result_, Stage::Narrow);
         result_.manifolds_reused += update_manifolds(state_, island_, from_ + h_, result_.narrow);
-      }
+      } while (separate() && exact_ && ++round < kSeparations);
       StageTimer timer(state_, result_, Stage::Apply);
-      separate();
       energy.take_gain(state_, island_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     }
@@ -144,7 +149,9 @@ class OnePieceStep {
     {
       StageTimer timer(state_, result_, Stage::Solve);
       SolveOptions options = state_.config.solve;
-      options.work_limit = exact_ ? kExactWork * limit_ : kVelocityShare * limit_;
+      options.work_limit = !exact_                       ? kVelocityShare * limit_
+                           : state_.config.flow_work > 0 ? kExactWork * limit_
+                                                         : work_left(state_, result_);
       options.trace = state_.observe.systems && state_.observe.solve_traces;
       solution = exact_ ? solve_exactly(system, *warm, options) : sweep_until_done(system, *warm, options);
       result_.work += solution.work;
@@ -322,14 +329,16 @@ class OnePieceStep {
       state_.strayed[body] = forgiven(state_.strayed[body] + way, state_.allowance[body], body);
   }
 
-  /// What goes a little beyond its bound is taken for what keeps it.
+  /// In flow what goes a little beyond its bound is taken for what keeps it.
   double forgiven(double way, double bound, std::uint32_t body) const {
-    return way <= bound + kOverrun * state_.radius[body] ? std::min(way, bound) : way;
+    const bool little = !exact_ && way <= bound + kOverrun * state_.radius[body];
+    return little ? std::min(way, bound) : way;
   }
 
   /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses, with
-  /// J shift >= -separation.
-  void separate() {
+  /// J shift >= -separation. @return whether there were any
+  bool separate() {
+    StageTimer timer(state_, result_, Stage::Apply);
     Spare<std::vector<std::uint8_t>> points;
     points->assign(island_.contacts.size(), 0);
     bool any = false;
@@ -344,7 +353,7 @@ class OnePieceStep {
         any |= separation < -floor;
       }
     }
-    if (!any) return;
+    if (!any) return false;
     Spare<PositionRows> assembly;
     AssemblyRequest request;
     request.points = &*points;
@@ -374,6 +383,7 @@ class OnePieceStep {
     follow(*assembly, shift);
     give_spare(std::move(shift));
     give_spare(std::move(solution.lambda));
+    return true;
   }
 
   double size(std::uint32_t body) const {

@@ -51,6 +51,7 @@ struct IslandNumbers {
   int fallbacks = 0;       ///< 1: events gave up, time_stepping made the step
   bool in_flight = false;  ///< nothing to meet: closed form
   bool at_rest = false;    ///< nothing changed since the last step: its result was used again
+  bool unmoved = false;    ///< a body would leave its reach: to be made again, whatever it meets
   bool one_piece = false;  ///< one exact solve for impacts and forces
   SolveWork work;
   double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration

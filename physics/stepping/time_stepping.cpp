@@ -94,6 +94,7 @@ class IslandStep {
         apply_impact(state_, island_, elapsed_, {.normal_acceleration = {}, .work_limit = limit}, result_);
         return elapsed_;
       }
+      if (last && end_in_one_piece(to)) return to;
       if (!last) apply_impact(state_, island_, elapsed_, {}, result_);
       // Joints that shake light bodies get shorter pieces, which are not cuts.
       const double stable =
@@ -145,6 +146,15 @@ class IslandStep {
   }
 
  private:
+  /// The rest of a step that was cut too often, with landings plastic. @return false, and nothing has
+  /// happened, where joints and forces that depend on the state want a piece like the others
+  bool end_in_one_piece(double to) {
+    if (!island_.joints.empty() || varying_ || state_.config.accuracy) return false;
+    if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
+    if (state_.config.flow_work > 0) step_island_in_flow(state_, island_, elapsed_, to, result_);
+    return state_.config.flow_work > 0;
+  }
+
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.
   void remember_start(bool plastic, const std::vector<Velocity>& after) {
     start_ = path_ends(state_, island_.bodies);
