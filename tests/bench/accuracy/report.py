@@ -146,12 +146,12 @@ def compare(rows, counts=is_ours):
         as_good = [pt for pt, pe in peers if pe <= e]
         if as_fast:
             errors.append(min(as_fast) / e)
-        elif peers and 100 * e <= min(pe for _, pe in peers):
+        elif peers and all(pt >= 10 * t for pt, pe in peers if pe < 100 * e):
             errors.append(math.inf)
         times.append(min(as_good) / t if as_good else math.inf)
     if not ours or not peers:
         return None
-    # Being faster than every peer proves something only where the answer is better than that of all of them, too.
+    # Being faster than every peer proves something only where those that come near our error take ten times as long.
     return max(errors, default=0), max(times)
 
 
