@@ -14,8 +14,8 @@ namespace {
 constexpr int kMostEvents = 8;
 // Steps until an island that was busy is looked at again: a try that fails costs about as much as the step.
 constexpr int kPatience = 8;
-// Forces of an event-driven step are found by dense elimination, a dozen times for every inner step; beyond
-// this many unknowns that costs more than a thousand time steps.
+// Forces of an event-driven step with contacts are found by dense elimination, a dozen times for every inner
+// step; beyond this many unknowns that costs more than a thousand time steps.
 constexpr int kMostUnknowns = 48;
 
 /// Points with their friction, and joint rows.
@@ -30,7 +30,10 @@ int unknowns(const WorldState& state, const Island& island) {
 void step_island_by_choice(WorldState& state, const Island& island, double h, IslandResult& result) {
   int busy = 0;
   for (const std::uint32_t i : island.bodies) busy = std::max(busy, state.step_memory[i].busy);
-  const bool small = unknowns(state, island) <= kMostUnknowns;
+  // Joints alone are eliminated one by one, and an accuracy asked for costs a method of second order far
+  // more.
+  const bool small = unknowns(state, island) <= kMostUnknowns ||
+                     (island.contacts.empty() && state.config.accuracy.has_value());
   bool failed = false;
   if (small && busy == 0) {
     if (try_island_by_events(state, island, h, kMostEvents, result)) return;

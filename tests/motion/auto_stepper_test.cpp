@@ -78,6 +78,33 @@ TEST(AutoStepper, RestingIslandsDoNoWork) {
   EXPECT_EQ(report.islands_by_events + report.islands_by_time_stepping, 0);
 }
 
+TEST(AutoStepper, LongChainsGoByEventsWhereAnAccuracyIsAskedFor) {
+  // By steps of second order, halved until they agree to 1e-6, a step of this chain takes a second.
+  for (const bool asked : {false, true}) {
+    WorldConfig config = by_choice();
+    if (asked) config.accuracy = 1e-6;
+    World world(config);
+    const int links = 30;
+    const double l = 1.0 / links;
+    BodyId last = world.create_body({.type = BodyType::Static});
+    for (int i = 0; i < links; ++i) {
+      ShapeDef link = smooth(make_box({l, 0.02 * l}));
+      link.sensor = true;
+      const BodyId body = add(world, {(i + 0.5) * l, 0}, link, l);
+      world.create_joint({.kind = JointKind::Revolute, .a = last, .b = body, .anchor_a = {i * l, 0}});
+      last = body;
+    }
+    const double energy = world.kinetic_energy() + world.potential_energy();
+    for (int step = 0; step < 60; ++step) {
+      world.step(1.0 / 240);
+      EXPECT_EQ(count_of(world.report(), asked ? "event_driven" : "time_stepping"), 1) << step;
+    }
+    if (asked) {
+      EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy, 1e-6);
+    }
+  }
+}
+
 TEST(AutoStepper, BowlingLawHoldsToRounding) {
   const double mu = 0.2, v0 = 3, r = 0.5, g = 9.81;
   World world(by_choice());
