@@ -159,37 +159,51 @@ struct BlockSweeps::Kernels {
     }
   }
 
-  template <int N, bool rough>
-  static SKERRY_ALWAYS_INLINE void update_groups(BlockSweeps& s, const std::vector<Group<N>>& groups,
-                                                 const Batch& batch, Vec4& largest) {
+  /// What a sweep does with four blocks, and with one.
+  struct Update {
+    template <int N, bool rough>
+    static SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& group, Vec4& largest) {
+      update_four<N, rough>(group, s.velocities_.data(), s.impulses_.data(), largest);
+    }
+    static SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double& largest) {
+      update_one(s, k, largest);
+    }
+  };
+
+  template <class Task, int N, bool rough, class Sweeps>
+  static SKERRY_ALWAYS_INLINE void visit_groups(Sweeps& s, const std::vector<Group<N>>& groups,
+                                                const Batch& batch, Vec4& largest) {
     for (int g = batch.first; g < batch.first + batch.count; ++g)
-      update_four<N, rough>(groups[at(g)], s.velocities_.data(), s.impulses_.data(), largest);
+      Task::template four<N, rough>(s, groups[at(g)], largest);
   }
 
-  static SKERRY_ALWAYS_INLINE double sweep(BlockSweeps& s) {
+  /// Goes over all blocks in an order that gives the bits of one after the other. @return the largest number
+  /// that the task found
+  template <class Task, class Sweeps>
+  static SKERRY_ALWAYS_INLINE double visit(Sweeps& s) {
     double largest = 0;
     if (s.batches_.empty()) {
-      for (std::size_t k = 0; k < s.blocks_.size(); ++k) update_one(s, k, largest);
+      for (std::size_t k = 0; k < s.blocks_.size(); ++k) Task::one(s, k, largest);
       return largest;
     }
     Vec4 four{};
     for (const Batch& batch : s.batches_) {
       switch (batch.kind) {
         case Kind::Rough4:
-          update_groups<4, true>(s, s.groups4_, batch, four);
+          visit_groups<Task, 4, true>(s, s.groups4_, batch, four);
           break;
         case Kind::Rough2:
-          update_groups<2, true>(s, s.groups2_, batch, four);
+          visit_groups<Task, 2, true>(s, s.groups2_, batch, four);
           break;
         case Kind::Smooth2:
-          update_groups<2, false>(s, s.groups2_, batch, four);
+          visit_groups<Task, 2, false>(s, s.groups2_, batch, four);
           break;
         case Kind::Smooth1:
-          update_groups<1, false>(s, s.groups1_, batch, four);
+          visit_groups<Task, 1, false>(s, s.groups1_, batch, four);
           break;
         case Kind::Single:
           for (int i = batch.first; i < batch.first + batch.count; ++i)
-            update_one(s, at(s.levels_.order()[at(i)]), largest);
+            Task::one(s, at(s.levels_.order()[at(i)]), largest);
           break;
       }
     }
@@ -197,8 +211,8 @@ struct BlockSweeps::Kernels {
     return largest;
   }
 
-  static double sweep_portable(BlockSweeps& s) { return sweep(s); }
-  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return sweep(s); }
+  static double sweep_portable(BlockSweeps& s) { return visit<Update>(s); }
+  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return visit<Update>(s); }
 
   /// Fills in the numbers of a block.
   static SKERRY_ALWAYS_INLINE void close(BlockSweeps& s, const IslandSystem& system, std::size_t k) {
@@ -249,13 +263,11 @@ struct BlockSweeps::Kernels {
   static void close_portable(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
   SKERRY_AVX2 static void close_avx2(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
 
-  /// As `violation_one`, of four blocks.
-  template <int N, bool rough>
-  static SKERRY_ALWAYS_INLINE void violation_four(const BlockSweeps& s, const std::vector<Group<N>>& groups,
-                                                  const Batch& batch, Vec4& worst) {
-    const Vec4 zero{};
-    for (int g = batch.first; g < batch.first + batch.count; ++g) {
-      const Group<N>& k = groups[at(g)];
+  /// The largest violation, of four blocks and of one.
+  struct Violation {
+    template <int N, bool rough>
+    static SKERRY_ALWAYS_INLINE void four(const BlockSweeps& s, const Group<N>& k, Vec4& worst) {
+      const Vec4 zero{};
       Vec4 a[4], b[4], x[4];
       for (int i = 0; i < 4; ++i) {
         a[i] = s.velocities_[at(k.a[at(i)])].v;
@@ -282,52 +294,21 @@ struct BlockSweeps::Kernels {
         worst = worst < violation ? violation : worst;
       }
     }
-  }
 
-  static SKERRY_ALWAYS_INLINE void violation_one(const BlockSweeps& s, std::size_t k, double& worst) {
-    const Block& block = s.blocks_[k];
-    for (int r = 0; r < block.count; ++r) {
-      const double w = dot3(block.low[r], s.velocities_[at(block.a)]) +
-                       dot3(block.high[r], s.velocities_[at(block.b_body)]) - block.b[r];
-      const ImpulseBounds bounds = bounds_of(block, s.bounds_[k], s.impulses_[k], r);
-      // D |lambda - clamp(lambda - w / D)| in scaled numbers.
-      const double low = s.impulses_[k].v[r] - bounds.upper, high = s.impulses_[k].v[r] - bounds.lower;
-      worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
-    }
-  }
-
-  static SKERRY_ALWAYS_INLINE double violation(const BlockSweeps& s) {
-    double worst = 0;
-    if (s.batches_.empty()) {
-      for (std::size_t k = 0; k < s.blocks_.size(); ++k) violation_one(s, k, worst);
-      return worst;
-    }
-    Vec4 four{};
-    for (const Batch& batch : s.batches_) {
-      switch (batch.kind) {
-        case Kind::Rough4:
-          violation_four<4, true>(s, s.groups4_, batch, four);
-          break;
-        case Kind::Rough2:
-          violation_four<2, true>(s, s.groups2_, batch, four);
-          break;
-        case Kind::Smooth2:
-          violation_four<2, false>(s, s.groups2_, batch, four);
-          break;
-        case Kind::Smooth1:
-          violation_four<1, false>(s, s.groups1_, batch, four);
-          break;
-        case Kind::Single:
-          for (int i = batch.first; i < batch.first + batch.count; ++i)
-            violation_one(s, at(s.levels_.order()[at(i)]), worst);
-          break;
+    static SKERRY_ALWAYS_INLINE void one(const BlockSweeps& s, std::size_t k, double& worst) {
+      const Block& block = s.blocks_[k];
+      for (int r = 0; r < block.count; ++r) {
+        const double w = dot3(block.low[r], s.velocities_[at(block.a)]) +
+                         dot3(block.high[r], s.velocities_[at(block.b_body)]) - block.b[r];
+        const ImpulseBounds bounds = bounds_of(block, s.bounds_[k], s.impulses_[k], r);
+        // D |lambda - clamp(lambda - w / D)| in scaled numbers.
+        const double low = s.impulses_[k].v[r] - bounds.upper, high = s.impulses_[k].v[r] - bounds.lower;
+        worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
       }
     }
-    for (int i = 0; i < 4; ++i) worst = std::max(worst, four[i]);
-    return worst;
-  }
-  static double violation_portable(const BlockSweeps& s) { return violation(s); }
-  SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s) { return violation(s); }
+  };
+  static double violation_portable(const BlockSweeps& s) { return visit<Violation>(s); }
+  SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s) { return visit<Violation>(s); }
 };
 
 bool BlockSweeps::assign(const IslandSystem& system) {

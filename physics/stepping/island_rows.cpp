@@ -63,20 +63,13 @@ class RowWriter {
     row.a = ends.a;
     row.b = ends.b;
     row.source = source;
-    if (ends.a >= 0) {
-      row.Ja = Ja;
-    } else {
-      if (moves_by_itself(state, ends.body_a))
-        drive += along(Ja, kinematic_velocity(state, ends.body_a, elapsed));
-      row.Ja = {};
-    }
-    if (ends.b >= 0) {
-      row.Jb = Jb;
-    } else {
-      if (moves_by_itself(state, ends.body_b))
-        drive += along(Jb, kinematic_velocity(state, ends.body_b, elapsed));
-      row.Jb = {};
-    }
+    const auto block = [&](int local, std::uint32_t body, const std::array<double, 3>& J) {
+      if (local >= 0) return J;
+      if (moves_by_itself(state, body)) drive += along(J, kinematic_velocity(state, body, elapsed));
+      return std::array<double, 3>{};
+    };
+    row.Ja = block(ends.a, ends.body_a, Ja);
+    row.Jb = block(ends.b, ends.body_b, Jb);
     out_.drive[count_] = drive;
     out_.system.b[count_] = 0;
     out_.origin[count_] = origin;
