@@ -103,8 +103,8 @@ class OnePieceStep {
         const ManifoldPoint& point = contact.manifold.points[i];
         const Vec2 u = relative_velocity(state_, contact, point.position, from_) + fall;
         const double end = point.separation + h_ * dot(contact.manifold.normal, u);
-        if (std::min(end, exact_ ? point.separation : end) <= state_.config.contact_margin)
-          points[k] |= 1u << i;
+        const double nearest = exact_ ? std::min(end, point.separation) : end;
+        if (nearest <= state_.config.contact_margin) points[k] |= 1u << i;
       }
     }
   }

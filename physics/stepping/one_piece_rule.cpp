@@ -26,16 +26,16 @@ constexpr int kManyPoints = 100;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 
-/// More than `few` points, and nothing that bounces, pulls or depends on the state.
-bool may_flow(const WorldState& state, const Island& island, int few) {
-  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return false;
+/// Points of the island, or 0 where something bounces, pulls or depends on the state.
+int points_that_flow(const WorldState& state, const Island& island) {
+  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return 0;
   int points = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
-    if (contact.restitution > 0) return false;
+    if (contact.restitution > 0) return 0;
     points += contact.manifold.count;
   }
-  return points > few && !has_varying_forces(state, island);
+  return points > kFewestPoints && !has_varying_forces(state, island) ? points : 0;
 }
 
 }  // namespace
@@ -44,19 +44,18 @@ double slow_speed(const WorldState& state, const Island& island, double h) {
   return h * largest_acceleration(state, island) + state.config.rest_speed;
 }
 
-double flow_from_work(const WorldState& state, const Island& island) {
-  return may_flow(state, island, kFewPoints)
-             ? kBusy * state.config.flow_work * static_cast<double>(island.bodies.size())
-             : 0;
-}
-
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h) {
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const bool must = flow == kMustFlow;
   const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : kFewPoints;
-  if (!may_flow(state, island, few)) return {};
-  if (must || !state.solver->exact) return {.flows = true};
+  OnePieceRule rule;
+  const int all = points_that_flow(state, island);
+  if (all > kFewPoints)
+    rule.work_limit = kBusy * state.config.flow_work * static_cast<double>(island.bodies.size());
+  if (all <= few) return rule;
+  rule.flows = must || !state.solver->exact;
+  if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
   int points = 0, fast = 0, strikes = 0, landings = 0;
   for (const std::uint32_t index : island.contacts) {
@@ -75,11 +74,12 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
               slow;
     }
   }
-  if (points <= few) return {};
-  return {.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
-                            : fast > kEnter * points || landings > kLandings,
-          .light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings),
-          .large = points > kManyPoints};
+  if (points <= few) return rule;
+  rule.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
+                        : fast > kEnter * points || landings > kLandings;
+  rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
+  rule.large = points > kManyPoints;
+  return rule;
 }
 
 int restlessness(const IslandResult& result) {

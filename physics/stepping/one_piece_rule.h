@@ -16,6 +16,8 @@ struct OnePieceRule {
   bool flows = false;  ///< with a bounded amount of work
   bool light = false;  ///< exactly, where that can be had; tried first
   bool large = false;  ///< so are impacts; where no exact answer can be had, it flows
+  /// Work in visits after which exact forces are given up; 0 if it may not flow.
+  double work_limit = 0;
 };
 
 /// Counts the contact points that touch, or may within the step; of them those that approach or slide faster
@@ -31,9 +33,6 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
 
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
-
-/// Work in visits after which exact forces of an island that may flow are given up; 0 if it may not.
-double flow_from_work(const WorldState& state, const Island& island);
 
 /// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.
 int restlessness(const IslandResult& result);

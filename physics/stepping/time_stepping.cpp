@@ -47,11 +47,11 @@ struct StepVectors {
 
 class IslandStep {
  public:
-  /// @param large  impacts are solved together with the forces of the rest of the step, or it is given up
-  IslandStep(WorldState& state, const Island& island, bool large, IslandResult& result)
+  /// @param rule  impacts of what is large are solved together with the forces of the rest of the step
+  IslandStep(WorldState& state, const Island& island, const OnePieceRule& rule, IslandResult& result)
       : state_(state),
         island_(island),
-        large_(large),
+        rule_(rule),
         result_(result),
         resting_(take_spare<std::vector<std::uint8_t>>()),
         varying_(has_varying_forces(state, island)),
@@ -88,10 +88,10 @@ class IslandStep {
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last =
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
-      if (!last && large_ && is_struck(state_, island_, elapsed_)) {
+      if (!last && rule_.large && is_struck(state_, island_, elapsed_)) {
         if (step_island_exactly(state_, island_, elapsed_, to, result_)) return to;
-        const double limit = flow_from_work(state_, island_);
-        apply_impact(state_, island_, elapsed_, {.normal_acceleration = {}, .work_limit = limit}, result_);
+        apply_impact(state_, island_, elapsed_, {.normal_acceleration = {}, .work_limit = rule_.work_limit},
+                     result_);
         return elapsed_;
       }
       if (last && end_in_one_piece(to)) return to;
@@ -274,7 +274,7 @@ class IslandStep {
 
   WorldState& state_;
   const Island& island_;
-  bool large_;
+  OnePieceRule rule_;
   IslandResult& result_;
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   bool varying_;                       ///< forces depend on the state
@@ -300,16 +300,15 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   const OnePieceRule rule = one_piece_rule(state, island, h);
   if (rule.light && step_island_lightly(state, island, h, result)) return;
   if (rule.flows || (rule.light && rule.large)) return step_island_in_flow(state, island, 0, h, result);
-  const double limit = flow_from_work(state, island);
   // What a vain attempt took does not count.
-  if (limit > 0) result.work_limit = limit + result.work.visits;
-  const double there = IslandStep(state, island, rule.large, result).run(0, h);
+  if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
+  const double there = IslandStep(state, island, rule, result).run(0, h);
   result.step_memory.flow = restlessness(result);
   if (there < h) step_island_in_flow(state, island, there, h, result);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {
-  IslandStep(state, island, false, result).run(from, to);
+  IslandStep(state, island, {}, result).run(from, to);
 }
 
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result) {
