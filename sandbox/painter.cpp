@@ -162,7 +162,8 @@ bool Painter::paint(const Demo& demo, const History& history, render::Image& ima
   state.panels(demo, history);
   const render::Sheet& sheet = state.composer.sheet();
   if (state.options.edit) state.options.edit(state.list);
-  if (state.painted && !state.options.edit && state.list == state.last_list && sheet == state.last_sheet) {
+  if (state.painted && state.options.reuse && !state.options.edit && state.list == state.last_list &&
+      sheet == state.last_sheet) {
     state.ui.end_frame();
     return false;
   }

@@ -78,6 +78,7 @@ struct PaintOptions {
   render::EglDevice device = render::EglDevice::Any;
   Renderer renderer = Renderer::Auto;
   std::optional<render::Style> style{};  ///< in place of the theme's
+  bool reuse = true;  ///< a frame like the last one is not drawn again; off for tests and benchmarks
   /// Sees each frame when all of it is there and nothing is drawn: the list, and the panels as ImGui windows.
   /// What it changes is drawn; the self-test of the golden images plants its regressions here.
   std::function<void(render::DrawList&)> edit{};

@@ -233,6 +233,28 @@ TEST_F(Capture, SmallAndNarrowPicturesLeaveOutWhatHasNoRoom) {
   }
 }
 
+// Without words nothing in the picture of a stack at rest changes.
+TEST_F(Capture, FramesThatAreKeptLookLikeThoseThatAreDrawnAgain) {
+  for (const bool reuse : {true, false}) {
+    Demo demo(find_demo("stack", demo_tree()).path, {});
+    const History history(demo, false, kFlashSeconds);
+    PaintOptions options;
+    options.width = 256;
+    options.height = 144;
+    options.reuse = reuse;
+    Painter painter(options);
+    painter.start(demo, {});
+    render::Image first, image;
+    painter.paint(demo, history, first);
+    image = first;
+    for (int frame = 0; frame < 20; ++frame) {
+      demo.step();
+      EXPECT_EQ(painter.paint(demo, history, image), !reuse) << frame;
+      EXPECT_TRUE(image == first) << frame;
+    }
+  }
+}
+
 long resident_kib() {
   std::ifstream file("/proc/self/statm");
   long pages = 0, resident = 0;

@@ -2,6 +2,7 @@
 //
 // accuracy_bench: run time against error, stress and scaling, for us and for the engines that are
 // installed.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -14,16 +15,25 @@
 
 namespace skerry::bench {
 
-void merge_csv(const std::string& file, const std::string& header, const std::vector<std::string>& replaced,
-               const std::vector<std::string>& rows) {
+void merge_csv(const Options& options, const std::string& name, const std::string& header,
+               const std::vector<std::string>& replaced, const std::vector<std::string>& rows) {
+  const auto field = [](const std::string& line, std::size_t column) {
+    std::size_t begin = 0;
+    for (std::size_t k = 0; k < column; ++k) begin = line.find(',', begin) + 1;
+    return line.substr(begin, line.find(',', begin) - begin);
+  };
+  const std::size_t engine = header.find(",engine,");
+  const auto column = static_cast<std::size_t>(
+      engine == std::string::npos ? 0 : 1 + std::count(header.begin(), header.begin() + engine, ','));
+  const std::string file = options.out + '/' + name;
   std::vector<std::string> lines;
   {
     std::ifstream in(file);
     std::string line;
     std::getline(in, line);
     while (line == header && std::getline(in, line) && !line.empty()) {
-      if (std::find(replaced.begin(), replaced.end(), line.substr(0, line.find(','))) == replaced.end())
-        lines.push_back(line);
+      const bool again = std::find(replaced.begin(), replaced.end(), field(line, 0)) != replaced.end();
+      if (!again || (column > 0 && !options.wants_engine(field(line, column)))) lines.push_back(line);
       line = header;
     }
   }
@@ -44,10 +54,22 @@ std::string joined(std::initializer_list<std::string> fields) {
   return text;
 }
 
-double thread_seconds() {
+namespace {
+
+double seconds_of(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+double thread_seconds() {
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID);
+}
+
+double process_seconds() {
+  return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 std::string number(double value) {
@@ -66,6 +88,7 @@ parts
   stress      one parameter at a time to its extremes: who explodes, sinks, drifts, jitters
   scaling     time a step against the number of bodies, by stage
   skips       what each skip of a step saves
+  demos       the same for every demo, frames included (where the sandbox is built)
   list        the scenes and the engines
 options
   -o DIR          folder of the tables (default accuracy-results)
@@ -131,6 +154,12 @@ int run(int count, char** arguments) {
       run_scaling(options);
     } else if (part == "skips") {
       run_skips(options);
+    } else if (part == "demos") {
+#ifdef SKERRY_WITH_SANDBOX
+      run_demos(options);
+#else
+      return usage("demos: built without the sandbox (SKERRY_RENDER=OFF)");
+#endif
     } else {
       return usage("unknown part " + part);
     }

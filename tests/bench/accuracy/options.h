@@ -28,9 +28,10 @@ struct Options {
   }
 };
 
-/// Rows of `file` whose first field is not in `replaced` stay; `rows` are added. The first line is `header`.
-void merge_csv(const std::string& file, const std::string& header, const std::vector<std::string>& replaced,
-               const std::vector<std::string>& rows);
+/// Rows of the table `name` whose first field is not in `replaced` stay, and those of engines that were not
+/// asked for; `rows` are added. The first line is `header`.
+void merge_csv(const Options& options, const std::string& name, const std::string& header,
+               const std::vector<std::string>& replaced, const std::vector<std::string>& rows);
 
 /// The fields with commas between them.
 std::string joined(std::initializer_list<std::string> fields);
@@ -41,6 +42,8 @@ std::string number(double value);
 /// Processor time of this thread [s]: on an idle machine the wall time, and on a shared one free of the
 /// neighbours.
 double thread_seconds();
+/// The same of all threads.
+double process_seconds();
 
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -53,5 +56,6 @@ void run_precision(const Options& options);
 void run_stress(const Options& options);
 void run_scaling(const Options& options);
 void run_skips(const Options& options);
+void run_demos(const Options& options);  ///< where the sandbox is built
 
 }  // namespace skerry::bench

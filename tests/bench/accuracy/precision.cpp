@@ -87,7 +87,7 @@ void run_precision(const Options& options) {
                      curve.label.c_str(), spent);
       }
     }
-    merge_csv(options.out + "/precision.csv",
+    merge_csv(options, "precision.csv",
               "scene,engine,version,curve,dt,iterations,accuracy,error,steps,runs,median_s,min_s,max_s",
               {problem.name}, rows);
   }
@@ -98,7 +98,7 @@ void run_precision(const Options& options) {
         joined({problem.name, quoted(problem.title), quoted(problem.measure), quoted(problem.source)}));
     names.push_back(problem.name);
   }
-  merge_csv(options.out + "/scenes.csv", "scene,title,measure,source", names, rows);
+  merge_csv(options, "scenes.csv", "scene,title,measure,source", names, rows);
 }
 
 }  // namespace skerry::bench

@@ -416,8 +416,8 @@ def scaling_table(rows):
     return lines + [""]
 
 
-def skips_table(rows):
-    lines = ["### What each skip saves", "",
+def skips_table(rows, title="What each skip saves", first="scene"):
+    lines = [f"### {title}", "",
              "Median microseconds a step with all skips, and how many times as long a step takes with one of them off. "
              "In brackets: the final state differs in its bits.", ""]
     switches, scenes = [], []
@@ -427,22 +427,47 @@ def skips_table(rows):
         if row["scene"] not in scenes:
             scenes.append(row["scene"])
     found = {(r["scene"], r["switch"]): r for r in rows}
-    lines += ["| scene | " + " | ".join(["all on [us]"] + switches[1:]) + " |", "| --- |" + " --- |" * len(switches)]
+    ratios = {switch: [] for switch in switches[1:]}
+    lines += [f"| {first} | " + " | ".join(["all on [us]"] + switches[1:]) + " |", "| --- |" + " --- |" * len(switches)]
     for scene in scenes:
         base = float(found[scene, switches[0]]["median_us"])
         cells = [f"{base:.3g}"]
         for switch in switches[1:]:
             row = found[scene, switch]
-            ratio = f"{float(row['median_us']) / base:.2f}"
+            ratios[switch].append((float(row["median_us"]) / base, scene))
+            ratio = f"{ratios[switch][-1][0]:.2f}"
             cells.append(ratio if row["bits"] == "same" else f"({ratio})")
         lines.append(f"| {scene} | " + " | ".join(cells) + " |")
+    lines += ["", f"| off | geometric mean | {first}s a tenth slower or more | a tenth faster or more | slowest without it | fastest without it |",
+              "| --- | --- | --- | --- | --- | --- |"]
+    for switch, values in ratios.items():
+        mean = math.exp(sum(math.log(v) for v, _ in values) / len(values))
+        most, least = max(values), min(values)
+        lines.append(f"| {switch} | {mean:.2f} | {sum(v >= 1.1 for v, _ in values)} of {len(values)} | "
+                     f"{sum(v <= 1 / 1.1 for v, _ in values)} | {most[1]} {most[0]:.2f} | {least[1]} {least[0]:.2f} |")
     keys = ["pairs", "pairs_out_of_reach", "manifolds_reused", "axes_tested", "axes_skipped", "rows", "friction_rows",
-            "factorisations", "resolves", "symbolic_skipped", "islands", "islands_at_rest", "islands_in_flight"]
+            "factorisations", "resolves", "symbolic_skipped", "islands", "islands_asleep", "islands_at_rest",
+            "islands_in_flight"]
     lines += ["", "Counters a step, all skips on:", "",
-              "| scene | " + " | ".join(k.replace("_", " ") for k in keys) + " |", "| --- |" + " --- |" * len(keys)]
+              f"| {first} | " + " | ".join(k.replace("_", " ") for k in keys) + " |", "| --- |" + " --- |" * len(keys)]
     for scene in scenes:
         row = found[scene, switches[0]]
         lines.append(f"| {scene} | " + " | ".join(f"{float(row[k]):.4g}" for k in keys) + " |")
+    return lines + [""]
+
+
+def frames_table(rows):
+    """Frames that were not drawn again, and what they would have cost."""
+    found = defaultdict(dict)
+    for row in rows:
+        found[row["scene"]][row["switch"]] = row
+    lines = ["### Frames that need not be drawn", "",
+             "Processor time of a frame, steps and encoder included; ratio: with every frame drawn, converted and copied.", "",
+             "| demo | frames | unchanged | ms a frame | all drawn |", "| --- | --- | --- | --- | --- |"]
+    for demo, ways in found.items():
+        kept, drawn = ways["unchanged kept"], ways["all drawn"]
+        lines.append(f"| {demo} | {kept['frames']} | {kept['unchanged']} | {float(kept['median_ms']):.3g} | "
+                     f"{float(drawn['median_ms']) / float(kept['median_ms']):.2f} |")
     return lines + [""]
 
 
@@ -511,6 +536,12 @@ def main():
     skips = rows_of(folder / "skips.csv")
     if skips:
         parts["skips"] = skips_table(skips)
+    demos = rows_of(folder / "demos.csv")
+    if demos:
+        parts["demos"] = skips_table(demos, "What each skip saves in the demos", "demo")
+    frames = rows_of(folder / "frames.csv")
+    if frames:
+        parts["frames"] = frames_table(frames)
     (folder / "tables.md").write_text("\n".join(line for part in parts.values() for line in part), encoding="utf-8")
     pages = [a for a in sys.argv[2:] if not a.startswith("--")]
     for page in pages:

@@ -178,7 +178,7 @@ void run_scaling(const Options& options) {
         std::fprintf(stderr, "%s %s %d\n", family.name, engine.name.c_str(), threads);
       }
     }
-    merge_csv(options.out + "/scaling.csv", header, {family.name}, rows);
+    merge_csv(options, "scaling.csv", header, {family.name}, rows);
   }
 }
 

@@ -7,34 +7,10 @@
 #include "tests/bench/accuracy/engine_skerry.h"
 #include "tests/bench/accuracy/options.h"
 #include "tests/bench/accuracy/problem.h"
+#include "tests/bench/accuracy/skip_switches.h"
 
 namespace skerry::bench {
 namespace {
-
-struct Switch {
-  const char* name;
-  void (*off)(WorldConfig& config);
-};
-
-constexpr Switch kSwitches[] = {
-    {"all on", [](WorldConfig&) {}},
-    {"no sleep", [](WorldConfig& c) { c.sleep = false; }},
-    {"no resting islands", [](WorldConfig& c) { c.reuse_resting = false; }},
-    {"no kept manifolds",
-     [](WorldConfig& c) {
-       c.reuse_resting = false;
-       c.skips.manifolds = false;
-     }},
-    {"no kept axes", [](WorldConfig& c) { c.skips.axes = false; }},
-    {"no kept factors",
-     [](WorldConfig& c) {
-       c.reuse_resting = false;
-       c.skips.factors = false;
-     }},
-    {"friction rows at mu 0", [](WorldConfig& c) { c.skips.smooth_rows = false; }},
-    {"pairs of what flies alike", [](WorldConfig& c) { c.skips.alike = false; }},
-    {"no closed-form flight", [](WorldConfig& c) { c.skips.flight = false; }},
-};
 
 struct Example {
   const char* name;
@@ -54,6 +30,20 @@ std::vector<Example> examples() {
   Scene flight = gas_scene(1000, 0.001, 1);
   Scene smooth = stack_scene(30);
   smooth.friction = 0;
+  // Side by side, a hand apart, on their way down to nothing.
+  Scene rain;
+  for (int i = 0; i < 900; ++i)
+    rain.add({.shape = box(0.5, 0.5), .position = {0.6 * (i % 30), 0.6 * (i / 30)}, .velocity = {0, -2}});
+  // Diamonds with parallel faces, 0.03 m apart, whose bounding boxes overlap; each on a way of its own.
+  Scene apart;
+  apart.gravity = {};
+  for (int i = 0; i < 900; ++i) {
+    const int row = i / 30, column = 2 * (i % 30) + row % 2;
+    apart.add({.shape = box(0.5, 0.5),
+               .position = {0.375 * column, 0.375 * row},
+               .angle = kPi / 4,
+               .velocity = {0.005 * (i % 3 - 1), 0.005 * (i % 5 - 2)}});
+  }
   return {{"cradle of 50", cradle, 60, -1},
           {"stack of 30 at rest", stack_scene(30), 120, -1},
           {"stack of 30 pushed", stack_scene(30), 120, 15},
@@ -62,14 +52,20 @@ std::vector<Example> examples() {
           {"chain of 100 swinging", chain_scene(100, 1000, true), 60, -1},
           {"elastic gas of 300", gas_scene(300, 0.3, 5), 60, -1},
           {"1000 discs in flight", flight, 60, -1},
-          {"smooth stack of 30", smooth, 60, -1}};
+          {"smooth stack of 30", smooth, 60, -1},
+          {"smooth stack of 30 pushed", smooth, 60, 15},
+          {"900 boxes falling side by side", rain, 60, -1},
+          {"900 boxes drifting a gap apart", apart, 60, -1}};
 }
 
-/// Processor time of the whole example [s]; the report of its last step stays in `report`.
-double run_once(const Example& example, const WorldConfig& config, StepReport& sum) {
+/// @return processor time of the whole example [s]
+double run_once(const Example& example, const SkipSwitch& way, SkipCounters& counters) {
+  WorldConfig config;
+  way.off(config);
   std::vector<BodyId> bodies;
   World world = make_world(example.scene, config, bodies);
-  sum = {};
+  if (way.report_all) world.observe(everything());
+  counters = {};
   double seconds = 0;
   for (int step = 0; step < example.steps; ++step) {
     if (example.pushed >= 0) {
@@ -79,20 +75,7 @@ double run_once(const Example& example, const WorldConfig& config, StepReport& s
     const double start = thread_seconds();
     const StepReport& report = world.step(1.0 / 60);
     seconds += thread_seconds() - start;
-    sum.pairs += report.pairs;
-    sum.pairs_out_of_reach += report.pairs_out_of_reach;
-    sum.manifolds_reused += report.manifolds_reused;
-    sum.narrow.axes_tested += report.narrow.axes_tested;
-    sum.narrow.axes_skipped += report.narrow.axes_skipped;
-    sum.rows += report.rows;
-    sum.friction_rows += report.friction_rows;
-    sum.work.factorisations += report.work.factorisations;
-    sum.work.resolves += report.work.resolves;
-    sum.work.symbolic_skipped += report.work.symbolic_skipped;
-    sum.islands += report.islands;
-    sum.islands_at_rest += report.islands_at_rest;
-    sum.islands_in_flight += report.islands_in_flight;
-    sum.state_hash = report.state_hash;
+    counters.add(report);
   }
   return seconds;
 }
@@ -105,33 +88,21 @@ void run_skips(const Options& options) {
     if (!options.wants_scene(example.name)) continue;
     names.push_back(example.name);
     std::uint64_t hash = 0;
-    for (const Switch& s : kSwitches) {
-      WorldConfig config;
-      s.off(config);
-      StepReport sum;
+    for (const SkipSwitch& way : skip_switches()) {
+      SkipCounters counters;
       std::vector<double> times;
-      for (int k = 0; k < options.runs; ++k) times.push_back(run_once(example, config, sum) / example.steps);
-      if (hash == 0) hash = sum.state_hash;
-      const auto per_step = [&](double total) { return number(total / example.steps); };
-      rows.push_back(joined(
-          {example.name, s.name, number(1e6 * median(times)),
-           number(1e6 * *std::min_element(times.begin(), times.end())),
-           number(1e6 * *std::max_element(times.begin(), times.end())),
-           hash == sum.state_hash ? "same" : "differs", per_step(sum.pairs), per_step(sum.pairs_out_of_reach),
-           per_step(sum.manifolds_reused), per_step(static_cast<double>(sum.narrow.axes_tested)),
-           per_step(static_cast<double>(sum.narrow.axes_skipped)), per_step(sum.rows),
-           per_step(sum.friction_rows), per_step(sum.work.factorisations), per_step(sum.work.resolves),
-           per_step(sum.work.symbolic_skipped), per_step(sum.islands), per_step(sum.islands_at_rest),
-           per_step(sum.islands_in_flight)}));
+      for (int k = 0; k < options.runs; ++k)
+        times.push_back(1e6 * run_once(example, way, counters) / example.steps);
+      if (hash == 0) hash = counters.state_hash;
+      rows.push_back(joined({example.name, way.name, number(median(times)),
+                             number(*std::min_element(times.begin(), times.end())),
+                             number(*std::max_element(times.begin(), times.end())),
+                             hash == counters.state_hash ? "same" : "differs", counters.row(example.steps)}));
     }
     std::fprintf(stderr, "%s\n", example.name);
   }
-  merge_csv(
-      options.out + "/skips.csv",
-      "scene,switch,median_us,min_us,max_us,bits,pairs,pairs_out_of_reach,manifolds_reused,axes_tested,"
-      "axes_skipped,rows,friction_rows,factorisations,resolves,symbolic_skipped,islands,islands_at_rest,"
-      "islands_in_flight",
-      names, rows);
+  merge_csv(options, "skips.csv",
+            std::string("scene,switch,median_us,min_us,max_us,bits,") + SkipCounters::columns(), names, rows);
 }
 
 }  // namespace skerry::bench

@@ -288,7 +288,7 @@ void run_stress(const Options& options) {
     }
     std::fprintf(stderr, "%s %g\n", check.axis.c_str(), check.value);
     // After each point: what is interrupted keeps what it has.
-    merge_csv(options.out + "/stress.csv",
+    merge_csv(options, "stress.csv",
               "axis,value,engine,version,curve,error,energy_gain,jitter,us_per_step,verdict", axes, rows);
   }
 }
