@@ -30,8 +30,23 @@ double flight_apart(const WorldState& s, std::uint32_t a, std::uint32_t b, doubl
 }  // namespace
 
 bool flies_freely(const WorldState& state, std::uint32_t body) {
-  return state.bodies.type[body] == BodyType::Dynamic && state.joints_of[body].empty() &&
-         !state.drag[body].any() && !state.field;
+  return state.bodies.type[body] == BodyType::Dynamic && !state.drag[body].any() && !state.field;
+}
+
+/// How far its joints will bring a body off free flight if they pull twice as hard as in the last step [m].
+double Step::guess_of_joints(std::uint32_t body) const {
+  Vec2 push;
+  double turn = 0;
+  for (const std::uint32_t slot : s_.joints_of[body]) {
+    const JointRecord& joint = s_.joints[slot];
+    const bool is_b = joint.def.b.index == body;
+    const double sign = is_b ? 1 : -1;
+    const Vec2 arm = rotate(s_.bodies.rotation[body], is_b ? joint.local_b : joint.local_a);
+    push += sign * joint.impulse;
+    turn += sign * (joint.angular_impulse + cross(arm, joint.impulse));
+  }
+  return 2 * h_ * (s_.bodies.inverse_mass[body] * length(push) +
+                   s_.bodies.inverse_inertia[body] * std::abs(turn) * s_.radius[body]);
 }
 
 /// What is known of a pair before the step; where neither body is fast, nothing has to be.

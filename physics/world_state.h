@@ -90,7 +90,7 @@ struct StepScratch {
 /// How a body moves while nothing touches it: what two bodies do to their distance is little where both fly
 /// alike, but that is worth a look only where one of them is fast.
 enum class FlightKind : std::uint8_t {
-  Bent,  ///< joints, drag or a field act on it, or somebody prescribes where it goes
+  Bent,  ///< drag or a field acts on it, or somebody prescribes where it goes
   Slow,
   Fast,  ///< its reach is more than a few contact margins
 };
@@ -182,7 +182,7 @@ struct WorldState {
   std::uint64_t steps = 0;
 };
 
-/// Nothing acts on a dynamic body but its weight, forces of the user, and what touches it.
+/// Nothing acts on a dynamic body but its weight, forces of the user, its joints, and what touches it.
 bool flies_freely(const WorldState& state, std::uint32_t body);
 
 /// Gives an empty broad phase the boxes of the last step. Their pairs are in the contact table already.

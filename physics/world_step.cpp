@@ -189,7 +189,7 @@ void Step::begin(std::uint32_t i) {
   const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin;
   s_.flight[i] = fast ? FlightKind::Fast : FlightKind::Slow;
   // Nothing is known yet that could strike a fast one.
-  s_.allowance[i] = fast ? 0 : 2 * s_.reach[i];
+  s_.allowance[i] = fast ? std::min(2 * s_.reach[i], guess_of_joints(i)) : 2 * s_.reach[i];
 }
 
 void Step::begin(Contact& contact) const {

@@ -65,6 +65,7 @@ class Step {
                           const std::vector<double>& astray) const;
   double closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
                           const std::vector<double>& astray) const;
+  double guess_of_joints(std::uint32_t body) const;
   bool extend_reach();
 
   // world_islands.cpp: which contacts belong to the step, the islands that they make, and their steps.

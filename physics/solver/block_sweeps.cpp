@@ -77,13 +77,50 @@ struct BlockSweeps::Kernels {
     y[k.b_body].v = b;
   }
 
+  /// One block of joint rows.
+  static SKERRY_ALWAYS_INLINE void update_joint(const Block& k, const JointBlock& joint, const Bounds& bounds,
+                                                double give, Impulses& impulses, BodyVector* y,
+                                                double& largest) {
+    const bool held = k.pattern == Pattern::Held;
+    Vec4 a = y[k.a].v, b = y[k.b_body].v;
+    Vec4 t[kRows] = {};
+    for (int r = 0; r < k.count; ++r) t[r] = k.low[r].v * a + k.high[r].v * b;
+    Vec4 velocity;
+    sums(t[0], t[1], t[2], t[3], velocity);
+    double d[kRows] = {};
+    int entry = 0;
+    for (int r = 0; r < k.count; ++r) {
+      const double was = impulses.v[r];
+      double next;
+      if (held) {
+        next = give * (was - (velocity[r] - k.b[r]));
+      } else {
+        double wanted = joint.keep[at(r)] * was - (velocity[r] - k.b[r]);
+        for (int c = 0; c < r; ++c) wanted -= k.couple[at(entry++)] * d[c];
+        next = clamp(give * wanted, bounds.lower[at(r)], bounds.upper[at(r)]);
+      }
+      d[r] = next - was;
+      impulses.v[r] = next;
+      const double change = std::abs(d[r]) * k.speed[at(r)];
+      largest = largest < change ? change : largest;
+    }
+    for (int r = 0; r < k.count; ++r) {
+      a += k.low[r].v * d[r];
+      b += k.high[r].v * d[r];
+    }
+    y[k.a].v = a;
+    y[k.b_body].v = b;
+  }
+
   /// One block with the shape of its rows known to the compiler.
   static SKERRY_ALWAYS_INLINE void update_one(BlockSweeps& s, std::size_t k, double& largest) {
     BodyVector* y = s.velocities_.data();
     const Block& block = s.blocks_[k];
     Impulses& impulses = s.impulses_[k];
     const Bounds& bounds = s.bounds_[k];
-    if (block.pattern == Pattern::Rough && block.count == 4)
+    if (block.pattern >= Pattern::Held)
+      update_joint(block, s.joint_of(k), bounds, s.give_, impulses, y, largest);
+    else if (block.pattern == Pattern::Rough && block.count == 4)
       update(block, bounds, Pattern::Rough, 4, impulses, y, largest);
     else if (block.pattern == Pattern::Rough)
       update(block, bounds, Pattern::Rough, 2, impulses, y, largest);
@@ -106,8 +143,8 @@ struct BlockSweeps::Kernels {
   }
 
   /// As `update`, of four blocks: the same operations in the same order, lane by lane.
-  template <int N, bool rough>
-  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, BodyVector* y, BodyVector* x,
+  template <int N, Pattern pattern>
+  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, double give, BodyVector* y, BodyVector* x,
                                                Vec4& largest) {
     const Vec4 zero{};
     Vec4 a[4], b[4], was[4];
@@ -130,8 +167,10 @@ struct BlockSweeps::Kernels {
     int entry = 0;
     for (int r = 0; r < N; ++r) {
       Vec4 wanted = z[r];
-      for (int c = 0; c < r; ++c) wanted -= k.couple[entry++].v * d[c];
-      if (rough && r % 2 == 1) {
+      for (int c = 0; c < r && pattern != Pattern::Held; ++c) wanted -= k.couple[entry++].v * d[c];
+      if (pattern == Pattern::Held) {
+        next[r] = give * wanted;
+      } else if (pattern == Pattern::Rough && r % 2 == 1) {
         const Vec4 upper = k.mu[r].v * next[r - 1], lower = -upper;
         const Vec4 low = wanted > lower ? wanted : lower;
         next[r] = low < upper ? low : upper;
@@ -161,20 +200,20 @@ struct BlockSweeps::Kernels {
 
   /// What a sweep does with four blocks, and with one.
   struct Update {
-    template <int N, bool rough>
+    template <int N, Pattern pattern>
     static SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& group, Vec4& largest) {
-      update_four<N, rough>(group, s.velocities_.data(), s.impulses_.data(), largest);
+      update_four<N, pattern>(group, s.give_, s.velocities_.data(), s.impulses_.data(), largest);
     }
     static SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double& largest) {
       update_one(s, k, largest);
     }
   };
 
-  template <class Task, int N, bool rough, class Sweeps>
+  template <class Task, int N, Pattern pattern, class Sweeps>
   static SKERRY_ALWAYS_INLINE void visit_groups(Sweeps& s, const std::vector<Group<N>>& groups,
                                                 const Batch& batch, Vec4& largest) {
     for (int g = batch.first; g < batch.first + batch.count; ++g)
-      Task::template four<N, rough>(s, groups[at(g)], largest);
+      Task::template four<N, pattern>(s, groups[at(g)], largest);
   }
 
   /// Goes over all blocks in an order that gives the bits of one after the other. @return the largest number
@@ -190,16 +229,25 @@ struct BlockSweeps::Kernels {
     for (const Batch& batch : s.batches_) {
       switch (batch.kind) {
         case Kind::Rough4:
-          visit_groups<Task, 4, true>(s, s.groups4_, batch, four);
+          visit_groups<Task, 4, Pattern::Rough>(s, s.groups4_, batch, four);
           break;
         case Kind::Rough2:
-          visit_groups<Task, 2, true>(s, s.groups2_, batch, four);
+          visit_groups<Task, 2, Pattern::Rough>(s, s.groups2_, batch, four);
           break;
         case Kind::Smooth2:
-          visit_groups<Task, 2, false>(s, s.groups2_, batch, four);
+          visit_groups<Task, 2, Pattern::Smooth>(s, s.groups2_, batch, four);
           break;
         case Kind::Smooth1:
-          visit_groups<Task, 1, false>(s, s.groups1_, batch, four);
+          visit_groups<Task, 1, Pattern::Smooth>(s, s.groups1_, batch, four);
+          break;
+        case Kind::Held3:
+          visit_groups<Task, 3, Pattern::Held>(s, s.groups3_, batch, four);
+          break;
+        case Kind::Held2:
+          visit_groups<Task, 2, Pattern::Held>(s, s.groups2_, batch, four);
+          break;
+        case Kind::Held1:
+          visit_groups<Task, 1, Pattern::Held>(s, s.groups1_, batch, four);
           break;
         case Kind::Single:
           for (int i = batch.first; i < batch.first + batch.count; ++i)
@@ -258,14 +306,16 @@ struct BlockSweeps::Kernels {
   }
 
   static SKERRY_ALWAYS_INLINE void close_all(BlockSweeps& s, const IslandSystem& system) {
-    for (std::size_t k = 0; k < s.blocks_.size(); ++k) close(s, system, k);
+    for (std::size_t k = 0; k < s.blocks_.size(); ++k) {
+      if (s.first_[k] >= 0) close(s, system, k);
+    }
   }
   static void close_portable(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
   SKERRY_AVX2 static void close_avx2(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
 
   /// The largest violation, of four blocks and of one.
   struct Violation {
-    template <int N, bool rough>
+    template <int N, Pattern pattern>
     static SKERRY_ALWAYS_INLINE void four(const BlockSweeps& s, const Group<N>& k, Vec4& worst) {
       const Vec4 zero{};
       Vec4 a[4], b[4], x[4];
@@ -277,12 +327,19 @@ struct BlockSweeps::Kernels {
       transpose(a[0], a[1], a[2], a[3]);
       transpose(b[0], b[1], b[2], b[3]);
       transpose(x[0], x[1], x[2], x[3]);
+      Vec4 found[N];
+      int entry = 0;
       for (int r = 0; r < N; ++r) {
         const Vec4 low = (k.low[r][0].v * a[0] + k.low[r][1].v * a[1]) + k.low[r][2].v * a[2];
         const Vec4 high = (k.high[r][0].v * b[0] + k.high[r][1].v * b[1]) + k.high[r][2].v * b[2];
         const Vec4 w = low + high - k.b[r].v;
+        found[r] = w;
         Vec4 inside;
-        if (rough && r % 2 == 1) {
+        if (pattern == Pattern::Held) {
+          // The row before it was combined with the others.
+          inside = k.mu[r].v * w;
+          for (int c = 0; c < r; ++c) inside += k.couple[entry++].v * found[c];
+        } else if (pattern == Pattern::Rough && r % 2 == 1) {
           const Vec4 bound = k.mu[r].v * (x[r - 1] > zero ? x[r - 1] : zero);
           const Vec4 least = x[r] - bound, most = x[r] + bound;
           const Vec4 above = w < least ? least : w;
@@ -297,6 +354,10 @@ struct BlockSweeps::Kernels {
 
     static SKERRY_ALWAYS_INLINE void one(const BlockSweeps& s, std::size_t k, double& worst) {
       const Block& block = s.blocks_[k];
+      if (block.pattern >= Pattern::Held) {
+        worst = std::max(worst, s.violation_of(s.joint_of(k)));
+        return;
+      }
       for (int r = 0; r < block.count; ++r) {
         const double w = dot3(block.low[r], s.velocities_[at(block.a)]) +
                          dot3(block.high[r], s.velocities_[at(block.b_body)]) - block.b[r];
@@ -311,12 +372,15 @@ struct BlockSweeps::Kernels {
   SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s) { return visit<Violation>(s); }
 };
 
-bool BlockSweeps::assign(const IslandSystem& system) {
+bool BlockSweeps::assign(const IslandSystem& system, bool joints) {
   blocks_.clear();
   bounds_.clear();
   first_.clear();
+  joints_.clear();
   rows_ = 0;
-  if (!system.compliance.empty()) return false;
+  contradiction_ = 0;
+  give_ = 1;
+  if (!joints && !system.compliance.empty()) return false;
   const int n = system.size(), ground = static_cast<int>(system.bodies.size());
   root_.resize(at(n));
   blocks_.reserve(at(n) / 2);
@@ -328,27 +392,50 @@ bool BlockSweeps::assign(const IslandSystem& system) {
     mass_[k].v = Vec4{linear, linear, angular, 0};
   }
   mass_[at(ground)].v = Vec4{};
+  if (!add_blocks(system, joints)) {
+    blocks_.clear();
+    return false;
+  }
+  if (cpu_has_avx2())
+    Kernels::close_avx2(*this, system);
+  else
+    Kernels::close_portable(*this, system);
+  for (JointBlock& joint : joints_) close_joint(system, joint);
+  rows_ = n;
+  velocities_.assign(at(ground + 2), BodyVector{});
+  impulses_.assign(blocks_.size() + 1, Impulses{});
+  group();
+  return true;
+}
+
+/// Which rows make which block. @return false if they do not
+bool BlockSweeps::add_blocks(const IslandSystem& system, bool joints) {
+  const int n = system.size();
+  const auto same_bodies = [&](int i, int k) {
+    return system.rows[at(i)].a == system.rows[at(k)].a && system.rows[at(i)].b == system.rows[at(k)].b;
+  };
+  const auto is_joint = [&](int i) {
+    return system.rows[at(i)].kind >= RowKind::Joint && system.rows[at(i)].normal < 0;
+  };
   int i = 0;
   while (i < n) {
-    // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
-    Block& block = blocks_.emplace_back();
-    Bounds& bounds = bounds_.emplace_back();
     const int first = i;
-    block.a = system.rows[at(i)].a < 0 ? ground : system.rows[at(i)].a;
-    block.b_body = system.rows[at(i)].b < 0 ? ground : system.rows[at(i)].b;
-    while (i < n && block.count < kRows) {
+    if (is_joint(i)) {
+      if (!joints) return false;
+      while (i < n && is_joint(i) && same_bodies(i, first)) ++i;
+      add_joint_blocks(system, first, i);
+      continue;
+    }
+    // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
+    Block& block = add_block(system, first);
+    Bounds& bounds = bounds_.back();
+    while (i < n && block.count < kRows && !is_joint(i)) {
       int end = i + 1;
       while (end < n && system.rows[at(end)].normal == i) ++end;
-      const Row& head = system.rows[at(i)];
-      if (head.kind != RowKind::Normal || end - i > kRows) {
-        blocks_.clear();
-        return false;
-      }
-      if (i > first && (head.a != system.rows[at(first)].a || head.b != system.rows[at(first)].b ||
-                        block.count + end - i > kRows)) {
-        break;
-      }
+      if (system.rows[at(i)].kind != RowKind::Normal || end - i > kRows) return false;
+      if (i > first && (!same_bodies(i, first) || block.count + end - i > kRows)) break;
       for (int r = i; r < end; ++r) {
+        if (!system.compliance.empty() && system.compliance[at(r)] != 0) return false;
         bounds.normal[at(block.count)] = r == i ? std::int8_t{-1} : static_cast<std::int8_t>(i - first);
         ++block.count;
       }
@@ -356,15 +443,17 @@ bool BlockSweeps::assign(const IslandSystem& system) {
     }
     first_.push_back(first);
   }
-  if (cpu_has_avx2())
-    Kernels::close_avx2(*this, system);
-  else
-    Kernels::close_portable(*this, system);
-  rows_ = n;
-  velocities_.assign(at(ground + 2), BodyVector{});
-  impulses_.assign(blocks_.size() + 1, Impulses{});
-  group();
   return true;
+}
+
+/// A block of the bodies of a row, still without rows.
+BlockSweeps::Block& BlockSweeps::add_block(const IslandSystem& system, int row) {
+  const int ground = static_cast<int>(system.bodies.size());
+  Block& block = blocks_.emplace_back();
+  bounds_.emplace_back();
+  block.a = system.rows[at(row)].a < 0 ? ground : system.rows[at(row)].a;
+  block.b_body = system.rows[at(row)].b < 0 ? ground : system.rows[at(row)].b;
+  return block;
 }
 
 BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
@@ -373,7 +462,13 @@ BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
       return block.count == 4 ? Kind::Rough4 : Kind::Rough2;
     case Pattern::Smooth:
       return block.count == 2 ? Kind::Smooth2 : Kind::Smooth1;
+    case Pattern::Held:
+      return block.count == 1   ? Kind::Held1
+             : block.count == 2 ? Kind::Held2
+             : block.count == 3 ? Kind::Held3
+                                : Kind::Single;
     case Pattern::General:
+    case Pattern::Joint:
       return Kind::Single;
   }
   return Kind::Single;
@@ -383,6 +478,7 @@ BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
 void BlockSweeps::group() {
   batches_.clear();
   groups4_.clear();
+  groups3_.clear();
   groups2_.clear();
   groups1_.clear();
   if (blocks_.size() < kFewBlocks) return;
@@ -401,7 +497,9 @@ void BlockSweeps::group() {
       batches_.push_back({kind, static_cast<int>(run.begin), static_cast<int>(run.end - run.begin)});
     else if (kind == Kind::Rough4)
       groups(groups4_);
-    else if (kind == Kind::Smooth1)
+    else if (kind == Kind::Held3)
+      groups(groups3_);
+    else if (kind == Kind::Smooth1 || kind == Kind::Held1)
       groups(groups1_);
     else
       groups(groups2_);
@@ -433,32 +531,48 @@ void BlockSweeps::add_groups(const SweepLevels::Run& run, std::vector<Group<N>>&
         group.mu[r].v[lane] = block.mu[at(r)];
         group.speed[r].v[lane] = block.speed[at(r)];
       }
+      if (block.pattern == Pattern::Held) {
+        const JointBlock& joint = joint_of(at(k));
+        for (int r = 0, e = 0; r < N; ++r) {
+          group.mu[r].v[lane] = joint.L[at(r)][at(r)];
+          for (int c = 0; c < r; ++c) group.couple[e++].v[lane] = joint.L[at(r)][at(c)];
+        }
+        continue;
+      }
       for (int e = 0; e < N * (N - 1) / 2; ++e) group.couple[e].v[lane] = block.couple[at(e)];
     }
   }
 }
 
+/// A given impulse as the sweeps have it.
+double BlockSweeps::scaled(std::span<const double> lambda, int row) const {
+  const std::size_t i = at(row);
+  return i < lambda.size() && std::isfinite(lambda[i]) ? root_[i] * lambda[i] : 0;
+}
+
 void BlockSweeps::set(std::span<const double> lambda) {
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
     impulses_[k].v = Vec4{};
+    if (first_[k] < 0) continue;
     for (int r = 0; r < blocks_[k].count; ++r) {
-      const std::size_t row = at(first_[k] + r);
       const ImpulseBounds bounds = bounds_of(blocks_[k], bounds_[k], impulses_[k], r);
-      const double given = row < lambda.size() && std::isfinite(lambda[row]) ? root_[row] * lambda[row] : 0;
-      impulses_[k].v[r] = Kernels::clamp(given, bounds.lower, bounds.upper);
+      impulses_[k].v[r] = Kernels::clamp(scaled(lambda, first_[k] + r), bounds.lower, bounds.upper);
     }
   }
+  for (const JointBlock& joint : joints_) set_joint(joint, lambda);
   restart();
 }
 
 void BlockSweeps::get(const std::vector<Impulses>& from, std::vector<double>& lambda) const {
   lambda.resize(at(rows_));
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    if (first_[k] < 0) continue;
     for (int r = 0; r < blocks_[k].count; ++r) {
       const std::size_t row = at(first_[k] + r);
       lambda[row] = root_[row] > 0 ? from[k].v[r] / root_[row] : 0;
     }
   }
+  for (const JointBlock& joint : joints_) get_joint(joint, from[at(joint.block)], lambda);
 }
 
 void BlockSweeps::restart() {
@@ -484,7 +598,8 @@ ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, c
 }
 
 double BlockSweeps::violation() const {
-  return cpu_has_avx2() ? Kernels::violation_avx2(*this) : Kernels::violation_portable(*this);
+  return std::max(contradiction_,
+                  cpu_has_avx2() ? Kernels::violation_avx2(*this) : Kernels::violation_portable(*this));
 }
 
 }  // namespace skerry

@@ -9,6 +9,13 @@
 // once and are corrected for each other by their own entries of W: the numbers of a row-by-row sweep, without
 // waiting for each other's stores. Of large islands four blocks at a time that share no body are swept side
 // by side, one a lane (`sweep_levels.h`); that changes no bit.
+//
+// Up to four rows of joints between one pair of bodies make a block, too. Rows without bounds are replaced by
+// orthonormal combinations of theirs, and the others made orthogonal to those:
+//
+//   Jbar = L Q,   Q Q' = 1 among rows without bounds,   lambda_Q = L' lambda
+//
+// so that the same sweep over the rows of Q solves a block with at most one bounded row exactly.
 #pragma once
 
 #include <array>
@@ -27,15 +34,19 @@ class BlockSweeps {
   /// Impulses of one block, scaled: D^1/2 lambda; rows that it has not are zero.
   using Impulses = BodyVector;
 
-  /// Packs `system`. @return false, with nothing packed, if there are rows of joints or compliant ones, or
-  /// one that stands apart from the normal row that scales its bounds
-  bool assign(const IslandSystem& system);
+  /// Packs `system`. @param joints  rows of joints, and compliant ones among them, are taken
+  /// @return false, with nothing packed, if there are such rows that are not, compliant contacts, or a row
+  /// that stands apart from the normal row that scales its bounds
+  bool assign(const IslandSystem& system, bool joints = false);
+  /// Blocks of joints give by so many times their own part of W, which bounds their impulses where what they
+  /// want contradicts the rest. From the next `assign` on they do not.
+  void soften(double share) { give_ = 1 / (1 + share); }
 
   std::size_t blocks() const { return blocks_.size(); }
   int rows() const { return rows_; }
-  /// Scaled impulses, one vector a block and a zero, and scaled changes of velocity, one a body and two zeros
-  /// for the ground: one that is read, one that is written. Whoever changes the first has to change the
-  /// second with them, or `restart`.
+  /// Scaled impulses (of joints: of the rows of Q), one vector a block and a zero, and scaled changes of
+  /// velocity, one a body and two zeros for the ground: one that is read, one that is written. Whoever
+  /// changes the first has to change the second with them, or `restart`.
   std::vector<Impulses>& impulses() { return impulses_; }
   std::vector<BodyVector>& velocities() { return velocities_; }
 
@@ -53,7 +64,8 @@ class BlockSweeps {
  private:
   struct Kernels;
   static constexpr int kRows = 4;
-  enum class Pattern : std::uint8_t { Smooth, Rough, General };  ///< N or NN; NF or NFNF; others
+  /// N or NN; NF or NFNF; other contacts; joints without bounds; other joints.
+  enum class Pattern : std::uint8_t { Smooth, Rough, General, Held, Joint };
   struct alignas(32) Block {
     BodyVector low[kRows], high[kRows];  ///< rows on both bodies
     Vec4 b;
@@ -63,6 +75,13 @@ class BlockSweeps {
     int a = 0, b_body = 0;
     std::int16_t count = 0;
     Pattern pattern = Pattern::General;
+  };
+  /// What else there is to know of a block of joint rows.
+  struct JointBlock {
+    int block = 0;
+    std::array<int, kRows> row{};                      ///< of the system
+    std::array<std::array<double, kRows>, kRows> L{};  ///< lower triangle
+    std::array<double, kRows> keep{1, 1, 1, 1};        ///< 1 - compliance / (diagonal of W)
   };
   struct Bounds {
     std::array<double, kRows> lower{}, upper{};
@@ -76,21 +95,33 @@ class BlockSweeps {
   template <int N>
   struct Group {
     Lanes low[N][3], high[N][3];
-    Lanes b[N], mu[N], speed[N];
-    Lanes couple[N == 1 ? 1 : N * (N - 1) / 2];  ///< W below its diagonal, row by row
+    Lanes b[N], speed[N];
+    Lanes mu[N];                                 ///< of joints: the diagonal of L
+    Lanes couple[N == 1 ? 1 : N * (N - 1) / 2];  ///< W (of joints: L) below its diagonal, row by row
     std::array<int, 4> block;
     std::array<int, 4> a, b_body;   ///< where velocities are read
     std::array<int, 4> to_a, to_b;  ///< and written
   };
   /// Blocks that go through the kernels in one way.
-  enum class Kind : std::uint8_t { Rough4, Rough2, Smooth2, Smooth1, Single };
-  static constexpr int kKinds = 5;
+  enum class Kind : std::uint8_t { Rough4, Rough2, Smooth2, Smooth1, Held3, Held2, Held1, Single };
+  static constexpr int kKinds = 8;
   struct Batch {
     Kind kind;
     int first, count;  ///< groups of that kind, or for single ones blocks in the order of the levels
   };
 
   static Kind kind_of(const Block& block);
+  bool add_blocks(const IslandSystem& system, bool joints);
+  Block& add_block(const IslandSystem& system, int row);
+  void add_joint_blocks(const IslandSystem& system, int first, int end);
+  void close_joint(const IslandSystem& system, JointBlock& joint);
+  const JointBlock& joint_of(std::size_t block) const {
+    return joints_[static_cast<std::size_t>(-1 - first_[block])];
+  }
+  double scaled(std::span<const double> lambda, int row) const;
+  void set_joint(const JointBlock& joint, std::span<const double> lambda);
+  void get_joint(const JointBlock& joint, Impulses x, std::vector<double>& lambda) const;
+  double violation_of(const JointBlock& joint) const;
   void group();
   template <int N>
   void add_groups(const SweepLevels::Run& run, std::vector<Group<N>>& groups);
@@ -98,8 +129,11 @@ class BlockSweeps {
 
   int rows_ = 0;
   std::vector<Block> blocks_;
-  std::vector<Bounds> bounds_;    ///< by block
-  std::vector<int> first_;        ///< row of each block
+  std::vector<Bounds> bounds_;  ///< by block
+  std::vector<int> first_;      ///< row of each block of a contact; of joints: -1 - its number in `joints_`
+  std::vector<JointBlock> joints_;
+  double give_ = 1;               ///< of an impulse of a joint, what stays
+  double contradiction_ = 0;      ///< of rows of one block that depend on each other [m/s]
   std::vector<double> root_;      ///< D^1/2 by row
   std::vector<BodyVector> mass_;  ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
@@ -107,7 +141,8 @@ class BlockSweeps {
   SweepLevels levels_;
   std::vector<Batch> batches_;  ///< empty: one block after the other
   std::vector<Group<4>> groups4_;
-  std::vector<Group<2>> groups2_;  ///< rough and smooth ones
+  std::vector<Group<3>> groups3_;
+  std::vector<Group<2>> groups2_;  ///< rough, smooth and held ones
   std::vector<Group<1>> groups1_;
 };
 

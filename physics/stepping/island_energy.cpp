@@ -121,7 +121,7 @@ double IslandEnergy::gain(const WorldState& state, const Island& island) const {
 }
 
 void IslandEnergy::take_gain(WorldState& state, const Island& island) const {
-  if (!island.joints.empty() || ground_moves(state, island) || has_varying_forces(state, island)) return;
+  if (is_driven(state, island) || ground_moves(state, island) || has_varying_forces(state, island)) return;
   const double gained = gain(state, island);
   if (!(gained > 0)) return;
   const InnerMotion inner(state, island);

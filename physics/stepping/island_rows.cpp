@@ -107,13 +107,27 @@ JointEnd end_of(const WorldState& state, const AssemblyRequest& request, std::ui
   return {.p = pose.p, .q = pose.q, .angle = (*request.angles)[static_cast<std::size_t>(local)], .v = {}};
 }
 
-bool is_wanted(const AssemblyRequest& request, const JointRow& row) {
+/// Slack of a limit, now or ahead.
+double slack_of(const WorldState& state, const AssemblyRequest& request, const Ends& ends,
+                const JointRow& row) {
+  if (request.velocities == nullptr) return row.error;
+  const auto rate = [&](std::uint32_t body, int local, const std::array<double, 3>& J) {
+    if (local >= 0) return along(J, (*request.velocities)[static_cast<std::size_t>(local)]);
+    return body != BodyId::kNone && moves_by_itself(state, body)
+               ? along(J, kinematic_velocity(state, body, request.elapsed))
+               : 0;
+  };
+  return row.error + request.ahead * (rate(ends.body_a, ends.a, row.Ja) + rate(ends.body_b, ends.b, row.Jb));
+}
+
+bool is_wanted(const WorldState& state, const AssemblyRequest& request, const Ends& ends,
+               const JointRow& row) {
   using enum AssemblyRequest::Actuators;
   switch (row.kind) {
     case JointRowKind::Hold:
       return true;
     case JointRowKind::Limit:
-      return row.error <= request.rope_slack;
+      return slack_of(state, request, ends, row) <= request.rope_slack;
     case JointRowKind::Motor:
       return request.actuators == All || (request.actuators == Rigid && row.most == kInfinity);
     case JointRowKind::Spring:
@@ -130,7 +144,7 @@ void add_joint(const WorldState& state, const AssemblyRequest& request, std::uin
                                    end_of(state, request, ends.body_b, ends.b), geometry);
   for (int k = 0; k < count; ++k) {
     const JointRow& from = geometry[static_cast<std::size_t>(k)];
-    if (!is_wanted(request, from)) continue;
+    if (!is_wanted(state, request, ends, from)) continue;
     const RowKind kind = from.kind == JointRowKind::Hold    ? RowKind::Joint
                          : from.kind == JointRowKind::Limit ? RowKind::Limit
                                                             : RowKind::Motor;

@@ -64,6 +64,10 @@ struct AssemblyRequest {
   Actuators actuators = Actuators::None;
   bool friction = false;
   double rope_slack = 0;  ///< ropes and limits with at most this slack are taken [m or rad]
+  /// If given: with the slack that they have after a time `ahead` [s] at these velocities of the island's
+  /// bodies.
+  const std::vector<Velocity>* velocities = nullptr;
+  double ahead = 0;
   double elapsed = 0;     ///< since the beginning of the step [s], for kinematic bodies
 };
 

@@ -10,6 +10,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/path.h"
 #include "physics/stepping/projection.h"
@@ -21,12 +22,18 @@
 namespace skerry {
 namespace {
 
+// Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
+constexpr double kJointWork = 2;
 // Share of the work that the velocities get; the rest is for the positions.
 constexpr double kVelocityShare = 0.8;
 // Packing an island for the sweeps, in sweeps.
 constexpr double kSetUp = 5;
 // Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
 constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
+// What joints give of a shift of positions, as a share of what one alone would want, and how far it may move
+// a jointed body, as a share of its size: where a jam leaves no room for joints and contacts, it stays
+// bounded.
+constexpr double kJointGive = 0.02, kFarthestShift = 0.5;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
 constexpr int kSeparations = 8;
 // What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
@@ -47,7 +54,8 @@ class OnePieceStep {
       : state_(state), island_(island), from_(from), h_(to - from), exact_(exact), result_(result) {
     // Without flow, sweeps for positions still want a bound.
     const double work = state.config.flow_work > 0 ? state.config.flow_work : WorldConfig{}.flow_work;
-    limit_ = work * static_cast<double>(island.bodies.size());
+    limit_ = work * (static_cast<double>(island.bodies.size()) +
+                     kJointWork * static_cast<double>(island.joints.size()));
   }
 
   /// @return false, and nothing has happened, if an exact answer was wanted and there is none
@@ -81,10 +89,17 @@ class OnePieceStep {
       const IslandEnergy energy(state_, island_);
       advance(before, after, pushed);
       int round = 0;
+      // Joints hold to rounding where all is exact.
+      const bool rigid = exact_ && !island_.joints.empty();
       do {
         StageTimer timer(state_, result_, Stage::Narrow);
         result_.manifolds_reused += update_manifolds(state_, island_, from_ + h_, result_.narrow);
-      } while (separate() && exact_ && ++round < kSeparations);
+      } while (!rigid && separate() && exact_ && ++round < kSeparations);
+      if (rigid) {
+        StageTimer timer(state_, result_, Stage::Apply);
+        Spare<PositionRows> rows;
+        project_positions(state_, island_, from_ + h_, result_, *rows);
+      }
       StageTimer timer(state_, result_, Stage::Apply);
       energy.take_gain(state_, island_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
@@ -130,13 +145,19 @@ class OnePieceStep {
       request.points = &*points;
       request.friction = true;
       request.elapsed = from_;
+      request.actuators = AssemblyRequest::Actuators::All;
+      request.rope_slack = state_.config.contact_margin;
+      request.velocities = &after;
+      request.ahead = h_;
       assemble(state_, island_, request, assembly);
     }
     IslandSystem& system = assembly.system;
     Spare<std::vector<double>> warm;
     warm->resize(system.rows.size());
+    aim_joints(state_, from_, h_, after, assembly, *warm);
     for (int i = 0; i < system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) continue;
       const Contact& contact = state_.contacts[origin.index];
       const PointMemory& memory = contact.points[origin.point];
       const double target = origin.kind == RowKind::Normal ? -std::max(0.0, origin.error) / h_ : 0;
@@ -160,10 +181,11 @@ class OnePieceStep {
     note_hits(assembly, solution.lambda, before);
     apply_impulses(system, solution.lambda, after);
     for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
-      if (solution.lambda[i] == 0) continue;
+      if (solution.lambda[i] == 0 || assembly.origin[i].joint) continue;
       if (system.rows[i].a >= 0) pushed[static_cast<std::size_t>(system.rows[i].a)] = 1;
       if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
     }
+    if (!island_.joints.empty()) bind_jointed(state_, island_, h_, pushed, *lag_);
     store(assembly, solution.lambda);
     note_status(result_, solution.status, solution.residual);
     result_.report.method = solution.method;
@@ -189,14 +211,16 @@ class OnePieceStep {
 
   /// The world's own solver where it is a preview; else sweeps, which at this price leave no more than
   /// cleverer methods do (tests/bench/solver.md).
+  /// @param give  of joints, as a share
   Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
-                            const SolveOptions& options) const {
+                            const SolveOptions& options, double give = 0) const {
     static const SolverEntry& standard = find_solver("pgs");
     if (!state_.solver->exact) return state_.solver->solve(system, warm, options, nullptr);
     Spare<BlockSweeps> sweeps;
-    if (options.trace || !sweeps->assign(system)) return standard.solve(system, warm, options, nullptr);
+    if (options.trace || !sweeps->assign(system, true)) return standard.solve(system, warm, options, nullptr);
     Solution solution;
     solution.method = standard.name;
+    sweeps->soften(give);
     sweeps->set(warm);
     const double rows = static_cast<double>(system.rows.size());
     const double scale = largest_magnitude(system.b), target = options.tolerance * scale;
@@ -258,8 +282,10 @@ class OnePieceStep {
         memory.sticking = false;
       }
     }
+    store_joint_impulses(state_, island_, assembly, lambda, h_);
     for (std::size_t i = 0; i < lambda.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) continue;
       PointMemory& memory = state_.contacts[origin.index].points[origin.point];
       if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda[i];
       if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda[i];
@@ -279,7 +305,7 @@ class OnePieceStep {
     bool leaves = false;
     for (std::size_t k = 0; k < after.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
-      note_travel(body, length_of_shift(state_, body, shift_of(before[k], after[k], pushed[k] != 0)));
+      note_travel(body, length_of_shift(state_, body, shift_of(k, before, after, pushed)));
       if (pushed[k]) stray(body, after[k]);
       leaves |= left_its_reach(state_, body);
     }
@@ -294,13 +320,19 @@ class OnePieceStep {
       const std::uint32_t body = island_.bodies[k];
       all.velocity[body] = {after[k][0], after[k][1]};
       all.omega[body] = after[k][2];
-      move(body, shift_of(before[k], after[k], pushed[k] != 0));
+      move(body, shift_of(k, before, after, pushed));
     }
   }
 
-  Velocity shift_of(const Velocity& before, const Velocity& after, bool pushed) const {
+  Velocity shift_of(std::size_t k, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                    const std::vector<std::uint8_t>& pushed) const {
     Velocity shift;
-    for (std::size_t c = 0; c < 3; ++c) shift[c] = h_ * (pushed ? after[c] : 0.5 * (before[c] + after[c]));
+    for (std::size_t c = 0; c < 3; ++c)
+      shift[c] = h_ * (pushed[k] ? after[k][c] : 0.5 * (before[k][c] + after[k][c]));
+    if (!island_.joints.empty()) {
+      shift[0] -= (*lag_)[k].x;
+      shift[1] -= (*lag_)[k].y;
+    }
     return shift;
   }
 
@@ -341,7 +373,7 @@ class OnePieceStep {
     StageTimer timer(state_, result_, Stage::Apply);
     Spare<std::vector<std::uint8_t>> points;
     points->assign(island_.contacts.size(), 0);
-    bool any = false;
+    bool any = !island_.joints.empty();
     for (std::size_t k = 0; k < points->size(); ++k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       const double floor =
@@ -357,6 +389,7 @@ class OnePieceStep {
     Spare<PositionRows> assembly;
     AssemblyRequest request;
     request.points = &*points;
+    request.rope_slack = state_.config.contact_margin;
     request.elapsed = from_ + h_;
     assemble(state_, island_, request, *assembly);
     IslandSystem& system = assembly->system;
@@ -364,11 +397,12 @@ class OnePieceStep {
     SolveOptions options;
     options.tolerance = 1e-4;
     options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
-    Solution solution = sweep_until_done(system, {}, options);
+    Solution solution = sweep_until_done(system, {}, options, kJointGive);
     result_.work += solution.work;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     shift.assign(island_.bodies.size(), Velocity{});
     apply_impulses(system, solution.lambda, shift);
+    if (!island_.joints.empty()) limit_shift(shift);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const bool free = is_free(state_, island_);
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
@@ -386,6 +420,15 @@ class OnePieceStep {
     return true;
   }
 
+  void limit_shift(std::vector<Velocity>& shift) const {
+    for (std::size_t k = 0; k < shift.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      const double way = length_of_shift(state_, body, shift[k]), most = kFarthestShift * state_.radius[body];
+      if (!(way > most)) continue;
+      for (double& x : shift[k]) x *= most / way;
+    }
+  }
+
   double size(std::uint32_t body) const {
     return body != BodyId::kNone && state_.local_index[body] >= 0 ? state_.radius[body] : kInfinity;
   }
@@ -395,6 +438,7 @@ class OnePieceStep {
     for (int i = 0; i < assembly.system.size(); ++i) {
       const Row& row = assembly.system.rows[i];
       const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) continue;
       double closer = 0;
       if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
       if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
@@ -407,7 +451,8 @@ class OnePieceStep {
   double from_, h_;
   bool exact_;
   IslandResult& result_;
-  double limit_ = 0;  ///< work of the step
+  double limit_ = 0;              ///< work of the step
+  Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
 };
 
 }  // namespace
@@ -440,9 +485,13 @@ bool step_island_lightly(WorldState& state, const Island& island, double h, Isla
     memory.light_failures = 0;
     return true;
   }
+  wait_after_failure(memory);
+  return false;
+}
+
+void wait_after_failure(StepMemory& memory) {
   memory.light_wait = std::min(1 << memory.light_failures, kLongestWait);
   if (memory.light_wait < kLongestWait) ++memory.light_failures;
-  return false;
 }
 
 }  // namespace skerry

@@ -37,4 +37,7 @@ bool step_island_exactly(WorldState& state, const Island& island, double from, d
 /// 2, 4 ... 64 do not try.
 bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result);
 
+/// An exact step failed: the next 1, 2, 4 ... 64 calls do not try.
+void wait_after_failure(StepMemory& memory);
+
 }  // namespace skerry

@@ -23,12 +23,39 @@ constexpr int kManyPieces = 16, kFewestPoints = 8;
 // Points from which on an impact of all of them, from nothing, costs more than the forces that it is solved
 // with here.
 constexpr int kManyPoints = 100;
+// Share of the smaller body's size by which joints are off in what is jammed.
+constexpr double kDisplaced = 0.01;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 
+/// True if joints are off by more than exact steps take out at once, and only flow leaves: what it has jammed
+/// would be torn apart.
+bool is_displaced(const WorldState& state, const Island& island) {
+  const auto size = [&](std::uint32_t body) {
+    return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;
+  };
+  for (const std::uint32_t slot : island.joints) {
+    const JointRecord& joint = state.joints[slot];
+    const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
+    const double most = kDisplaced * std::min(size(a), size(b));
+    JointRows rows;
+    const int count = joint_geometry(joint, joint_end(state, a), joint_end(state, b), rows);
+    for (int k = 0; k < count; ++k) {
+      const JointRow& row = rows[static_cast<std::size_t>(k)];
+      const bool holds = row.kind == JointRowKind::Hold;
+      if (!holds && row.kind != JointRowKind::Limit) continue;
+      // Of an angle: how far it moves the ends of the smaller body.
+      const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
+      const double error = (holds ? std::abs(row.error) : -row.error) * (turns ? most / kDisplaced : 1);
+      if (error > most) return true;
+    }
+  }
+  return false;
+}
+
 /// Points of the island, or 0 where something bounces, pulls or depends on the state.
 int points_that_flow(const WorldState& state, const Island& island) {
-  if (!(state.config.flow_work > 0) || state.config.accuracy || !island.joints.empty()) return 0;
+  if (!(state.config.flow_work > 0) || state.config.accuracy) return 0;
   int points = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
@@ -48,12 +75,14 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const bool must = flow == kMustFlow;
-  const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : kFewPoints;
+  const bool often_cut = flow > 1 && !must && island.joints.empty();
+  const int few = often_cut || !state.solver->exact ? kFewestPoints : kFewPoints;
   OnePieceRule rule;
   const int all = points_that_flow(state, island);
   if (all > kFewPoints)
     rule.work_limit = kBusy * state.config.flow_work * static_cast<double>(island.bodies.size());
-  if (all <= few) return rule;
+  if (flow > 0 && all > 0 && is_displaced(state, island)) rule.flows = true;
+  if (rule.flows || all <= few) return rule;
   rule.flows = must || !state.solver->exact;
   if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
@@ -78,7 +107,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   rule.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
                         : fast > kEnter * points || landings > kLandings;
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
-  rule.large = points > kManyPoints;
+  rule.large = points > kManyPoints && island.joints.empty();
   return rule;
 }
 

@@ -137,7 +137,7 @@ class IslandStep {
                                           : 0;
         if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
-        if (energy) energy->take_gain(state_, island_);
+        if (energy && island_.joints.empty()) energy->take_gain(state_, island_);
       }
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;
@@ -298,13 +298,19 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     result.step_memory.light_wait = std::max(result.step_memory.light_wait, last.light_wait);
   }
   const OnePieceRule rule = one_piece_rule(state, island, h);
+  // Exact forces of what hangs together cost most where they are not found.
+  const bool waits = !island.joints.empty() && rule.work_limit > 0 && result.step_memory.light_wait > 0;
   if (rule.light && step_island_lightly(state, island, h, result)) return;
-  if (rule.flows || (rule.light && rule.large)) return step_island_in_flow(state, island, 0, h, result);
+  if (waits && !rule.light) --result.step_memory.light_wait;
+  if (rule.flows || waits || (rule.light && rule.large))
+    return step_island_in_flow(state, island, 0, h, result);
   // What a vain attempt took does not count.
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
   const double there = IslandStep(state, island, rule, result).run(0, h);
   result.step_memory.flow = restlessness(result);
-  if (there < h) step_island_in_flow(state, island, there, h, result);
+  if (there == h) return;
+  step_island_in_flow(state, island, there, h, result);
+  if (!island.joints.empty()) wait_after_failure(result.step_memory);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {

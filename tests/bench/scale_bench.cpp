@@ -7,10 +7,11 @@
 //               [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
-// step [ms], of the mean pairs and narrow phase [ms], penetration [m], residual of the contact problem in the
-// last step, bodies asleep at the end. Then the ratios, losing ones first; the means are those over the steps
-// that all made. With one thread times are processor times, but pairs and narrow phase are by the clock.
-// Box2D 2.4 runs with its defaults and without its continuous collision; ratios are to both.
+// step [ms], of the mean pairs and narrow phase [ms], penetration [m], largest gap of a hinge [m], residual
+// of the contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the
+// means are those over the steps that all made. With one thread times are processor times, but pairs and
+// narrow phase are by the clock. Box2D 2.4 runs with its defaults and without its continuous collision;
+// ratios are to both.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -26,9 +27,9 @@ using namespace skerry;
 using namespace skerry::scale;
 
 void print(const Run& row) {
-  std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.1e | ", row.scene.c_str(),
+  std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.1e | %.1e | ", row.scene.c_str(),
               row.engine.c_str(), row.bodies, row.ms.size(), row.mean(row.ms.size()), row.median(),
-              *std::max_element(row.ms.begin(), row.ms.end()), row.collision, row.penetration);
+              *std::max_element(row.ms.begin(), row.ms.end()), row.collision, row.penetration, row.apart);
   if (row.residual >= 0)
     std::printf("%.1e", row.residual);
   else
@@ -79,6 +80,15 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
         collision += report.stage_seconds[static_cast<int>(Stage::Broad)] +
                      report.stage_seconds[static_cast<int>(Stage::Narrow)];
         row.penetration = std::max(row.penetration, report.worst_penetration);
+        for (const Hinge& hinge : scene.hinges) {
+          const auto anchor = [&](int item) {
+            const BodyId body = bodies[static_cast<std::size_t>(item)];
+            const Rot turn = Rot::from_angle(world.angle(body));
+            return world.position(body) +
+                   rotate(turn, hinge.at - scene.items[static_cast<std::size_t>(item)].at);
+          };
+          row.apart = std::max(row.apart, length(anchor(hinge.a) - anchor(hinge.b)));
+        }
       });
   row.collision = 1e3 * collision / static_cast<double>(row.ms.size());
   row.residual = world.report().worst_residual;

@@ -116,6 +116,8 @@ Run run_box2d(const char* name, const Scene& scene, const Options& options, bool
           for (int k = 0; k < c->GetManifold()->pointCount; ++k)
             row.penetration = std::max(row.penetration, -static_cast<double>(manifold.separations[k]));
         }
+        for (b2Joint* j = world.GetJointList(); j != nullptr; j = j->GetNext())
+          row.apart = std::max(row.apart, static_cast<double>((j->GetAnchorA() - j->GetAnchorB()).Length()));
         row.residual = natural_map_of(world, velocity, omega);
         note_free_velocities();
       });

@@ -32,6 +32,7 @@ struct Run {
   std::vector<double> ms;
   double collision = 0;    ///< pairs and narrow phase, mean [ms]
   double penetration = 0;  ///< largest [m]
+  double apart = 0;        ///< largest distance of the two anchors of a hinge [m]
   double residual = -1;    ///< of the last step; < 0: unknown
   int asleep = 0;
 

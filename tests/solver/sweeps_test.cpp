@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Sweeps over blocks: four of them side by side give the bits of one after the other.
+// Sweeps over blocks: four of them side by side give the bits of one after the other, and blocks of joints
+// what the rows of their joints want.
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 #include <set>
 
 #include "physics/solver/block_sweeps.h"
+#include "physics/solver/solver.h"
 #include "physics/solver/sweep_levels.h"
 
 namespace skerry {
@@ -38,8 +42,31 @@ std::vector<Row> random_block(std::mt19937& random, int a, int b) {
   return rows;
 }
 
+/// Rows of a joint between `a` and `b`: at least one and at most three that hold, and up to two others.
+std::vector<Row> random_joint(std::mt19937& random, int a, int b, int others) {
+  std::uniform_real_distribution<double> number(-1, 1);
+  std::vector<Row> rows;
+  const int held = 1 + static_cast<int>(random() % 3);
+  for (int i = 0; i < held + others; ++i) {
+    Row row;
+    row.kind = i < held ? RowKind::Joint : i == held ? RowKind::Limit : RowKind::Motor;
+    row.a = a;
+    row.b = b;
+    for (double& x : row.Ja) x = a < 0 ? 0 : number(random);
+    for (double& x : row.Jb) x = b < 0 ? 0 : number(random);
+    row.lower = i < held ? -kInfinity : i == held ? 0 : -0.3;
+    row.upper = i <= held ? kInfinity : 0.3;
+    rows.push_back(row);
+  }
+  // A prismatic joint has its limits first.
+  if (random() % 3 == 0) std::reverse(rows.begin(), rows.end());
+  // One body has three velocities, and no room for more rows that do not depend on each other.
+  if (a < 0 || b < 0) rows.resize(std::min<std::size_t>(rows.size(), 3));
+  return rows;
+}
+
 /// So many islands that know nothing of each other, alike to the bit, as one: the blocks of all alternate.
-IslandSystem islands(unsigned seed, int count) {
+IslandSystem islands(unsigned seed, int count, bool joints) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> number(-1, 1);
   constexpr int bodies = 6, blocks = 11;
@@ -50,7 +77,9 @@ IslandSystem islands(unsigned seed, int count) {
   for (int k = 0; k < blocks; ++k) {
     // No two of the same bodies in a row, which would be one block.
     const int a = k % bodies, b = k % 5 == 4 ? -1 : (a + 1 + k / bodies) % bodies;
-    const std::vector<Row> rows = random_block(random, a, b);
+    const bool joint = joints && k % 3 != 2;
+    const std::vector<Row> rows =
+        joint ? random_joint(random, a, b, k % 2 == 0 ? 0 : 2) : random_block(random, a, b);
     std::vector<double> wanted;
     for (std::size_t i = 0; i < rows.size(); ++i) wanted.push_back(number(random));
     for (int c = 0; c < count; ++c) {
@@ -71,7 +100,7 @@ IslandSystem islands(unsigned seed, int count) {
 
 std::vector<double> swept(const IslandSystem& system, int times, double& change, double& violation) {
   BlockSweeps sweeps;
-  EXPECT_TRUE(sweeps.assign(system));
+  EXPECT_TRUE(sweeps.assign(system, true));
   sweeps.set({});
   for (int i = 0; i < times; ++i) change = sweeps.sweep();
   violation = sweeps.violation();
@@ -82,10 +111,11 @@ std::vector<double> swept(const IslandSystem& system, int times, double& change,
 
 TEST(Sweeps, SideBySideGiveTheBitsOfOneAfterTheOther) {
   constexpr int copies = 7;
-  for (unsigned seed = 1; seed <= 50; ++seed) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     // One island is too small to be swept side by side; many are not.
-    const IslandSystem few = islands(seed, 1), many = islands(seed, copies);
+    const bool joints = seed % 2 == 0;
+    const IslandSystem few = islands(seed, 1, joints), many = islands(seed, copies, joints);
     for (const int times : {1, 2, 5, 40}) {
       double change = 0, changes = 0, violation = 0, violations = 0;
       const std::vector<double> one = swept(few, times, change, violation);
@@ -108,6 +138,135 @@ TEST(Sweeps, SideBySideGiveTheBitsOfOneAfterTheOther) {
       EXPECT_EQ(at, all.size());
     }
   }
+}
+
+/// A random block of joint rows, some compliant, between two bodies, or one and the ground.
+IslandSystem one_joint(unsigned seed, int others) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  IslandSystem system;
+  for (int i = 0; i < 2; ++i)
+    system.bodies.push_back({std::pow(10, 2 * number(random)), std::pow(10, 2 * number(random))});
+  system.rows = random_joint(random, 0, seed % 3 == 0 ? -1 : 1, others);
+  for (std::size_t i = 0; i < system.rows.size(); ++i) system.b.push_back(number(random));
+  if (seed % 4 == 0) {
+    system.compliance.assign(system.rows.size(), 0);
+    system.compliance[random() % system.rows.size()] = std::pow(10, 3 * number(random));
+  }
+  validate(system);
+  return system;
+}
+
+TEST(Sweeps, SolveAJointWithOneBoundInOneSweep) {
+  for (unsigned seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = one_joint(seed, static_cast<int>(seed % 2));
+    double change = 0, violation = 0;
+    const std::vector<double> lambda = swept(system, 1, change, violation);
+    EXPECT_LE(natural_map_residual(system, lambda), 1e-9 + 10 * residual_floor(system, lambda));
+  }
+}
+
+TEST(Sweeps, ReportTheViolationOfTheRowsAsTheyWere) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = seed % 2 == 0 ? islands(seed, 3, true) : one_joint(seed, 2);
+    for (const int times : {0, 1, 7}) {
+      double change = 0, violation = 0;
+      const std::vector<double> lambda = swept(system, times, change, violation);
+      const double scale = largest_magnitude(system.b);
+      const double wanted = natural_map_residual(system, lambda);
+      EXPECT_NEAR(violation / scale, wanted, 1e-7 * wanted + 10 * residual_floor(system, lambda));
+    }
+  }
+}
+
+TEST(Sweeps, BeginWithTheImpulsesThatTheyAreGiven) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = islands(seed, 2, true);
+    double change = 0, violation = 0;
+    const std::vector<double> lambda = swept(system, 20, change, violation);
+    BlockSweeps sweeps;
+    ASSERT_TRUE(sweeps.assign(system, true));
+    sweeps.set(lambda);
+    std::vector<double> back;
+    sweeps.get(sweeps.impulses(), back);
+    const double largest = largest_magnitude(lambda);
+    for (std::size_t i = 0; i < back.size(); ++i) EXPECT_NEAR(back[i], lambda[i], 1e-8 * largest) << i;
+    EXPECT_NEAR(sweeps.violation(), violation, 1e-8 * (1 + violation));
+  }
+}
+
+TEST(Sweeps, ConvergeToWhatDenseFactorsSayForJointsAndContacts) {
+  // A chain of hinged rods that hangs from the ground and lies on it in places: no friction, so that
+  // the velocities are unique.
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> number(-1, 1);
+    IslandSystem system;
+    const int links = 3 + static_cast<int>(random() % 6);
+    for (int i = 0; i < links; ++i) system.bodies.push_back({1 + 0.5 * number(random), 3 + number(random)});
+    for (int i = 0; i < links; ++i) {
+      for (const int along : {0, 1}) {
+        Row row;
+        row.kind = RowKind::Joint;
+        row.a = i - 1;
+        row.b = i;
+        row.lower = -kInfinity;
+        const double turn = along == 0 ? 0.1 * number(random) : 0.5;
+        if (i > 0) row.Ja = {along == 0 ? -1.0 : 0.0, along == 1 ? -1.0 : 0.0, -turn};
+        row.Jb = {along == 0 ? 1.0 : 0.0, along == 1 ? 1.0 : 0.0, -turn};
+        system.rows.push_back(row);
+        system.b.push_back(number(random));
+      }
+    }
+    for (int i = 0; i < links; i += 2) {
+      Row row;
+      row.b = i;
+      row.Jb = {0.3 * number(random), 1, 0.2 * number(random)};
+      system.rows.push_back(row);
+      system.b.push_back(number(random));
+    }
+    double change = 0, violation = 0;
+    const std::vector<double> lambda = swept(system, 4000, change, violation);
+    const Solution dense = find_solver("dense_lu").solve(system, {}, {}, nullptr);
+    ASSERT_EQ(dense.status, SolveStatus::Solved);
+    std::vector<std::array<double, 3>> v(system.bodies.size()), wanted = v;
+    apply_impulses(system, lambda, v);
+    apply_impulses(system, dense.lambda, wanted);
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(v[k][c], wanted[k][c], 1e-7) << k;
+    }
+  }
+}
+
+TEST(Sweeps, LeaveJointsToThoseWhoAskForThem) {
+  IslandSystem system = one_joint(1, 0);
+  BlockSweeps sweeps;
+  EXPECT_FALSE(sweeps.assign(system));
+  EXPECT_TRUE(sweeps.assign(system, true));
+  EXPECT_EQ(sweeps.rows(), system.size());
+}
+
+TEST(Sweeps, SayWhatJointsThatContradictEachOtherLeave) {
+  // The same hinge twice, which wants two velocities: 1 and 3 along x.
+  IslandSystem system;
+  system.bodies = {{1, 1}};
+  for (const double wanted : {1.0, 3.0}) {
+    Row row;
+    row.kind = RowKind::Joint;
+    row.b = 0;
+    row.Jb = {1, 0, 0};
+    row.lower = -kInfinity;
+    system.rows.push_back(row);
+    system.b.push_back(wanted);
+  }
+  double change = 0, violation = 0;
+  const std::vector<double> lambda = swept(system, 5, change, violation);
+  EXPECT_NEAR(lambda[0] + lambda[1], 1, 1e-12);
+  EXPECT_NEAR(violation, 2, 1e-12);
 }
 
 TEST(Sweeps, LevelsKeepTheOrderOfBlocksThatShareABody) {

@@ -59,11 +59,24 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
   Run row{name, "Box2D 3", scene.items.size(), {}};
   double collision = 0;
   std::vector<b2ContactData> contacts;
+  const auto anchor = [&](int item, b2Vec2 at) {
+    return b2Body_GetWorldPoint(bodies[static_cast<std::size_t>(item)], at);
+  };
+  std::vector<std::pair<b2Vec2, b2Vec2>> anchors;
+  for (const Hinge& hinge : scene.hinges) {
+    anchors.emplace_back(b2Body_GetLocalPoint(bodies[static_cast<std::size_t>(hinge.a)], convert(hinge.at)),
+                         b2Body_GetLocalPoint(bodies[static_cast<std::size_t>(hinge.b)], convert(hinge.at)));
+  }
   measure(
       options, row, [&] { b2World_Step(world, 1.0f / 60, 4); },
       [&] {
         const b2Profile profile = b2World_GetProfile(world);
         collision += profile.pairs + profile.collide;
+        for (std::size_t i = 0; i < anchors.size(); ++i) {
+          const b2Vec2 a = anchor(scene.hinges[i].a, anchors[i].first);
+          const b2Vec2 b = anchor(scene.hinges[i].b, anchors[i].second);
+          row.apart = std::max(row.apart, static_cast<double>(b2Distance(a, b)));
+        }
         for (const b2BodyId body : bodies) {
           contacts.resize(static_cast<std::size_t>(b2Body_GetContactCapacity(body)));
           const int count = b2Body_GetContactData(body, contacts.data(), static_cast<int>(contacts.size()));

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/one_piece_joints.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/joint_rows.h"
+#include "physics/spare.h"
+#include "physics/stepping/touching.h"
+
+namespace skerry {
+namespace {
+
+/// Where a body comes to with a velocity; bodies that do not react go where they are told to.
+JointEnd end_after(const WorldState& state, std::uint32_t body, double from, double h,
+                   const std::vector<Velocity>& v) {
+  const int local = body == BodyId::kNone ? -1 : state.local_index[body];
+  if (local < 0) return joint_end(state, body, from + h);
+  const Velocity& own = v[static_cast<std::size_t>(local)];
+  const double angle = state.bodies.angle[body] + h * own[2];
+  return {state.bodies.position[body] + h * Vec2{own[0], own[1]}, Rot::from_angle(angle), angle, {}, 0};
+}
+
+/// Disjoint sets of the bodies of an island.
+class JointedBodies {
+ public:
+  explicit JointedBodies(std::size_t count) {
+    parent_->resize(count);
+    for (std::size_t k = 0; k < count; ++k) (*parent_)[k] = static_cast<int>(k);
+  }
+
+  int root(int k) {
+    std::vector<int>& parent = *parent_;
+    while (parent[static_cast<std::size_t>(k)] != k) {
+      int& up = parent[static_cast<std::size_t>(k)];
+      k = up = parent[static_cast<std::size_t>(up)];
+    }
+    return k;
+  }
+  void join(int a, int b) {
+    a = root(a);
+    b = root(b);
+    (*parent_)[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
+
+ private:
+  Spare<std::vector<int>> parent_;
+};
+
+/// Of bodies that hang together.
+struct Fall {
+  Vec2 force;
+  double mass = 0;
+  bool jointed = false, held = false;
+};
+
+}  // namespace
+
+void aim_joints(const WorldState& state, double from, double h, const std::vector<Velocity>& free,
+                Assembly& assembly, std::vector<double>& warm) {
+  IslandSystem& system = assembly.system;
+  JointRows there;
+  for (int i = 0; i < system.size() && assembly.origin[static_cast<std::size_t>(i)].joint; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const RowOrigin& origin = assembly.origin[k];
+    const JointRecord& joint = state.joints[origin.index];
+    if (i == 0 || assembly.origin[k - 1].index != origin.index) {
+      joint_geometry(joint, end_after(state, joint.def.a.index, from, h, free),
+                     end_after(state, joint.def.b.index, from, h, free), there);
+    }
+    Row& row = system.rows[k];
+    const double speed = row_velocity(assembly, i, free);
+    double target = 0;
+    if (origin.spring()) {
+      // lambda = -h (k (C + h J v1) + c J v1), a row with compliance.
+      system.compliance.resize(system.rows.size(), 0);
+      system.compliance[k] = 1 / (h * (h * origin.stiffness + origin.damping));
+      target = -system.compliance[k] * h * origin.stiffness * origin.error;
+    } else if (origin.kind == RowKind::Motor) {
+      row.lower *= h;
+      row.upper *= h;
+    } else {
+      const double slack = origin.kind == RowKind::Limit ? std::max(0.0, origin.error) : 0;
+      const double bent = there[static_cast<std::size_t>(origin.point)].error - origin.error - h * speed;
+      target = -(slack + bent) / h;
+    }
+    system.b[k] = target - speed;
+    warm[k] = joint.row_force[origin.point] * h;
+  }
+}
+
+void store_joint_impulses(WorldState& state, const Island& island, const Assembly& assembly,
+                          const std::vector<double>& lambda, double h) {
+  for (const std::uint32_t slot : island.joints)
+    std::fill(std::begin(state.joints[slot].row_force), std::end(state.joints[slot].row_force), 0);
+  for (std::size_t i = 0; i < lambda.size() && assembly.origin[i].joint; ++i) {
+    JointRecord& joint = state.joints[assembly.origin[i].index];
+    joint.row_force[assembly.origin[i].point] = lambda[i] / h;
+    joint.row_impulse[assembly.origin[i].point] += lambda[i];
+  }
+}
+
+void bind_jointed(const WorldState& state, const Island& island, double h, std::vector<std::uint8_t>& pushed,
+                  std::vector<Vec2>& lag) {
+  const std::size_t count = island.bodies.size();
+  lag.assign(count, {});
+  if (island.joints.empty()) return;
+  JointedBodies sets(count);
+  Spare<std::vector<Fall>> falls;
+  falls->assign(count, {});
+  const auto local = [&](BodyId body) { return body ? state.local_index[body.index] : -1; };
+  for (const std::uint32_t slot : island.joints) {
+    const int a = local(state.joints[slot].def.a), b = local(state.joints[slot].def.b);
+    if (a >= 0 && b >= 0) sets.join(a, b);
+    for (const int k : {a, b}) {
+      if (k < 0) continue;
+      (*falls)[static_cast<std::size_t>(k)].jointed = true;
+      (*falls)[static_cast<std::size_t>(k)].held |= a < 0 || b < 0;
+    }
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    Fall& own = (*falls)[k];
+    own.held |= pushed[k] != 0;
+    own.mass = state.bodies.mass[island.bodies[k]];
+    own.force = own.mass * state.acceleration[island.bodies[k]];
+  }
+  // The root of a set is its first body.
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto root = static_cast<std::size_t>(sets.root(static_cast<int>(k)));
+    if (root == k) continue;
+    Fall &all = (*falls)[root], &own = (*falls)[k];
+    all.held |= own.held;
+    all.mass += own.mass;
+    all.force += own.force;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(*falls)[k].jointed) continue;
+    const Fall& all = (*falls)[static_cast<std::size_t>(sets.root(static_cast<int>(k)))];
+    if (!all.held) lag[k] = (0.5 * h * h / all.mass) * all.force;
+    pushed[k] = 1;
+  }
+}
+
+}  // namespace skerry

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+//
+// Joints of an island that makes its step in one piece (physics/stepping/one_piece.h).
+//
+// What a joint holds is wanted at the end of the step, where geometry that turns has left the plane of its
+// rows. With q* the places that the free velocities v* lead to,
+//
+//   C(q0 + h v1) = C(q0)  ->  J v1 = -(C(q*) - C(q0) - h J v*) / h
+//
+// which is the method of Verlet with constraints [Ryckaert, Ciccotti & Berendsen 1977], linear, and leaves
+// errors of third order in h to the projection of positions. Limits want C(q0 + h v1) >= 0. Springs take the
+// force of the end of the step, which no stiffness makes unstable; motors have their force times h.
+#pragma once
+
+#include <vector>
+
+#include "physics/stepping/island_rows.h"
+
+namespace skerry {
+
+/// Gives the rows of joints, which are the first ones of `assembly`, what they want, their bounds as
+/// impulses, their compliance, and where to begin.
+/// @param from, h  beginning and length of the step [s]  @param free  velocities v* of the island's bodies
+/// @param warm     impulses by row; those of joints are set
+void aim_joints(const WorldState& state, double from, double h, const std::vector<Velocity>& free,
+                Assembly& assembly, std::vector<double>& warm);
+
+/// Keeps the impulses of a step of length `h` [s] as the forces of its joints.
+void store_joint_impulses(WorldState& state, const Island& island, const Assembly& assembly,
+                          const std::vector<double>& lambda, double h);
+
+/// What joints keep together must go along alike. In a step in one piece a body goes h v1 where impulses act
+/// and h (v0 + v1) / 2 where none does; of bodies with joints all that hang together go h v1, less the
+/// h^2 a / 2 that their common fall is shorter where neither contacts nor the ground hold any of them.
+/// @param h       length of the step [s]
+/// @param pushed  by body of the island: an impulse of a contact acts on it; then also: goes h v1 less `lag`
+/// @param lag     by body of the island [m]
+void bind_jointed(const WorldState& state, const Island& island, double h, std::vector<std::uint8_t>& pushed,
+                  std::vector<Vec2>& lag);
+
+}  // namespace skerry

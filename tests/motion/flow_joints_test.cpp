@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: MIT
+//
+// Islands with joints in flow: heaps of people and of machines.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <random>
+#include <string>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+constexpr double kStep = 1.0 / 60;
+
+/// A hinge with where it is on both bodies.
+struct Hinge {
+  JointId joint;
+  BodyId a, b;
+  Vec2 on_a, on_b;
+};
+
+Vec2 point_of(const World& world, BodyId body, Vec2 local) {
+  const Rot q = Rot::from_angle(world.angle(body));
+  return world.position(body) + rotate(q, local);
+}
+
+/// How far the anchors of the worst hinge are apart [m].
+double worst_gap(const World& world, const std::vector<Hinge>& hinges) {
+  double worst = 0;
+  for (const Hinge& hinge : hinges)
+    worst =
+        std::max(worst, length(point_of(world, hinge.a, hinge.on_a) - point_of(world, hinge.b, hinge.on_b)));
+  return worst;
+}
+
+/// Eleven limbs, ten hinges, 2.6 m tall. @param limit  of each angle, both ways [rad]; 0: none
+void add_ragdoll(World& world, Vec2 at, Vec2 velocity, std::vector<Hinge>& hinges, double limit = 0) {
+  std::vector<BodyId> limbs;
+  std::vector<Vec2> places;
+  const auto limb = [&](Vec2 where, Vec2 half) {
+    limbs.push_back(world.create_body({.position = at + where, .velocity = velocity}));
+    ShapeDef def = test::rough(half.y > 0 ? make_box({2 * half.x, 2 * half.y}) : make_disc(half.x), 0.6);
+    def.density = 1;
+    world.add_shape(limbs.back(), def);
+    places.push_back(where);
+  };
+  const auto hinge = [&](std::size_t a, std::size_t b, Vec2 where) {
+    JointDef def{.a = limbs[a], .b = limbs[b], .anchor_a = at + where};
+    if (limit > 0) {
+      def.lower = -limit;
+      def.upper = limit;
+    }
+    hinges.push_back({world.create_joint(def), limbs[a], limbs[b], where - places[a], where - places[b]});
+  };
+  limb({0, 0}, {0.15, 0.2});
+  limb({0, 0.55}, {0.17, 0.3});
+  limb({0, 1.1}, {0.17, 0});
+  hinge(0, 1, {0, 0.22});
+  hinge(1, 2, {0, 0.88});
+  for (const double side : {-1.0, 1.0}) {
+    const std::size_t k = limbs.size();
+    limb({0.1 * side, -0.5}, {0.07, 0.25});
+    limb({0.1 * side, -1.05}, {0.06, 0.25});
+    limb({0.4 * side, 0.75}, {0.18, 0.05});
+    limb({0.8 * side, 0.75}, {0.18, 0.045});
+    hinge(0, k, {0.1 * side, -0.22});
+    hinge(k, k + 1, {0.1 * side, -0.77});
+    hinge(1, k + 2, {0.2 * side, 0.75});
+    hinge(k + 2, k + 3, {0.6 * side, 0.75});
+  }
+}
+
+/// People who are thrown into a pit.
+World heap(int people, std::vector<Hinge>& hinges, double limit = 0, WorldConfig config = {}) {
+  World world(config);
+  const BodyId pit = test::add_ground(world, test::rough(make_box({1, 1}), 0.6));
+  for (const double side : {-1.0, 1.0})
+    world.add_shape(pit, test::rough(make_half_plane({2.5 * side, 0}, {-side, 0.2}), 0.6));
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  for (int k = 0; k < people; ++k) {
+    const Vec2 at{2.4 * (k % 2) - 1.2 + 0.1 * noise(random), 2 + 2.8 * (k / 2)};
+    add_ragdoll(world, at, {2 * noise(random), -3 + noise(random)}, hinges, limit);
+  }
+  return world;
+}
+
+TEST(FlowWithJoints, OfAHeapOfPeopleEndsInExactRest) {
+  std::vector<Hinge> hinges;
+  World world = heap(10, hinges);
+  int flowing = 0, step = 0;
+  bool busy = false;
+  double deepest = 0, apart = 0;
+  for (; step < 900 && (step < 60 || busy || world.kinetic_energy() > 1e-18); ++step) {
+    const StepReport& report = world.step(kStep);
+    busy = report.islands_in_flow > 0;
+    flowing += busy;
+    deepest = std::max(deepest, report.worst_penetration);
+    apart = std::max(apart, worst_gap(world, hinges));
+  }
+  std::printf("%d steps, %d in flow, joints off by %.2g m, overlap %.2g m at most\n", step, flowing, apart,
+              deepest);
+  EXPECT_GT(flowing, 20);
+  EXPECT_LE(world.kinetic_energy(), 1e-18);
+  EXPECT_LE(world.report().worst_residual, 1e-9);
+  EXPECT_LE(world.report().worst_penetration, 1e-9);
+  EXPECT_LE(worst_gap(world, hinges), 1e-9);
+  // While it falls, at 10 m/s: about as much as limbs are thick.
+  EXPECT_LE(apart, 0.12);
+  EXPECT_LE(deepest, 0.08);
+}
+
+TEST(FlowWithJoints, GainsNoEnergyWhileAHeapFalls) {
+  for (const double limit : {0.0, 0.8}) {
+    std::vector<Hinge> hinges;
+    World world = heap(10, hinges, limit);
+    double energy = world.kinetic_energy() + world.potential_energy();
+    const double start = energy;
+    int flowing = 0;
+    for (int k = 0; k < 150; ++k) {
+      flowing += world.step(kStep).islands_in_flow > 0;
+      const double now = world.kinetic_energy() + world.potential_energy();
+      EXPECT_LE(now, energy + 1e-4 * start) << k;
+      energy = now;
+    }
+    EXPECT_GT(flowing, 20);
+    EXPECT_LT(energy, 0.5 * start);
+  }
+}
+
+TEST(FlowWithJoints, KeepsMomentaWhereNothingIsFixed) {
+  // A heavy box flies into people who float about.
+  World world(test::weightless());
+  std::vector<Hinge> hinges;
+  for (int k = 0; k < 12; ++k) add_ragdoll(world, {1.9 * (k % 4), 2.8 * (k / 4)}, {0, 0}, hinges);
+  test::add(world, {-6, 3}, test::rough(make_box({4, 4}), 0.5), 50, {15, 0});
+  const Vec2 momentum = world.momentum();
+  const double turn = world.angular_momentum();
+  double energy = world.kinetic_energy();
+  int flowing = 0;
+  for (int k = 0; k < 60; ++k) {
+    flowing += world.step(kStep).islands_in_flow > 0;
+    EXPECT_LE(length(world.momentum() - momentum), 1e-12 * length(momentum));
+    // A hinge that is off by d turns its bodies by d times its impulse.
+    EXPECT_LE(std::abs(world.angular_momentum() - turn), 2e-3 * length(momentum));
+    EXPECT_LE(world.kinetic_energy(), energy * (1 + 1e-12)) << k;
+    energy = world.kinetic_energy();
+  }
+  EXPECT_GT(flowing, 10);
+}
+
+TEST(FlowWithJoints, GivesTheSameBitsForAnyThreadsAndBroadPhase) {
+  std::vector<std::uint64_t> hashes;
+  struct Way {
+    const char* broad_phase;
+    int threads;
+  };
+  for (const Way& way : {Way{"auto", 1}, Way{"brute_force", 2}, Way{"aabb_tree", 4}}) {
+    WorldConfig config;
+    config.threads = way.threads;
+    config.broad_phase = way.broad_phase;
+    std::vector<Hinge> hinges;
+    World world = heap(5, hinges, 0.5, config);
+    int flowing = 0;
+    for (int k = 0; k < 90; ++k) flowing += world.step(kStep).islands_in_flow > 0;
+    EXPECT_GT(flowing, 5);
+    hashes.push_back(world.report().state_hash);
+    EXPECT_EQ(hashes.front(), hashes.back()) << way.broad_phase << " with " << way.threads;
+  }
+}
+
+TEST(FlowWithJoints, LeavesMechanismsAloneThatMerelySwing) {
+  // A chain of 40 links that swings, people in the air, and a rope bridge of 30 planks onto which boxes fall.
+  World world;
+  std::vector<Hinge> hinges;
+  BodyId last;
+  for (int i = 0; i < 40; ++i) {
+    const BodyId link = test::add(world, {0.5 * i, 40}, test::rough(make_box({0.4, 0.1}), 0.5));
+    world.create_joint({.a = last, .b = link, .anchor_a = {0.5 * i - 0.25, 40}});
+    last = link;
+  }
+  for (int k = 0; k < 4; ++k) add_ragdoll(world, {30 + 3.0 * k, 30}, {3, 5}, hinges);
+  last = {};
+  // It sags like a rope: hinges on a parabola.
+  const auto post = [](int i) { return Vec2{-40.0 + i, 0.01 * i * (i - 30)}; };
+  for (int i = 0; i < 30; ++i) {
+    const Vec2 from = post(i), along = post(i + 1) - from;
+    const BodyId plank = test::add(world, from + 0.5 * along, test::rough(make_box({0.9, 0.2}), 0.8), 5, {},
+                                   0, std::atan2(along.y, along.x));
+    world.create_joint({.a = last, .b = plank, .anchor_a = from});
+    last = plank;
+  }
+  world.create_joint({.b = last, .anchor_a = post(30)});
+  for (int i = 0; i < 5; ++i)
+    test::add(world, post(5 + 5 * i) + Vec2{0, 1}, test::rough(make_box({0.6, 0.6}), 0.5));
+  for (int k = 0; k < 60; ++k) {
+    const StepReport& report = world.step(kStep);
+    EXPECT_EQ(report.islands_in_flow, 0) << k;
+    EXPECT_EQ(report.inexact_islands, 0) << k;
+  }
+  EXPECT_LE(worst_gap(world, hinges), 1e-9);
+}
+
+TEST(FlowWithJoints, ReportsTheForcesByWhichItMoves) {
+  // A tray that is welded to the ground, and what falls into it: nothing else holds them.
+  World world;
+  const BodyId tray = world.create_body({.position = {0, 0}, .mass = 20});
+  world.add_shape(tray, test::rough(make_box({8, 0.4}, {0, -0.2}), 0.5));
+  for (const double side : {-1.0, 1.0})
+    world.add_shape(tray, test::rough(make_box({0.4, 4}, {4 * side, 1.8}), 0.5));
+  const JointId weld = world.create_joint({.kind = JointKind::Weld, .b = tray, .anchor_a = {0, 0}});
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  for (int i = 0; i < 60; ++i)
+    test::add(world, {1.1 * (i % 6) - 2.7 + 0.1 * noise(random), 1 + 0.9 * (i / 6)},
+              test::rough(make_box({0.7, 0.7}), 0.5), 1, {noise(random), -2}, noise(random));
+  const double weight = 80 * 9.81;
+  const Vec2 place = world.position(tray);
+  int flowing = 0;
+  for (int k = 0; k < 120; ++k) {
+    const Vec2 before = world.momentum();
+    const bool flows = world.step(kStep).islands_in_flow > 0;
+    flowing += flows;
+    const Vec2 force = world.joint_force(weld);
+    const Vec2 wanted = (world.momentum() - before) / kStep + Vec2{0, weight};
+    if (flows && world.report().islands == 1) {
+      EXPECT_LE(length(force - wanted), 1e-9 * weight) << k;
+    }
+    EXPECT_LE(length(world.position(tray) - place), 1e-4) << k;
+    EXPECT_LE(std::abs(world.angle(tray)), 1e-4) << k;
+  }
+  EXPECT_GT(flowing, 20);
+}
+
+/// Boxes in nine columns over a pit that is 8 m wide.
+void add_boxes(World& world, int count, double height) {
+  const BodyId pit = test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
+  for (const double side : {-1.0, 1.0})
+    world.add_shape(pit, test::rough(make_half_plane({4 * side, 0}, {-side, 0}), 0.5));
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  for (int i = 0; i < count; ++i)
+    test::add(world, {0.8 * (i % 9) - 3.2 + 0.05 * noise(random), height + 0.8 * (i / 9)},
+              test::rough(make_box({0.6, 0.6}), 0.5), 1, {0, -2}, noise(random));
+}
+
+TEST(FlowWithJoints, KeepsMotorsAndLimits) {
+  // A paddle on a motor stirs boxes in a pit, next to a flap that opens so far and no farther.
+  World world;
+  add_boxes(world, 70, 3.2);
+  const BodyId paddle = world.create_body({.position = {0, 2.2}, .mass = 10});
+  world.add_shape(paddle, test::rough(make_box({4, 0.3}), 0.5));
+  const double most = 400;
+  const JointId motor =
+      world.create_joint({.b = paddle, .anchor_a = {0, 2.2}, .motor_speed = 3, .motor_limit = most});
+  const BodyId flap = test::add(world, {2.6, 1.5}, test::rough(make_box({0.2, 1.6}), 0.5), 4);
+  const JointId hinge = world.create_joint({.b = flap, .anchor_a = {2.6, 2.2}, .lower = -0.02, .upper = 0.02});
+  int flowing = 0, driven = 0, at_limit = 0;
+  double beyond = 0;
+  for (int k = 0; k < 180; ++k) {
+    const StepReport& report = world.step(kStep);
+    if (report.islands_in_flow == 0) continue;
+    ++flowing;
+    const double torque = std::abs(world.joint_torque(motor));
+    EXPECT_LE(torque, most * (1 + 1e-9)) << k;
+    driven += torque >= most * (1 - 1e-9) || std::abs(world.joint_speed(motor) - 3) < 0.2;
+    const double excess = std::abs(world.joint_position(hinge)) - 0.02;
+    at_limit += excess > -1e-3;
+    beyond = std::max(beyond, excess);
+  }
+  std::printf("%d steps in flow, %d with the motor at its force or its speed, %d at a limit, over it %.2g\n",
+              flowing, driven, at_limit, beyond);
+  EXPECT_GT(flowing, 100);
+  EXPECT_GE(driven, 0.95 * flowing);
+  EXPECT_GT(at_limit, 10);
+  EXPECT_LE(beyond, 0.01);
+}
+
+TEST(FlowWithJoints, BreaksWhatCarriesTooMuch) {
+  World world;
+  add_boxes(world, 70, 3.2);
+  const BodyId shelf = test::add(world, {0, 2}, test::rough(make_box({6, 0.3}), 0.5), 8);
+  const JointId weld =
+      world.create_joint({.kind = JointKind::Weld, .b = shelf, .anchor_a = {0, 2}, .break_force = 2500});
+  bool broke = false;
+  for (int k = 0; k < 90 && !broke; ++k) {
+    const StepReport& report = world.step(kStep);
+    if (report.joint_events.empty()) {
+      EXPECT_LE(length(world.joint_force(weld)), 2500) << k;
+      continue;
+    }
+    broke = true;
+    EXPECT_GT(report.joint_events.front().force, 2500);
+    EXPECT_GT(report.islands_in_flow, 0);
+    EXPECT_FALSE(world.alive(weld));
+  }
+  EXPECT_TRUE(broke);
+}
+
+TEST(FlowWithJoints, TakesOverWhereExactForcesCostTooMuch) {
+  std::vector<Hinge> hinges;
+  World world = heap(16, hinges);
+  double visits = 0;
+  int flowing = 0;
+  for (int k = 0; k < 200; ++k) {
+    const StepReport& report = world.step(kStep);
+    flowing += report.islands_in_flow > 0;
+    visits = std::max(visits, report.work.visits);
+  }
+  std::printf("%.2g visits at most, %d steps in flow\n", visits, flowing);
+  EXPECT_GT(flowing, 60);
+  // 50 times 400 for each body, half of it once more for the solve that is broken off, and rounds.
+  EXPECT_LE(visits, 100 * 400.0 * 11 * 16);
+}
+
+}  // namespace
+}  // namespace skerry
