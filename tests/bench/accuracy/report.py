@@ -202,6 +202,57 @@ def summary_plot(data, path):
     save(figure, path)
 
 
+def overview_plot(data, scenes, engines, path):
+    """Everybody as it comes, at 60 Hz: the error on the left, the time of a step on the right, a line a scene."""
+    names = list(data)
+    figure, panels = plt.subplots(1, 2, figsize=(11, 0.3 * len(names) + 1.75), sharey=True,
+                                  gridspec_kw={"width_ratios": [1.75, 1]})
+    height = figure.get_figheight()
+    figure.subplots_adjust(left=0.335, right=0.985, top=1 - 1.02 / height, bottom=0.55 / height, wspace=0.05)
+    highest = 1e3  # what fails altogether stands there
+    for k, name in enumerate(names):
+        at60 = [r for r in data[name] if abs(r["dt"] - 1 / 60) < 1e-4]
+        found = {}
+        for row in at60:
+            if is_our_default(row) or not is_ours(row):
+                found.setdefault(row["engine"], row)
+        for axes in panels:
+            axes.axhspan(k - 0.5, k + 0.5, color="#f6f6f4" if k % 2 else "white", zorder=0, linewidth=0)
+        for place, engine in enumerate((*engines, "skerry")):
+            row = found.get(engine)
+            if row is None or math.isnan(row["error"]):
+                continue
+            ours = engine == "skerry"
+            style = {"color": COLOURS[engine], "linestyle": "", "zorder": 3 if ours else 4}
+            # Peers one below the other, so that nobody hides anybody.
+            y = k if ours else k + 0.64 * (place / max(len(engines) - 1, 1) - 0.5)
+            error = min(max(row["error"], FLOOR), highest)
+            panels[0].plot(error, y, marker="D" if ours else "o" if error < highest else "X", markersize=7 if ours else 4.5,
+                           **style)
+            panels[1].plot(1e6 * row["median_s"] / row["steps"], y, marker="D" if ours else "o",
+                           markersize=7 if ours else 4.5, **style)
+    for axes in panels:
+        axes.set_xscale("log")
+        axes.grid(True, axis="x", which="major")
+        axes.tick_params(axis="y", length=0)
+        axes.spines["left"].set_visible(False)
+    panels[0].set_ylim(len(names) - 0.5, -0.5)
+    panels[0].set_xlim(FLOOR / 4, highest * 4)
+    panels[0].set_xticks([10.0**k for k in range(-16, 4, 2)])
+    panels[1].set_xlim(left=0.05)
+    panels[0].set_yticks(range(len(names)), [scenes[name]["title"].removesuffix(" (bisection)") for name in names], fontsize=8)
+    panels[0].set_xlabel("error, each scene by its own measure (rounding of a double: 1e-16)")
+    panels[1].set_xlabel("time of a step [us]")
+    figure.text(0.012, 1 - 0.32 / height, "The same scenes, every engine as it comes, 60 Hz", fontsize=13, fontweight="bold")
+    figure.text(0.012, 1 - 0.56 / height, "left: how wrong, against a formula; right: what a step costs; further left is better in both",
+                fontsize=9, color="#555555")
+    handles = [plt.Line2D([], [], color=COLOURS[e], marker="D" if e == "skerry" else "o", linestyle="", markersize=6.5)
+               for e in ("skerry", *engines)]
+    figure.legend(handles, ["Skerry", *engines], loc="upper right", ncol=len(handles), fontsize=9, frameon=False,
+                  bbox_to_anchor=(0.99, 1 - 0.58 / height), handletextpad=0.2, columnspacing=1.4)
+    save(figure, path)
+
+
 def text(value):
     if math.isnan(value):
         return "too slow"
@@ -524,6 +575,7 @@ def main():
         for name, rows in data.items():
             precision_plot(scenes[name], rows, plots / f"{name}.svg")
         summary_plot(data, plots / "summary.svg")
+        overview_plot(data, scenes, engines, plots / "overview.svg")
         parts["precision"] = tables(data, list(engines))
     stress = rows_of(folder / "stress.csv")
     if stress:
