@@ -13,6 +13,9 @@ coinor-libclp-dev"
 # opens the report of golden images).
 SKERRY_TEST_PACKAGES="libgtest-dev libgmock-dev libbenchmark-dev ffmpeg xvfb xdotool libxml2-utils
 chromium"
+# To compare with other engines and to draw the plots of that (tests/bench/).
+SKERRY_PEER_PACKAGES="libbox2d-dev libchipmunk-dev libbullet-dev libode-dev libcgal-dev libboost-dev
+python3-matplotlib"
 
 say() { printf '== %s\n' "$*" >&2; }
 die() { printf 'error: %s\n' "$*" >&2; exit 4; }

@@ -11,6 +11,9 @@ here=$(cd "$(dirname "$0")" && pwd)
 out=${1:-broadphase}
 sizes=${2:-1000 10000 100000 1000000}
 bench=${3:-$here/../../build/release/tests/bench/broadphase_bench}
+. "$here/../../.ci/setup.sh"
+# shellcheck disable=SC2086  # the list is meant to be split
+install_missing $SKERRY_PEER_PACKAGES
 mkdir -p "$out"
 : > "$out/broadphase.csv"
 : > "$out/broadphase.log"
@@ -21,6 +24,6 @@ for n in $sizes; do
   # One header for all.
   if [ -s "$out/broadphase.csv" ]; then grep '^"' "$out/$n.csv"; else cat "$out/$n.csv"; fi >> "$out/broadphase.csv"
   rm "$out/$n.csv"
-  python3 "$here/broadphase_plot.py" "$out/broadphase.csv" "$out/crossover.svg" "$out/tables.md"
+  /usr/bin/python3 "$here/broadphase_plot.py" "$out/broadphase.csv" "$out/crossover.svg" "$out/tables.md"
 done
 echo "$out/broadphase.csv $out/crossover.svg" >&2

@@ -337,6 +337,7 @@ def stress_map(rows, path):
         line = (row["engine"], row["curve"])
         if line not in lines:
             lines.append(line)
+    lines.sort(key=lambda line: line[0] != "skerry")  # ours first, whoever ran last
     cells = {(r["axis"], r["engine"], r["curve"], float(r["value"])): r["verdict"] for r in rows}
     columns = 2
     height = math.ceil(len(axes_names) / columns)
@@ -530,6 +531,7 @@ def envelope_table(rows):
             axes_names.append(row["axis"])
         if (row["engine"], row["curve"]) not in lines:
             lines.append((row["engine"], row["curve"]))
+    lines.sort(key=lambda line: line[0] != "skerry")
     out = ["### Stress: points passed (exact or good) of all", "",
            "| engine | " + " | ".join(axes_names) + " | all |", "| --- |" + " --- |" * (len(axes_names) + 1)]
     for engine, curve in lines:
