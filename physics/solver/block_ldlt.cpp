@@ -312,14 +312,24 @@ struct BlockFactor::Kernels {
     return true;
   }
 
-  static SKERRY_ALWAYS_INLINE void solve_loop(const BlockFactor& f, BodyVector* x) {
+  static SKERRY_ALWAYS_INLINE void forward(const BlockFactor& f, int j, BodyVector* x) {
+    const BlockPattern& s = *f.pattern_;
+    const int* row = s.row_.data();
+    const Block3* L = f.lower_.data();
+    const Vec4 t = x[j].v;
+    for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(x[row[p]].v, L[p], t);
+  }
+
+  static SKERRY_ALWAYS_INLINE void solve_loop(const BlockFactor& f, BodyVector* x,
+                                              const std::span<const int>* columns) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
     const Block3* L = f.lower_.data();
     const int n = s.nodes();
-    for (int j = 0; j < n; ++j) {
-      const Vec4 t = x[j].v;
-      for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(x[row[p]].v, L[p], t);
+    if (columns) {
+      for (const int j : *columns) forward(f, j, x);
+    } else {
+      for (int j = 0; j < n; ++j) forward(f, j, x);
     }
     if (f.general_) {
       const Block3* U = f.upper_.data();
@@ -345,14 +355,60 @@ struct BlockFactor::Kernels {
     }
   }
 
+  static SKERRY_ALWAYS_INLINE void solve_unit_loop(const BlockFactor& f, std::span<const int> columns,
+                                                   const std::vector<int>& slot, int unit, Block3* v) {
+    const BlockPattern& s = *f.pattern_;
+    const int* row = s.row_.data();
+    const Block3* L = f.lower_.data();
+    const std::size_t start = at(slot[at(unit)]);
+    for (std::size_t k = 0; k < columns.size(); ++k) v[k] = Block3{};
+    for (int c = 0; c < 3; ++c) v[start].column[c][c] = 1;
+    // Forward along the path from the unit, the other columns stay zero.
+    for (int j = unit; j >= 0; j = s.parent(j)) {
+      const Block3 t = v[slot[at(j)]];
+      for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_abt(v[slot[at(row[p])]], t, L[p]);
+    }
+    const Block3* U = f.upper_.data();
+    for (std::size_t k = columns.size(); k-- > 0;) {
+      const int j = columns[k];
+      Block3 t = v[k];
+      if (f.general_) {
+        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p)
+          subtract_abt(t, v[slot[at(row[p])]], U[p]);
+        for (int r = 0; r < 3; ++r) {
+          Vec4 x{t.column[0][r], t.column[1][r], t.column[2][r], 0};
+          solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], x);
+          for (int c = 0; c < 3; ++c) t.column[c][r] = x[c];
+        }
+      } else {
+        divide_symmetric(t, f.diagonal_[at(j)]);
+        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_ab(t, v[slot[at(row[p])]], L[p]);
+      }
+      v[k] = t;
+    }
+  }
+
+  static void solve_unit_portable(const BlockFactor& f, std::span<const int> columns,
+                                  const std::vector<int>& slot, int unit, Block3* v) {
+    solve_unit_loop(f, columns, slot, unit, v);
+  }
+  SKERRY_AVX2 static void solve_unit_avx2(const BlockFactor& f, std::span<const int> columns,
+                                          const std::vector<int>& slot, int unit, Block3* v) {
+    solve_unit_loop(f, columns, slot, unit, v);
+  }
   static bool factor_portable(BlockFactor& f) {
     return f.general_ ? factor_general_loop(f) : factor_symmetric_loop(f);
   }
   SKERRY_AVX2 static bool factor_avx2(BlockFactor& f) {
     return f.general_ ? factor_general_loop(f) : factor_symmetric_loop(f);
   }
-  static void solve_portable(const BlockFactor& f, BodyVector* x) { solve_loop(f, x); }
-  SKERRY_AVX2 static void solve_avx2(const BlockFactor& f, BodyVector* x) { solve_loop(f, x); }
+  static void solve_portable(const BlockFactor& f, BodyVector* x, const std::span<const int>* columns) {
+    solve_loop(f, x, columns);
+  }
+  SKERRY_AVX2 static void solve_avx2(const BlockFactor& f, BodyVector* x,
+                                     const std::span<const int>* columns) {
+    solve_loop(f, x, columns);
+  }
 };
 
 bool BlockFactor::factor() {
@@ -361,9 +417,24 @@ bool BlockFactor::factor() {
 
 void BlockFactor::solve(BodyVector* x) const {
   if (cpu_has_avx2())
-    Kernels::solve_avx2(*this, x);
+    Kernels::solve_avx2(*this, x, nullptr);
   else
-    Kernels::solve_portable(*this, x);
+    Kernels::solve_portable(*this, x, nullptr);
+}
+
+void BlockFactor::solve(BodyVector* x, std::span<const int> columns) const {
+  if (cpu_has_avx2())
+    Kernels::solve_avx2(*this, x, &columns);
+  else
+    Kernels::solve_portable(*this, x, &columns);
+}
+
+void BlockFactor::solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit,
+                             Block3* v) const {
+  if (cpu_has_avx2())
+    Kernels::solve_unit_avx2(*this, columns, slot, unit, v);
+  else
+    Kernels::solve_unit_portable(*this, columns, slot, unit, v);
 }
 
 }  // namespace skerry

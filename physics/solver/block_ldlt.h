@@ -54,6 +54,14 @@ class BlockPattern {
   /// Index of the block of L in column `low` and row `high` (positions, low < high), or -1 if it is not
   /// there.
   int block(int low, int high) const;
+  /// Number of blocks of column `low` below the diagonal.
+  int column_size(int low) const {
+    return begin_[static_cast<std::size_t>(low) + 1] - begin_[static_cast<std::size_t>(low)];
+  }
+  /// The column's parent in the elimination tree, or -1 at a root.
+  int parent(int low) const {
+    return column_size(low) > 0 ? row_[static_cast<std::size_t>(begin_[static_cast<std::size_t>(low)])] : -1;
+  }
   /// Block updates of one factorisation, a measure of its cost.
   std::int64_t updates() const { return static_cast<std::int64_t>(update_.size()); }
 
@@ -91,6 +99,16 @@ class BlockFactor {
   /// Solves in place: `x` holds the right-hand side, one vector a position, then the solution.
   /// @pre the last `factor` returned true
   void solve(BodyVector* x) const;
+  /// The same for a right-hand side that vanishes outside some columns. @param columns ascending, with all
+  /// their ancestors
+  void solve(BodyVector* x, std::span<const int> columns) const;
+  /// Solves for the three unit vectors of position `unit`, on some columns only: transposed blocks, one a
+  /// column. @param columns ascending, with all their ancestors @param slot where each stands in `columns`
+  void solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit, Block3* v) const;
+
+  int nodes() const { return static_cast<int>(diagonal_.size()); }
+  /// Whether the last matrix was one without symmetry.
+  bool is_general() const { return general_; }
 
   /// @pre when reading, `set_pattern` with the same pattern
   void fields(Archive& a) {

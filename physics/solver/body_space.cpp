@@ -22,6 +22,10 @@ constexpr int kFactorisationLimit = 400;
 constexpr double kPathVisits = 5e7;
 // A warm active set that wins does so at once.
 constexpr int kWarmIterations = 8;
+// Changes that are few for a warm start, at most this and one in so many rows: they stay local, and cost less
+// than a new factor.
+constexpr int kFewChanges = 96, kFewOf = 64;
+constexpr int kFewIterations = 16;
 constexpr int kColdIterations = 12;
 
 struct BodySpaceMemory : SolverMemory {
@@ -94,8 +98,16 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     else
       active.predict_states();
     note(trace, "active set from the warm start");
-    limits.max_iterations = kWarmIterations;
+    limits.few = model.is_adaptable() ? std::min(kFewChanges, static_cast<int>(n) / kFewOf) : 0;
+    limits.max_iterations = limits.few > 0 ? kFewIterations : kWarmIterations;
     solved = active.run(limits, budget, work, trace);
+    if (!solved && limits.few > 0 && !budget.spent(work)) {
+      // Where contacts opened and slipped a moment ago, those states can lead astray.
+      active.set_impulses(solution.lambda.data());
+      active.stick_everything();
+      note(trace, "active set from the warm start, all touching contacts sticking");
+      solved = active.run(limits, budget, work, trace);
+    }
   }
   const std::vector<double> zero(n, 0.0);
   if (!solved && !budget.spent(work)) {
@@ -103,6 +115,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     active.stick_everything();
     note(trace, "active set from all touching contacts sticking");
     limits.max_iterations = kColdIterations;
+    limits.few = 0;
     // Two proximal steps show the forces; if many states are wrong, pivoting from here does not pay.
     if (active.refine(limits, 2, work) && active.contradictions() <= static_cast<int>(n) / 8 + 2)
       solved = active.run(limits, budget, work, trace);

@@ -21,6 +21,8 @@ constexpr double kLeastEta = 1e-9;
 constexpr double kContradiction = 1 - 1e-6;
 // Relative error below which slow convergence is a matter of rounding.
 constexpr double kWorthAFactor = 1e-8;
+// Iterations that a few changes are put up with beyond the patience of the options.
+constexpr int kFewPatience = 3;
 // Rounding floors of the model that `conclude` accepts; searching on for less than that has no end where
 // masses differ by 1e9.
 constexpr double kAcceptedFloors = 2;
@@ -151,11 +153,14 @@ bool ActiveSet::step(double eta, SolveWork& work) {
     k_[at(i)] = k;
   }
   if (fresh) {
-    factored_ = model_.factor(g_.data(), h_.data(), work);
-    if (!factored_) return false;
+    const bool adapted = factored_ && eta == factored_eta_ && model_.adapt(g_.data(), h_.data(), work);
+    if (!adapted) {
+      factored_ = model_.factor(g_.data(), h_.data(), work);
+      if (!factored_) return false;
+    }
     factored_states_ = states_;
     factored_eta_ = eta;
-    stale_ = false;
+    stale_ = adapted;
   }
   model_.solve(k_.data(), g_.data(), h_.data(), d_lambda_.data(), work);
 
@@ -380,9 +385,9 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       changes = change_states(floor, floor, false);
       fewest = -1;
     }
-    if (fewest >= 0 && changes > options.growth * fewest + 4) return accepted();
+    if (fewest >= 0 && changes > options.growth * fewest + 4 + options.few) return accepted();
     if (fewest >= 0 && changes >= fewest) {
-      if (++waited > options.patience) return accepted();
+      if (++waited > options.patience + (changes <= options.few ? kFewPatience : 0)) return accepted();
     } else {
       waited = 0;
     }

@@ -39,6 +39,7 @@ class ActiveSet {
     int max_iterations = 12;   ///< changes of states
     int patience = 1;          ///< iterations without fewer changes that are put up with
     double growth = 1.5;       ///< number of changes, relative to the least so far, at which to give up
+    int few = 0;               ///< so many changes more are put up with, and so few three iterations longer
   };
 
   explicit ActiveSet(BodySpaceModel& model) : model_(model) {}

@@ -288,16 +288,14 @@ struct BodySpaceModel::Kernels {
   SKERRY_AVX2 static void assemble_avx2(BodySpaceModel& m, const double* g, const double* h, bool general) {
     assemble(m, g, h, general);
   }
-  static void solve_portable(BodySpaceModel& m, const double* k, const double* g, const double* h,
-                             double* d_lambda) {
-    impulses(m, k);
-    m.factor_.solve(m.velocity_.data());
+  static void impulses_portable(BodySpaceModel& m, const double* k) { impulses(m, k); }
+  SKERRY_AVX2 static void impulses_avx2(BodySpaceModel& m, const double* k) { impulses(m, k); }
+  static void recover_portable(BodySpaceModel& m, const double* k, const double* g, const double* h,
+                               double* d_lambda) {
     recover(m, k, g, h, d_lambda);
   }
-  SKERRY_AVX2 static void solve_avx2(BodySpaceModel& m, const double* k, const double* g, const double* h,
-                                     double* d_lambda) {
-    impulses(m, k);
-    m.factor_.solve(m.velocity_.data());
+  SKERRY_AVX2 static void recover_avx2(BodySpaceModel& m, const double* k, const double* g, const double* h,
+                                       double* d_lambda) {
     recover(m, k, g, h, d_lambda);
   }
 };
@@ -367,18 +365,29 @@ double BodySpaceModel::rounding_floor(const double* lambda) {
 // Costs relative to a row's share of a Gauss-Seidel sweep, from `body_space_bench` on pyramids and heaps: a
 // row assembled, a block factorised, a block update (all twice without symmetry); a block in a solve.
 constexpr double kAssembleCost = 1, kBlockCost = 1, kUpdateCost = 0.5, kSolveCost = 0.3;
+// Updates a block of the factor from which on a local change of it pays.
+constexpr std::int64_t kAdaptFrom = 5;
+// Relative change of a weight that is none: a kept factor is as old.
+constexpr double kSameWeight = 1e-5;
 
 void BodySpaceModel::count_solve(SolveWork& work) const {
   ++work.resolves;
-  work.visits += rows() + kSolveCost * (nodes_ + 2 * pattern_.blocks());
+  work.visits += rows() + (update_.active() ? 2 : 1) * kSolveCost * (nodes_ + 2 * pattern_.blocks());
+}
+
+double BodySpaceModel::factor_cost(bool general) const {
+  return (general ? 2 : 1) * (kAssembleCost * rows() + kBlockCost * (nodes_ + pattern_.blocks()) +
+                              kUpdateCost * static_cast<double>(pattern_.updates()));
 }
 
 bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
   bool general = false;
   for (int i = 0; i < rows() && !general; ++i) general = h[i] != 0;
   ++work.factorisations;
-  work.visits += (general ? 2 : 1) * (kAssembleCost * rows() + kBlockCost * (nodes_ + pattern_.blocks()) +
-                                      kUpdateCost * static_cast<double>(pattern_.updates()));
+  work.visits += factor_cost(general);
+  update_.reset();
+  factored_g_.assign(g, g + rows());
+  factored_h_.assign(h, h + rows());
   if (cpu_has_avx2())
     Kernels::assemble_avx2(*this, g, h, general);
   else
@@ -386,13 +395,100 @@ bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
   return factor_.factor();
 }
 
+bool BodySpaceModel::is_adaptable() const {
+  // Each solve takes nearly twice as long afterwards: small factors are cheaper.
+  return pattern_.updates() >= kAdaptFrom * (nodes_ + pattern_.blocks());
+}
+
+bool BodySpaceModel::adapt(const double* g, const double* h, SolveWork& work) {
+  if (!is_adaptable() || factored_g_.size() != info_.size()) return false;
+  update_.start();
+  for (int i = 0; i < rows(); ++i) {
+    const double dg = g[i] - factored_g_[at(i)], dh = h[i] - factored_h_[at(i)];
+    const double size = std::max({g[i], factored_g_[at(i)], std::fabs(h[i]), std::fabs(factored_h_[at(i)])});
+    if (std::fabs(dg) + std::fabs(dh) <= kSameWeight * size) continue;
+    const Place& place = place_[at(i)];
+    if (place.low == nodes_) continue;
+    const Jacobian& J = jacobian_[at(i)];
+    LocalUpdate::Row row;
+    row.row = i;
+    row.size = size;
+    row.low = place.low;
+    row.high = place.high < nodes_ ? place.high : -1;
+    row.C_low.v = J.low;
+    row.C_high.v = J.high;
+    row.R_low.v = J.low * (dg / size);
+    row.R_high.v = J.high * (dg / size);
+    if (dh != 0) {
+      const Jacobian& N = jacobian_[at(info_[at(i)].normal)];
+      row.R_low.v += N.low * (dh / size);
+      row.R_high.v += N.high * (dh / size);
+    }
+    if (!update_.add(row)) return false;
+  }
+  const bool done = update_.finish(pattern_, factor_);
+  ++work.partial_factorisations;
+  work.visits += rows() + kUpdateCost * update_.visited();
+  return done;
+}
+
+void BodySpaceModel::solve_velocities(const double* k) {
+  if (cpu_has_avx2())
+    Kernels::impulses_avx2(*this, k);
+  else
+    Kernels::impulses_portable(*this, k);
+  factor_.solve(velocity_.data());
+}
+
+void BodySpaceModel::recover(const double* k, const double* g, const double* h, double* d_lambda) {
+  if (cpu_has_avx2())
+    Kernels::recover_avx2(*this, k, g, h, d_lambda);
+  else
+    Kernels::recover_portable(*this, k, g, h, d_lambda);
+}
+
+void BodySpaceModel::solve_adapted(const double* k, const double* g, const double* h, double* d_lambda) {
+  law_k_.assign(k, k + rows());
+  law_g_.assign(g, g + rows());
+  law_h_.assign(h, h + rows());
+  extra_.clear();
+  // A row that was stiff pulls towards zero, one that slipped follows its normal row: neither constant is
+  // large where the other side of the equation is not.
+  for (const LocalUpdate::Row& row : update_.rows()) {
+    const std::size_t i = at(row.row);
+    law_g_[i] = factored_g_[i];
+    law_h_[i] = factored_h_[i];
+    law_k_[i] = 0;
+    if (law_h_[i] != 0) {
+      const std::size_t n = at(info_[i].normal);
+      law_k_[i] = law_h_[i] / factored_g_[n] * law_k_[n];
+    }
+    extra_.push_back(k[i] - law_k_[i]);
+  }
+  solve_velocities(law_k_.data());
+  update_.solve(velocity_.data(), extra_);
+  // Their impulses on top.
+  more_.assign(velocity_.size(), BodyVector{});
+  for (std::size_t r = 0; r < extra_.size(); ++r) {
+    const LocalUpdate::Row& row = update_.rows()[r];
+    more_[at(row.low)].v += row.C_low.v * extra_[r];
+    if (row.high >= 0) more_[at(row.high)].v += row.C_high.v * extra_[r];
+  }
+  factor_.solve(more_.data(), update_.columns());
+  for (int p = 0; p < nodes_; ++p) velocity_[at(p)].v += more_[at(p)].v;
+  recover(law_k_.data(), law_g_.data(), law_h_.data(), d_lambda);
+  for (std::size_t r = 0; r < extra_.size(); ++r) d_lambda[update_.rows()[r].row] += extra_[r];
+}
+
 void BodySpaceModel::solve(const double* k, const double* g, const double* h, double* d_lambda,
                            SolveWork& work) {
   count_solve(work);
-  if (cpu_has_avx2())
-    Kernels::solve_avx2(*this, k, g, h, d_lambda);
-  else
-    Kernels::solve_portable(*this, k, g, h, d_lambda);
+  if (update_.active()) {
+    solve_adapted(k, g, h, d_lambda);
+    return;
+  }
+  solve_velocities(k);
+  recover(k, g, h, d_lambda);
 }
 
 void BodySpaceModel::row_velocities(const BodyVector* v, double* u) const {

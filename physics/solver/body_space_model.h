@@ -22,6 +22,7 @@
 
 #include "physics/islands/island_system.h"
 #include "physics/solver/block_ldlt.h"
+#include "physics/solver/local_update.h"
 #include "physics/solver/solver.h"
 
 namespace skerry {
@@ -75,6 +76,11 @@ class BodySpaceModel {
 
   /// Assembles and factorises the block system for weights `g` and `h`. False if it is not regular.
   [[nodiscard]] bool factor(const double* g, const double* h, SolveWork& work);
+  /// Whether the factor is so large that `adapt` can pay.
+  bool is_adaptable() const;
+  /// Makes the last factor that of other weights, where they differ in a few rows only and that is cheaper
+  /// than a new one; what follows solves for the new weights, less exactly. False if it did not.
+  [[nodiscard]] bool adapt(const double* g, const double* h, SolveWork& work);
   /// Computes `d_lambda` from `k` with the last factor. @param g, h  weights of that factor
   void solve(const double* k, const double* g, const double* h, double* d_lambda, SolveWork& work);
 
@@ -82,21 +88,26 @@ class BodySpaceModel {
   void row_velocities(const BodyVector* v, double* u) const;
   /// Computes `force` = J^T lambda - M v and returns its square in the norm of inv(M).
   double imbalance(const BodyVector* v, const double* lambda, BodyVector* force) const;
-  /// Solves with the last factor, in place.
+  /// Solves with the last factor, in place. @pre it was not adapted
   void solve_bodies(BodyVector* x, SolveWork& work) const;
 
   void fields(Archive& a) {
-    auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
-           pattern, factor, analysed] = *this;
+    [[maybe_unused]] auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info,
+                            inverse_mass, velocity, pattern, factor, update, factored_g, factored_h, law_k,
+                            law_g, law_h, extra, more, analysed] = *this;
     a(nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
       pattern, analysed);
     if (a.reading() && analysed) factor.set_pattern(pattern);
-    a(factor);
+    a(factor, update, factored_g, factored_h);
   }
 
  private:
   struct Kernels;
   void count_solve(SolveWork& work) const;
+  double factor_cost(bool general) const;
+  void solve_velocities(const double* k);
+  void recover(const double* k, const double* g, const double* h, double* d_lambda);
+  void solve_adapted(const double* k, const double* g, const double* h, double* d_lambda);
   struct alignas(32) Jacobian {
     Vec4 low, high;  // blocks of the body eliminated first and of the other one
 
@@ -124,6 +135,11 @@ class BodySpaceModel {
   std::vector<BodyVector> velocity_;      // scratch, same size
   BlockPattern pattern_;
   BlockFactor factor_;
+  LocalUpdate update_;
+  std::vector<double> factored_g_, factored_h_;  // weights of the factor
+  std::vector<double> law_k_, law_g_, law_h_;    // scratch: what the rows do in the eyes of the factor
+  std::vector<double> extra_;                    // scratch: what the changed ones do beyond
+  std::vector<BodyVector> more_;                 // scratch
   bool analysed_ = false;
 };
 

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/local_update.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "physics/solver/body_space.h"
+#include "physics/solver/body_space_model.h"
+#include "tests/support/island_scenes.h"
+
+namespace skerry {
+namespace {
+
+using scenes::Scene;
+
+// Weights of an active set: each contact sticks, slips or is open.
+struct Weights {
+  std::vector<double> g, h;
+};
+
+void set_contact(Weights& weights, const BodySpaceModel& model, int normal, int state, double stiffness) {
+  const std::size_t n = static_cast<std::size_t>(normal), t = n + 1;
+  weights.g[n] = state == 0 ? 0 : stiffness / model.row(normal).D;
+  weights.g[t] = state == 1 ? stiffness / model.row(normal + 1).D : 0;
+  weights.h[t] = state >= 2 ? (state == 2 ? 0.5 : -0.5) * weights.g[n] : 0;
+}
+
+// What the active set asks for: an impulse where a row is stiff, moderate numbers elsewhere.
+std::vector<double> wanted(const BodySpaceModel& model, const Weights& weights, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<double> k(weights.g.size());
+  for (int i = 0; i < model.rows(); ++i) {
+    const std::size_t s = static_cast<std::size_t>(i);
+    k[s] = weights.g[s] > 0 ? weights.g[s] * unit(random) : unit(random);
+    if (weights.h[s] != 0) {
+      const std::size_t n = static_cast<std::size_t>(model.row(i).normal);
+      k[s] += weights.h[s] / weights.g[n] * k[n];
+    }
+  }
+  return k;
+}
+
+double largest(const std::vector<double>& x) {
+  double size = 0;
+  for (const double v : x) size = std::max(size, std::fabs(v));
+  return size;
+}
+
+TEST(LocalUpdate, SolvesLikeANewFactorForStatesThatChangeAgainAndAgain) {
+  const Scene scene = scenes::pyramid(36);
+  for (const double stiffness : {1.0, 1e3, 1e7}) {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      SCOPED_TRACE("stiffness " + std::to_string(stiffness) + ", seed " + std::to_string(seed));
+      std::mt19937 random(seed);
+      BodySpaceModel model, fresh;
+      SolveWork work;
+      model.assign(scene.system, work);
+      fresh.assign(scene.system, work);
+      const int n = model.rows();
+      Weights weights{std::vector<double>(scene.system.rows.size()),
+                      std::vector<double>(scene.system.rows.size())};
+      // With even seeds something slips in the factor already, which is then without symmetry.
+      std::uniform_int_distribution<int> contact(0, n / 2 - 1), state(0, 3);
+      for (int i = 0; i < n; i += 2) set_contact(weights, model, i, 1, stiffness);
+      if (seed % 2 == 0)
+        for (int k = 0; k < 5; ++k) set_contact(weights, model, 2 * contact(random), 2 + k % 2, stiffness);
+      ASSERT_TRUE(model.factor(weights.g.data(), weights.h.data(), work));
+      for (int round = 0; round < 6; ++round) {
+        for (int k = 0; k < 3; ++k)
+          set_contact(weights, model, 2 * contact(random), state(random), stiffness);
+        ASSERT_TRUE(model.adapt(weights.g.data(), weights.h.data(), work));
+        ASSERT_TRUE(fresh.factor(weights.g.data(), weights.h.data(), work));
+        const std::vector<double> k = wanted(model, weights, random);
+        std::vector<double> found(k.size()), expected(k.size());
+        model.solve(k.data(), weights.g.data(), weights.h.data(), found.data(), work);
+        fresh.solve(k.data(), weights.g.data(), weights.h.data(), expected.data(), work);
+        // Impulses of stiff rows are differences of numbers as large as the stiffness.
+        const double tolerance = 1e-12 * (largest(k) + largest(expected));
+        for (std::size_t i = 0; i < k.size(); ++i)
+          ASSERT_NEAR(found[i], expected[i], tolerance) << "row " << i;
+      }
+    }
+  }
+}
+
+TEST(LocalUpdate, RefusesChangesOfManyRowsAndSmallFactors) {
+  const Scene large = scenes::pyramid(36), small = scenes::stack(30);
+  for (const Scene* scene : {&large, &small}) {
+    BodySpaceModel model;
+    SolveWork work;
+    model.assign(scene->system, work);
+    const std::size_t n = scene->system.rows.size();
+    std::vector<double> g(n, 1.0), h(n, 0.0);
+    EXPECT_FALSE(model.adapt(g.data(), h.data(), work)) << "without a factor";
+    ASSERT_TRUE(model.factor(g.data(), h.data(), work));
+    g[4] = 0;
+    EXPECT_EQ(model.adapt(g.data(), h.data(), work), scene == &large);
+    for (double& x : g) x *= 2;
+    EXPECT_FALSE(model.adapt(g.data(), h.data(), work));
+    // A new factor is one again.
+    ASSERT_TRUE(model.factor(g.data(), h.data(), work));
+    EXPECT_EQ(model.adapt(g.data(), h.data(), work), scene == &large) << "nothing has changed";
+  }
+}
+
+TEST(LocalUpdate, PushesOnOneBoxOfAPyramidSeldomNeedANewFactor) {
+  const Scene scene = scenes::pyramid(60);
+  const int top = static_cast<int>(scene.system.bodies.size()) - 1;
+  IslandSystem pushed = scene.system;
+  for (std::size_t i = 0; i < pushed.rows.size(); ++i) {
+    if (pushed.rows[i].a == top) pushed.b[i] -= pushed.rows[i].Ja[0] * 0.5;
+    if (pushed.rows[i].b == top) pushed.b[i] -= pushed.rows[i].Jb[0] * 0.5;
+  }
+  std::unique_ptr<SolverMemory> memory;
+  Solution solution = solve_body_space(scene.system, {}, {}, &memory);
+  int updates = 0, without = 0;
+  for (int k = 0; k < 10; ++k) {
+    solution = solve_body_space(k % 2 == 0 ? pushed : scene.system, solution.lambda, {}, &memory);
+    EXPECT_EQ(solution.status, SolveStatus::Solved);
+    EXPECT_LT(solution.residual, 1e-12);
+    without += solution.work.factorisations == 0;
+    updates += solution.work.partial_factorisations;
+  }
+  // The first ones still have the factor of the cold start.
+  EXPECT_GE(without, 5);
+  EXPECT_GE(updates, 20);
+}
+
+}  // namespace
+}  // namespace skerry
