@@ -28,6 +28,11 @@ constexpr double kDisplaced = 0.01;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 
+/// Points beside so many joints up to which exact forces cost no more than a step in one piece.
+int few_points(int joints) {
+  return std::max(kFewPoints - joints, kFewestPoints);
+}
+
 /// True if joints are off by more than exact steps take out at once, and only flow leaves: what it has jammed
 /// would be torn apart.
 bool is_displaced(const WorldState& state, const Island& island) {
@@ -75,8 +80,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const bool must = flow == kMustFlow;
-  const bool often_cut = flow > 1 && !must && island.joints.empty();
-  const int few = often_cut || !state.solver->exact ? kFewestPoints : kFewPoints;
+  const int few = (flow > 1 && !must) || !state.solver->exact
+                      ? kFewestPoints
+                      : few_points(static_cast<int>(island.joints.size()));
   OnePieceRule rule;
   const int all = points_that_flow(state, island);
   if (all > kFewPoints)

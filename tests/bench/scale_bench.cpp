@@ -161,8 +161,8 @@ int main(int argc, char** argv) {
   }
   std::printf(
       "| scene | engine | bodies | steps | mean ms | median ms | slowest ms | pairs + narrow ms | "
-      "penetration m | "
-      "residual | asleep |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "penetration m | joints m | "
+      "residual | asleep |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   std::vector<Ratio> ratios;
   for (const Named& named : kScenes) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end()) continue;

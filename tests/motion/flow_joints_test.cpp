@@ -173,7 +173,7 @@ TEST(FlowWithJoints, GivesTheSameBitsForAnyThreadsAndBroadPhase) {
 }
 
 TEST(FlowWithJoints, LeavesMechanismsAloneThatMerelySwing) {
-  // A chain of 40 links that swings, people in the air, and a rope bridge of 30 planks onto which boxes fall.
+  // A chain of 40 links that swings, people in the air, and a rope bridge of 30 planks with boxes on it.
   World world;
   std::vector<Hinge> hinges;
   BodyId last;
@@ -194,8 +194,13 @@ TEST(FlowWithJoints, LeavesMechanismsAloneThatMerelySwing) {
     last = plank;
   }
   world.create_joint({.b = last, .anchor_a = post(30)});
-  for (int i = 0; i < 5; ++i)
-    test::add(world, post(5 + 5 * i) + Vec2{0, 1}, test::rough(make_box({0.6, 0.6}), 0.5));
+  // Boxes that lie on it, each on one plank.
+  for (int i = 5; i < 30; i += 5) {
+    const Vec2 along = post(i + 1) - post(i);
+    const Vec2 n = perp(along) / length(along);
+    test::add(world, post(i) + 0.5 * along + 0.4 * n, test::rough(make_box({0.6, 0.6}), 0.8), 1, {}, 0,
+              std::atan2(along.y, along.x));
+  }
   for (int k = 0; k < 60; ++k) {
     const StepReport& report = world.step(kStep);
     EXPECT_EQ(report.islands_in_flow, 0) << k;
@@ -257,7 +262,8 @@ TEST(FlowWithJoints, KeepsMotorsAndLimits) {
   const JointId motor =
       world.create_joint({.b = paddle, .anchor_a = {0, 2.2}, .motor_speed = 3, .motor_limit = most});
   const BodyId flap = test::add(world, {2.6, 1.5}, test::rough(make_box({0.2, 1.6}), 0.5), 4);
-  const JointId hinge = world.create_joint({.b = flap, .anchor_a = {2.6, 2.2}, .lower = -0.02, .upper = 0.02});
+  const JointId hinge =
+      world.create_joint({.b = flap, .anchor_a = {2.6, 2.2}, .lower = -0.02, .upper = 0.02});
   int flowing = 0, driven = 0, at_limit = 0;
   double beyond = 0;
   for (int k = 0; k < 180; ++k) {
