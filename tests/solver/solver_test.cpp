@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <map>
+#include <random>
 
 #include "physics/islands/delassus.h"
 #include "tests/solver/enumeration.h"
@@ -174,6 +175,65 @@ TEST(Solvers, TridiagonalSolvesChainsLikeLemke) {
     for (std::size_t i = 0; i < x.lambda.size(); ++i) ASSERT_NEAR(x.lambda[i], y.lambda[i], 1e-10) << seed;
   }
   expect_solved(scenes::chain(100000, {.noise = 1}), "tridiagonal", "100000 discs");
+}
+
+// Discs in a row end as the nearest velocities, weighted by the masses, that do not fall from left to right.
+std::vector<double> isotonic(const std::vector<double>& velocity, const std::vector<double>& mass) {
+  struct Pool {
+    double momentum, mass;
+    std::size_t count;
+  };
+  std::vector<Pool> pools;
+  for (std::size_t k = 0; k < velocity.size(); ++k) {
+    pools.push_back({velocity[k] * mass[k], mass[k], 1});
+    while (pools.size() > 1) {
+      const Pool last = pools.back();
+      Pool& before = pools[pools.size() - 2];
+      if (before.momentum * last.mass <= last.momentum * before.mass) break;
+      before.momentum += last.momentum;
+      before.mass += last.mass;
+      before.count += last.count;
+      pools.pop_back();
+    }
+  }
+  std::vector<double> result;
+  for (const Pool& pool : pools) result.insert(result.end(), pool.count, pool.momentum / pool.mass);
+  return result;
+}
+
+TEST(Solvers, TridiagonalEndsWithTheNearestVelocitiesThatDoNotFall) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const double ratio : {1.0, 1e4})
+    for (int kind = 0; kind < 5; ++kind) {
+      const int count = 1200;
+      const Scene scene =
+          scenes::chain(count, {.mass_ratio = ratio, .pattern = MassPattern::Random, .noise = 1, .seed = 5});
+      std::vector<double> velocity, mass;
+      for (int k = 0; k < count; ++k) {
+        mass.push_back(1 / scene.system.bodies[static_cast<std::size_t>(k)].linear);
+        const double t = static_cast<double>(k) / count;
+        // Noise; all approach; pairs that approach and drift apart, the same swept up from the right in the
+        // end, and all at once; speeds of few values, with ties.
+        const double pairs = (k % 2 ? -0.1 : 0.1) / count + 5 * t;
+        velocity.push_back(kind == 0   ? unit(random)
+                           : kind == 1 ? -t
+                           : kind == 2 ? pairs
+                           : kind == 3 ? (k + 1 == count ? -1e4 * count : pairs)
+                                       : std::round(2 * unit(random)));
+      }
+      IslandSystem system = scene.system;
+      for (std::size_t i = 0; i < system.b.size(); ++i) system.b[i] = velocity[i] - velocity[i + 1];
+      const Solution solution = find_solver("tridiagonal").solve(system, {}, {}, nullptr);
+      EXPECT_EQ(solution.status, SolveStatus::Solved) << "kind " << kind;
+      std::vector<std::array<double, 3>> change(velocity.size(), {0, 0, 0});
+      apply_impulses(system, solution.lambda, change);
+      const std::vector<double> expected = isotonic(velocity, mass);
+      const double scale = largest_magnitude(velocity);
+      for (std::size_t k = 0; k < velocity.size(); ++k)
+        ASSERT_NEAR(velocity[k] + change[k][0], expected[k], 1e-9 * scale)
+            << "kind " << kind << ", disc " << k;
+    }
 }
 
 TEST(Solvers, TridiagonalRefusesIslandsThatAreNoPath) {
