@@ -79,6 +79,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   };
   problem.velocity = island_velocities(state, island);
   bool approaching = false;
+  double fastest = 0;
   for (int i = 0; i < assembly.system.size(); ++i) {
     Row& row = assembly.system.rows[i];
     if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
@@ -90,6 +91,8 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     if (contact_row && options.normal_acceleration) settle(i, u);
     if (row.kind != RowKind::Normal || u >= -state.config.rest_speed) continue;
     approaching = true;
+    fastest = std::max(fastest, -u);
+    if (-u < options.slow && problem.restitution.back() < 1) problem.restitution.back() = 0;
     if (!contact_row) continue;
     Contact& contact = state.contacts[origin.index];
     contact.hit = true;
@@ -100,6 +103,10 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     contact.hit_normal = contact.manifold.normal;
   }
   if (!approaching) return outcome;
+  // What a slow blow hits in turn does not bounce either.
+  if (fastest < options.slow) {
+    for (double& e : problem.restitution) e = e < 1 ? 0 : e;
+  }
   // The sources' right-hand side, for whoever looks at the system: the wanted change of each relative
   // velocity.
   for (int i = 0; i < assembly.system.size(); ++i) {

@@ -16,6 +16,8 @@ struct ImpactOptions {
   /// given, bounces too low to be told from contact are not carried out one by one (see `SettledContact`).
   std::function<double(std::uint32_t contact, int point)> normal_acceleration;
   double work_limit = 0;  ///< in visits; 0: none but that of the configuration
+  /// Contacts that approach more slowly than this do not bounce, but for those that lose nothing [m/s].
+  double slow = 0;
 };
 
 /// A contact whose further bounces, infinitely many, are summed: it closes now, and the last of them would
