@@ -54,6 +54,7 @@ class OnePieceStep {
       : state_(state), island_(island), from_(from), h_(to - from), exact_(exact), result_(result) {
     // Without flow, sweeps for positions still want a bound.
     const double work = state.config.flow_work > 0 ? state.config.flow_work : WorldConfig{}.flow_work;
+    slow_ = slow_speed(state, island, h_);
     limit_ = work * (static_cast<double>(island.bodies.size()) +
                      kJointWork * static_cast<double>(island.joints.size()));
   }
@@ -160,7 +161,8 @@ class OnePieceStep {
       if (origin.joint) continue;
       const Contact& contact = state_.contacts[origin.index];
       const PointMemory& memory = contact.points[origin.point];
-      const double target = origin.kind == RowKind::Normal ? -std::max(0.0, origin.error) / h_ : 0;
+      const double target =
+          origin.kind == RowKind::Normal ? least_speed(assembly, i, contact.restitution, before) : 0;
       system.b[i] = target - row_velocity(assembly, i, after);
       if (origin.kind == RowKind::Friction && memory.sticking)
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
@@ -199,6 +201,15 @@ class OnePieceStep {
     }
     give_spare(std::move(solution.lambda));
     return true;
+  }
+
+  /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,
+  /// but what lands within it, faster than resting contacts are shaken, bounces.
+  double least_speed(const Assembly& assembly, int row, double restitution,
+                     const std::vector<Velocity>& before) const {
+    const double gap = std::max(0.0, assembly.origin[row].error);
+    const double approach = restitution > 0 ? -row_velocity(assembly, row, before) : 0;
+    return approach > slow_ && gap < h_ * approach ? restitution * approach : -gap / h_;
   }
 
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
@@ -249,7 +260,7 @@ class OnePieceStep {
   void note_hits(const Assembly& assembly, const std::vector<double>& lambda,
                  const std::vector<Velocity>& before) {
     // In flow what is slow, or carried load before, does not land.
-    const double slow = exact_ ? state_.config.rest_speed : slow_speed(state_, island_, h_);
+    const double slow = exact_ ? state_.config.rest_speed : slow_;
     bool any = false;
     for (int i = 0; i < assembly.system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
@@ -451,6 +462,7 @@ class OnePieceStep {
   double from_, h_;
   bool exact_;
   IslandResult& result_;
+  double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
   double limit_ = 0;              ///< work of the step
   Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
 };

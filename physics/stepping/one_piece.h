@@ -8,7 +8,7 @@
 // body (`WorldConfig::flow_work`), and reports the residual that is left.
 //
 //   v1 = v0 + h a + M^-1 J' lambda,   J v1 >= -max(gap, 0) / h  perp  lambda_n >= 0,
-//   |lambda_t| <= mu lambda_n
+//   |lambda_t| <= mu lambda_n;  where a contact lands with a speed u > g h: J v1 >= e u
 //   q1 = q0 + h v1;  where no impulse acts: q0 + h (v0 + v1) / 2
 //
 // Then overlaps are taken out of the positions, and energy that came up by that out of the motion.

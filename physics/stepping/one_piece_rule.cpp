@@ -25,6 +25,8 @@ constexpr int kManyPieces = 16, kFewestPoints = 8;
 constexpr int kManyPoints = 100;
 // Share of the smaller body's size by which joints are off in what is jammed.
 constexpr double kDisplaced = 0.01;
+// Restitution up to which a pile may flow: balls that keep more of their speed are no pile.
+constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 
@@ -58,13 +60,15 @@ bool is_displaced(const WorldState& state, const Island& island) {
   return false;
 }
 
-/// Points of the island, or 0 where something bounces, pulls or depends on the state.
-int points_that_flow(const WorldState& state, const Island& island) {
+/// Points of the island, or 0 where something bounces well or depends on the state.
+/// @param bounces  set to whether anything bounces
+int points_that_flow(const WorldState& state, const Island& island, bool& bounces) {
   if (!(state.config.flow_work > 0) || state.config.accuracy) return 0;
   int points = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
-    if (contact.restitution > 0) return 0;
+    if (contact.restitution > kMostBounce) return 0;
+    bounces = bounces || contact.restitution > 0;
     points += contact.manifold.count;
   }
   return points > kFewestPoints && !has_varying_forces(state, island) ? points : 0;
@@ -84,7 +88,8 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
                       ? kFewestPoints
                       : few_points(static_cast<int>(island.joints.size()));
   OnePieceRule rule;
-  const int all = points_that_flow(state, island);
+  bool bounces = false;
+  const int all = points_that_flow(state, island, bounces);
   if (all > kFewPoints)
     rule.work_limit = kBusy * state.config.flow_work * static_cast<double>(island.bodies.size());
   if (flow > 0 && all > 0 && is_displaced(state, island)) rule.flows = true;
@@ -112,6 +117,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   if (points <= few) return rule;
   rule.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
                         : fast > kEnter * points || landings > kLandings;
+  if (bounces) return rule;
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
   rule.large = points > kManyPoints && island.joints.empty();
   return rule;

@@ -28,8 +28,9 @@ struct OnePieceRule {
 /// than 16 pieces more than 8 points will do; what must flow (`kMustFlow`) does with more than 30. It is
 /// lightly disturbed if none is fast, but one strikes or more than 2 land. It is large from 100 points on,
 /// without joints. Joints count with the points for the 30, beside more than 8 points; an island that flowed
-/// goes on while joints are off by a hundredth of a body's size. Islands with bouncing contacts or forces
-/// that depend on the state are neither; with a solver that is not exact all of more than 8 points flow.
+/// goes on while joints are off by a hundredth of a body's size. Islands with restitution above 0.5 or forces
+/// that depend on the state are neither, those that bounce at all flow at most; with a solver that is not
+/// exact all of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].

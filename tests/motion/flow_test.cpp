@@ -129,6 +129,73 @@ TEST(Flow, GainsNoEnergyAndSinksLittleUnderGravity) {
   EXPECT_LE(deepest, 0.01);
 }
 
+/// A heap of boxes on the ground whose contacts give back `bounce` of the approach.
+World bouncing_heap(double bounce) {
+  World world = make_world(400);
+  ShapeDef floor = test::rough(make_box({1, 1}), 0.5);
+  floor.material.restitution = bounce;
+  test::add_ground(world, floor);
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  for (int i = 0; i < 48; ++i) {
+    ShapeDef shape = test::rough(make_box({1, 1}), 0.5);
+    shape.material.restitution = bounce;
+    test::add(world, {1.3 * (i % 8) + 0.1 * noise(random), 0.8 + 1.3 * (i / 8)}, shape, 1 + i % 2,
+              {2 * noise(random), 2 * noise(random)}, noise(random));
+  }
+  return world;
+}
+
+TEST(Flow, OfPilesThatBounceALittleGainsNoEnergyAndEndsInRest) {
+  for (const double bounce : {0.1, 0.3}) {
+    World world = bouncing_heap(bounce);
+    int flowing = 0, resting = 0;
+    double energy = world.kinetic_energy() + world.potential_energy(), deepest = 0;
+    const double scale = energy;
+    for (int k = 0; k < 360; ++k) {
+      const StepReport& report = world.step(kStep);
+      flowing += report.islands_in_flow;
+      const double now = report.kinetic_energy + report.potential_energy;
+      EXPECT_LE(now, energy + 1e-6 * scale) << "bounce " << bounce << ", step " << k;
+      energy = now;
+      deepest = std::max(deepest, report.worst_penetration);
+      resting = report.islands_at_rest;
+    }
+    EXPECT_GT(flowing, 30) << bounce;
+    EXPECT_GT(resting, 0) << bounce;
+    EXPECT_EQ(resting, world.report().islands) << bounce;
+    EXPECT_LT(deepest, 0.02) << bounce;
+  }
+}
+
+TEST(Flow, LeavesPilesThatBounceWellAlone) {
+  World world = bouncing_heap(0.6);
+  for (int k = 0; k < 60; ++k) EXPECT_EQ(world.step(kStep).islands_in_flow, 0) << k;
+}
+
+/// What falls on a pile in flow bounces from it as from the ground: a light ball meets a platform that stands
+/// on a heap of many contacts, all of one island.
+TEST(Flow, BouncesWhatLandsFast) {
+  for (const double bounce : {0.0, 0.4}) {
+    World world = make_world(400, {});
+    ShapeDef shape = test::rough(make_box({1, 1}), 0);
+    shape.material.restitution = bounce;
+    // Rows of boxes that slide over each other at 1 m/s: 72 contact points, all fast.
+    std::vector<BodyId> boxes;
+    for (int i = 0; i < 10; ++i) {
+      for (int row = 0; row < 3; ++row)
+        boxes.push_back(test::add(world, {1.0 * i + 0.01 * row, 1.0 * row}, shape, 1e6, {row - 1.0, 0}));
+    }
+    ShapeDef ball = shape;
+    ball.shape = make_disc(0.3);
+    // In the middle of its step it meets the upper row.
+    const BodyId struck = test::add(world, {5.05, 2.8 + 0.05}, ball, 1, {1, -6});
+    const StepReport& report = world.step(kStep);
+    ASSERT_EQ(report.islands_in_flow, 1);
+    EXPECT_NEAR(world.velocity(struck).y, bounce > 0 ? 6 * bounce : -3, 1e-3);
+  }
+}
+
 TEST(Flow, TakesOverWhereRoundsOfAStepThrowDearWorkAway) {
   // A bar strikes a wall of 144 loose bricks from below: what it throws up leaves its reach, and the step is
   // made again. Exact forces of the first round cost 2e6 visits, and would again.
