@@ -6,12 +6,14 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/solver/block_sweeps.h"
 #include "physics/solver/body_space_active_set.h"
 #include "physics/solver/body_space_model.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/interior_point.h"
 #include "physics/solver/path_following.h"
 #include "physics/solver/proximal.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -27,6 +29,10 @@ constexpr int kWarmIterations = 8;
 constexpr int kFewChanges = 96, kFewOf = 64;
 constexpr int kFewIterations = 16;
 constexpr int kColdIterations = 12;
+// Up to so many rows a few sweeps foresee the states better than anything else, at a tenth of the cost of an
+// interior point; they do not reach through more.
+constexpr std::size_t kSweptRows = 128;
+constexpr int kSweeps = 20;
 
 struct BodySpaceMemory : SolverMemory {
   BodySpaceModel model;
@@ -36,6 +42,17 @@ struct BodySpaceMemory : SolverMemory {
   std::string_view solver() const override { return "body_space"; }
   void archive(Archive& a) override { a(model, active, has_states); }
 };
+
+/// Impulses after a few sweeps from nothing. @return false where the rows are not those of contacts
+bool sweep_shortly(const IslandSystem& system, SolveWork& work, std::vector<double>& lambda) {
+  Spare<BlockSweeps> sweeps;
+  if (!sweeps->assign(system)) return false;
+  sweeps->set({});
+  for (int k = 0; k < kSweeps; ++k) sweeps->sweep();
+  sweeps->get(sweeps->impulses(), lambda);
+  work.visits += kSweeps * static_cast<double>(system.size());
+  return true;
+}
 
 void note(SolveTrace* trace, const char* text) {
   if (trace) trace->notes.emplace_back(text);
@@ -119,6 +136,14 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     // Two proximal steps show the forces; if many states are wrong, pivoting from here does not pay.
     if (active.refine(limits, 2, work) && active.contradictions() <= static_cast<int>(n) / 8 + 2)
       solved = active.run(limits, budget, work, trace);
+  }
+  std::vector<double> swept;
+  if (!solved && n <= kSweptRows && !budget.spent(work) && sweep_shortly(system, work, swept)) {
+    active.set_impulses(swept.data());
+    active.predict_states();
+    note(trace, "active set from a few sweeps");
+    limits.max_iterations = kWarmIterations;
+    solved = active.run(limits, budget, work, trace);
   }
   if (!solved && !budget.spent(work)) {
     note(trace, "interior point, polished by the active set");
