@@ -34,9 +34,10 @@ struct BlockSweeps::Kernels {
     return low < upper ? low : upper;
   }
 
-  /// One block; `count` is known to the compiler in the hot cases.
+  /// One block; `count` is known to the compiler in the hot cases. @tparam kSoft  contacts give
+  template <bool kSoft>
   static SKERRY_ALWAYS_INLINE void update(const Block& k, const Bounds& bounds, Pattern pattern, int count,
-                                          Impulses& impulses, BodyVector* y, double& largest) {
+                                          double give, Impulses& impulses, BodyVector* y, double& largest) {
     const Vec4 ya = y[k.a].v, yb = y[k.b_body].v;
     Vec4 t[kRows] = {};
     for (int r = 0; r < count; ++r) t[r] = k.low[r].v * ya + k.high[r].v * yb;
@@ -60,6 +61,7 @@ struct BlockSweeps::Kernels {
         lower = bounds.lower[at(r)] - bound;
         upper = bounds.upper[at(r)] + bound;
       }
+      if (kSoft) wanted *= give;
       next[r] = clamp(wanted, lower, upper);
       d[r] = next[r] - impulses.v[r];
     }
@@ -113,23 +115,25 @@ struct BlockSweeps::Kernels {
   }
 
   /// One block with the shape of its rows known to the compiler.
+  template <bool kSoft>
   static SKERRY_ALWAYS_INLINE void update_one(BlockSweeps& s, std::size_t k, double& largest) {
+    const double give = s.contact_give_;
     BodyVector* y = s.velocities_.data();
     const Block& block = s.blocks_[k];
     Impulses& impulses = s.impulses_[k];
     const Bounds& bounds = s.bounds_[k];
     if (block.pattern >= Pattern::Held)
-      update_joint(block, s.joint_of(k), bounds, s.give_, impulses, y, largest);
+      update_joint(block, s.joint_of(k), bounds, s.joint_give_, impulses, y, largest);
     else if (block.pattern == Pattern::Rough && block.count == 4)
-      update(block, bounds, Pattern::Rough, 4, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Rough, 4, give, impulses, y, largest);
     else if (block.pattern == Pattern::Rough)
-      update(block, bounds, Pattern::Rough, 2, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Rough, 2, give, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth && block.count == 2)
-      update(block, bounds, Pattern::Smooth, 2, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Smooth, 2, give, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth)
-      update(block, bounds, Pattern::Smooth, 1, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Smooth, 1, give, impulses, y, largest);
     else
-      update(block, bounds, Pattern::General, block.count, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::General, block.count, give, impulses, y, largest);
   }
 
   /// Vectors of four become numbers of four.
@@ -143,9 +147,9 @@ struct BlockSweeps::Kernels {
   }
 
   /// As `update`, of four blocks: the same operations in the same order, lane by lane.
-  template <int N, Pattern pattern>
-  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, double give, BodyVector* y, BodyVector* x,
-                                               Vec4& largest) {
+  template <bool kSoft, int N, Pattern pattern>
+  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, double joint_give, double contact_give,
+                                               BodyVector* y, BodyVector* x, Vec4& largest) {
     const Vec4 zero{};
     Vec4 a[4], b[4], was[4];
     for (int i = 0; i < 4; ++i) {
@@ -168,8 +172,9 @@ struct BlockSweeps::Kernels {
     for (int r = 0; r < N; ++r) {
       Vec4 wanted = z[r];
       for (int c = 0; c < r && pattern != Pattern::Held; ++c) wanted -= k.couple[entry++].v * d[c];
+      if (kSoft && pattern != Pattern::Held) wanted *= contact_give;
       if (pattern == Pattern::Held) {
-        next[r] = give * wanted;
+        next[r] = joint_give * wanted;
       } else if (pattern == Pattern::Rough && r % 2 == 1) {
         const Vec4 upper = k.mu[r].v * next[r - 1], lower = -upper;
         const Vec4 low = wanted > lower ? wanted : lower;
@@ -199,13 +204,15 @@ struct BlockSweeps::Kernels {
   }
 
   /// What a sweep does with four blocks, and with one.
+  template <bool kSoft>
   struct Update {
     template <int N, Pattern pattern>
     static SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& group, Vec4& largest) {
-      update_four<N, pattern>(group, s.give_, s.velocities_.data(), s.impulses_.data(), largest);
+      update_four<kSoft, N, pattern>(group, s.joint_give_, s.contact_give_, s.velocities_.data(),
+                                     s.impulses_.data(), largest);
     }
     static SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double& largest) {
-      update_one(s, k, largest);
+      update_one<kSoft>(s, k, largest);
     }
   };
 
@@ -259,8 +266,10 @@ struct BlockSweeps::Kernels {
     return largest;
   }
 
-  static double sweep_portable(BlockSweeps& s) { return visit<Update>(s); }
-  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return visit<Update>(s); }
+  static double sweep_portable(BlockSweeps& s) { return visit<Update<false>>(s); }
+  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return visit<Update<false>>(s); }
+  static double sweep_soft_portable(BlockSweeps& s) { return visit<Update<true>>(s); }
+  SKERRY_AVX2 static double sweep_soft_avx2(BlockSweeps& s) { return visit<Update<true>>(s); }
 
   /// Fills in the numbers of a block.
   static SKERRY_ALWAYS_INLINE void close(BlockSweeps& s, const IslandSystem& system, std::size_t k) {
@@ -379,7 +388,7 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints) {
   joints_.clear();
   rows_ = 0;
   contradiction_ = 0;
-  give_ = 1;
+  joint_give_ = contact_give_ = 1;
   if (!joints && !system.compliance.empty()) return false;
   const int n = system.size(), ground = static_cast<int>(system.bodies.size());
   root_.resize(at(n));
@@ -587,6 +596,8 @@ void BlockSweeps::restart() {
 }
 
 double BlockSweeps::sweep() {
+  if (contact_give_ != 1)
+    return cpu_has_avx2() ? Kernels::sweep_soft_avx2(*this) : Kernels::sweep_soft_portable(*this);
   return cpu_has_avx2() ? Kernels::sweep_avx2(*this) : Kernels::sweep_portable(*this);
 }
 

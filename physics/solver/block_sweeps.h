@@ -38,9 +38,12 @@ class BlockSweeps {
   /// @return false, with nothing packed, if there are such rows that are not, compliant contacts, or a row
   /// that stands apart from the normal row that scales its bounds
   bool assign(const IslandSystem& system, bool joints = false);
-  /// Blocks of joints give by so many times their own part of W, which bounds their impulses where what they
-  /// want contradicts the rest. From the next `assign` on they do not.
-  void soften(double share) { give_ = 1 / (1 + share); }
+  /// Rows give by so many times their own part of W, which bounds their impulses where what they want
+  /// contradicts the rest: rows of joints, and of contacts. From the next `assign` on they do not.
+  void soften(double joints, double contacts) {
+    joint_give_ = 1 / (1 + joints);
+    contact_give_ = 1 / (1 + contacts);
+  }
 
   std::size_t blocks() const { return blocks_.size(); }
   int rows() const { return rows_; }
@@ -132,10 +135,10 @@ class BlockSweeps {
   std::vector<Bounds> bounds_;  ///< by block
   std::vector<int> first_;      ///< row of each block of a contact; of joints: -1 - its number in `joints_`
   std::vector<JointBlock> joints_;
-  double give_ = 1;               ///< of an impulse of a joint, what stays
-  double contradiction_ = 0;      ///< of rows of one block that depend on each other [m/s]
-  std::vector<double> root_;      ///< D^1/2 by row
-  std::vector<BodyVector> mass_;  ///< M^-1/2 by body, and the ground's
+  double joint_give_ = 1, contact_give_ = 1;  ///< of an impulse, what stays
+  double contradiction_ = 0;                  ///< of rows of one block that depend on each other [m/s]
+  std::vector<double> root_;                  ///< D^1/2 by row
+  std::vector<BodyVector> mass_;              ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
   std::vector<BodyVector> velocities_;
   SweepLevels levels_;

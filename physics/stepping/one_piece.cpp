@@ -30,10 +30,14 @@ constexpr double kVelocityShare = 0.8;
 constexpr double kSetUp = 5;
 // Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
 constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
-// What joints give of a shift of positions, as a share of what one alone would want, and how far it may move
-// a jointed body, as a share of its size: where a jam leaves no room for joints and contacts, it stays
-// bounded.
-constexpr double kJointGive = 0.02, kFarthestShift = 0.5;
+// What joints and contacts beside them give of a shift of positions, as shares of what one alone would want,
+// and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
+// stays bounded, and limbs rather slip through each other than out of their joints.
+constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
+// In flow there is a second round where joints are off by this share of a body's size: shifts are straight
+// lines.
+constexpr double kTorn = 0.05;
+constexpr int kFlowSeparations = 2;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
 constexpr int kSeparations = 8;
 // What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
@@ -55,8 +59,8 @@ class OnePieceStep {
     // Without flow, sweeps for positions still want a bound.
     const double work = state.config.flow_work > 0 ? state.config.flow_work : WorldConfig{}.flow_work;
     slow_ = slow_speed(state, island, h_);
-    limit_ = work * (static_cast<double>(island.bodies.size()) +
-                     kJointWork * static_cast<double>(island.joints.size()));
+    bodies_work_ = work * static_cast<double>(island.bodies.size());
+    limit_ = bodies_work_ + work * kJointWork * static_cast<double>(island.joints.size());
   }
 
   /// @return false, and nothing has happened, if an exact answer was wanted and there is none
@@ -92,10 +96,12 @@ class OnePieceStep {
       int round = 0;
       // Joints hold to rounding where all is exact.
       const bool rigid = exact_ && !island_.joints.empty();
+      const int rounds = exact_ ? kSeparations : kFlowSeparations;
       do {
         StageTimer timer(state_, result_, Stage::Narrow);
         result_.manifolds_reused += update_manifolds(state_, island_, from_ + h_, result_.narrow);
-      } while (!rigid && separate() && exact_ && ++round < kSeparations);
+      } while (!rigid && separate() && ++round < rounds &&
+               (exact_ || joints_are_off(state_, island_, from_ + h_, kTorn)));
       if (rigid) {
         StageTimer timer(state_, result_, Stage::Apply);
         Spare<PositionRows> rows;
@@ -173,7 +179,7 @@ class OnePieceStep {
       StageTimer timer(state_, result_, Stage::Solve);
       SolveOptions options = state_.config.solve;
       options.work_limit = !exact_                       ? kVelocityShare * limit_
-                           : state_.config.flow_work > 0 ? kExactWork * limit_
+                           : state_.config.flow_work > 0 ? kExactWork * bodies_work_
                                                          : work_left(state_, result_);
       options.trace = state_.observe.systems && state_.observe.solve_traces;
       solution = exact_ ? solve_exactly(system, *warm, options) : sweep_until_done(system, *warm, options);
@@ -222,16 +228,17 @@ class OnePieceStep {
 
   /// The world's own solver where it is a preview; else sweeps, which at this price leave no more than
   /// cleverer methods do (tests/bench/solver.md).
-  /// @param give  of joints, as a share
+  /// @param joint_give, contact_give  shares by which rows give (`BlockSweeps::soften`)
   Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
-                            const SolveOptions& options, double give = 0) const {
+                            const SolveOptions& options, double joint_give = 0,
+                            double contact_give = 0) const {
     static const SolverEntry& standard = find_solver("pgs");
     if (!state_.solver->exact) return state_.solver->solve(system, warm, options, nullptr);
     Spare<BlockSweeps> sweeps;
     if (options.trace || !sweeps->assign(system, true)) return standard.solve(system, warm, options, nullptr);
     Solution solution;
     solution.method = standard.name;
-    sweeps->soften(give);
+    sweeps->soften(joint_give, contact_give);
     sweeps->set(warm);
     const double rows = static_cast<double>(system.rows.size());
     const double scale = largest_magnitude(system.b), target = options.tolerance * scale;
@@ -408,7 +415,9 @@ class OnePieceStep {
     SolveOptions options;
     options.tolerance = 1e-4;
     options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
-    Solution solution = sweep_until_done(system, {}, options, kJointGive);
+    Solution solution = island_.joints.empty()
+                            ? sweep_until_done(system, {}, options)
+                            : sweep_until_done(system, {}, options, kJointGive, kContactGive);
     result_.work += solution.work;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     shift.assign(island_.bodies.size(), Velocity{});
@@ -463,7 +472,8 @@ class OnePieceStep {
   bool exact_;
   IslandResult& result_;
   double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
-  double limit_ = 0;              ///< work of the step
+  double bodies_work_ = 0;        ///< of the step, without joints
+  double limit_ = 0;              ///< of the step
   Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
 };
 

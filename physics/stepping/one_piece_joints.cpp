@@ -141,4 +141,27 @@ void bind_jointed(const WorldState& state, const Island& island, double h, std::
   }
 }
 
+bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share) {
+  const auto size = [&](std::uint32_t body) {
+    return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;
+  };
+  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
+    const JointRecord& joint = state.joints[slot];
+    const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
+    const double least = std::min(size(a), size(b));
+    JointRows rows;
+    const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
+    for (int k = 0; k < count; ++k) {
+      const JointRow& row = rows[static_cast<std::size_t>(k)];
+      const bool holds = row.kind == JointRowKind::Hold;
+      if (!holds && row.kind != JointRowKind::Limit) continue;
+      // An angle moves the ends of the smaller body by its size.
+      const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
+      const double error = holds ? std::abs(row.error) : -row.error;
+      if (error > share * (turns ? 1 : least)) return true;
+    }
+    return false;
+  });
+}
+
 }  // namespace skerry

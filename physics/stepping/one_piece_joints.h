@@ -38,4 +38,8 @@ void store_joint_impulses(WorldState& state, const Island& island, const Assembl
 void bind_jointed(const WorldState& state, const Island& island, double h, std::vector<std::uint8_t>& pushed,
                   std::vector<Vec2>& lag);
 
+/// True if what joints hold, or limit, is off by more than a share of the size of the smaller body.
+/// @param elapsed  since the beginning of the step [s]
+bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share);
+
 }  // namespace skerry

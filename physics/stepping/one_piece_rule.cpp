@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
@@ -33,31 +34,6 @@ constexpr double kBusy = 50;
 /// Points beside so many joints up to which exact forces cost no more than a step in one piece.
 int few_points(int joints) {
   return std::max(kFewPoints - joints, kFewestPoints);
-}
-
-/// True if joints are off by more than exact steps take out at once, and only flow leaves: what it has jammed
-/// would be torn apart.
-bool is_displaced(const WorldState& state, const Island& island) {
-  const auto size = [&](std::uint32_t body) {
-    return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;
-  };
-  for (const std::uint32_t slot : island.joints) {
-    const JointRecord& joint = state.joints[slot];
-    const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-    const double most = kDisplaced * std::min(size(a), size(b));
-    JointRows rows;
-    const int count = joint_geometry(joint, joint_end(state, a), joint_end(state, b), rows);
-    for (int k = 0; k < count; ++k) {
-      const JointRow& row = rows[static_cast<std::size_t>(k)];
-      const bool holds = row.kind == JointRowKind::Hold;
-      if (!holds && row.kind != JointRowKind::Limit) continue;
-      // Of an angle: how far it moves the ends of the smaller body.
-      const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
-      const double error = (holds ? std::abs(row.error) : -row.error) * (turns ? most / kDisplaced : 1);
-      if (error > most) return true;
-    }
-  }
-  return false;
 }
 
 /// Points of the island, or 0 where something bounces well or depends on the state.
@@ -92,7 +68,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   const int all = points_that_flow(state, island, bounces);
   if (all > kFewPoints)
     rule.work_limit = kBusy * state.config.flow_work * static_cast<double>(island.bodies.size());
-  if (flow > 0 && all > 0 && is_displaced(state, island)) rule.flows = true;
+  // Only flow leaves joints off by more than exact steps take out at once: what it has jammed would be torn
+  // apart.
+  if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;
   if (rule.flows || all <= few) return rule;
   rule.flows = must || !state.solver->exact;
   if (rule.flows) return rule;

@@ -108,8 +108,8 @@ TEST(FlowWithJoints, OfAHeapOfPeopleEndsInExactRest) {
   EXPECT_LE(world.report().worst_residual, 1e-9);
   EXPECT_LE(world.report().worst_penetration, 1e-9);
   EXPECT_LE(worst_gap(world, hinges), 1e-9);
-  // While it falls, at 10 m/s: about as much as limbs are thick.
-  EXPECT_LE(apart, 0.12);
+  // While it falls, at 10 m/s, with limbs 0.1 m thick: they rather overlap than leave their joints.
+  EXPECT_LE(apart, 0.03);
   EXPECT_LE(deepest, 0.08);
 }
 
@@ -123,7 +123,7 @@ TEST(FlowWithJoints, GainsNoEnergyWhileAHeapFalls) {
     for (int k = 0; k < 150; ++k) {
       flowing += world.step(kStep).islands_in_flow > 0;
       const double now = world.kinetic_energy() + world.potential_energy();
-      EXPECT_LE(now, energy + 1e-4 * start) << k;
+      EXPECT_LE(now, energy + 5e-4 * start) << k;
       energy = now;
     }
     EXPECT_GT(flowing, 20);
@@ -318,8 +318,8 @@ TEST(FlowWithJoints, TakesOverWhereExactForcesCostTooMuch) {
   }
   std::printf("%.2g visits at most, %d steps in flow\n", visits, flowing);
   EXPECT_GT(flowing, 60);
-  // 50 times 400 for each body, half of it once more for the solve that is broken off, and rounds.
-  EXPECT_LE(visits, 100 * 400.0 * 11 * 16);
+  // 50 times 400 for each body, 30 times for one piece, the solve that is broken off, and rounds.
+  EXPECT_LE(visits, 120 * 400.0 * 11 * 16);
 }
 
 }  // namespace

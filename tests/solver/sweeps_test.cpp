@@ -242,6 +242,40 @@ TEST(Sweeps, ConvergeToWhatDenseFactorsSayForJointsAndContacts) {
   }
 }
 
+TEST(Sweeps, GiveWhereTheyAreToldTo) {
+  // Rods and contacts between three bodies, as many again as could hold: no impulse balances them unless they
+  // give. What they give is a compliance of so many times the diagonal of W.
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> number(-1, 1);
+    IslandSystem system;
+    for (int i = 0; i < 3; ++i) system.bodies.push_back({1 + 0.5 * number(random), 2 + number(random)});
+    for (int k = 0; k < 18; ++k) {
+      Row row;
+      row.kind = k % 2 == 0 ? RowKind::Joint : RowKind::Normal;
+      row.lower = k % 2 == 0 ? -kInfinity : 0;
+      row.a = k % 3;
+      row.b = (k / 3 + k) % 3 == row.a ? -1 : (k / 3 + k) % 3;
+      for (double& x : row.Ja) x = number(random);
+      for (double& x : row.Jb) x = row.b < 0 ? 0 : number(random);
+      system.rows.push_back(row);
+      system.b.push_back(number(random));
+    }
+    BlockSweeps sweeps;
+    ASSERT_TRUE(sweeps.assign(system, true));
+    sweeps.soften(0.2, 0.5);
+    sweeps.set({});
+    for (int i = 0; i < 3000; ++i) sweeps.sweep();
+    std::vector<double> lambda;
+    sweeps.get(sweeps.impulses(), lambda);
+    const std::vector<double> diagonal = inverse_effective_masses(system);
+    for (std::size_t i = 0; i < diagonal.size(); ++i)
+      system.compliance.push_back((i % 2 == 0 ? 0.2 : 0.5) * diagonal[i]);
+    EXPECT_LE(natural_map_residual(system, lambda), 1e-9);
+  }
+}
+
 TEST(Sweeps, LeaveJointsToThoseWhoAskForThem) {
   IslandSystem system = one_joint(1, 0);
   BlockSweeps sweeps;
