@@ -60,13 +60,12 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const bool must = flow == kMustFlow;
-  const int few = (flow > 1 && !must) || !state.solver->exact
-                      ? kFewestPoints
-                      : few_points(static_cast<int>(island.joints.size()));
+  const int usual = few_points(static_cast<int>(island.joints.size()));
+  const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
   OnePieceRule rule;
   bool bounces = false;
   const int all = points_that_flow(state, island, bounces);
-  if (all > kFewPoints)
+  if (all > usual)
     rule.work_limit = kBusy * state.config.flow_work * static_cast<double>(island.bodies.size());
   // Only flow leaves joints off by more than exact steps take out at once: what it has jammed would be torn
   // apart.
