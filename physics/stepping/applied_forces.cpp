@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/text.h"
@@ -67,6 +68,16 @@ double largest_acceleration(const WorldState& state, const Island& island) {
         largest, length(state.acceleration[i]) + std::abs(state.angular_acceleration[i]) * state.radius[i]);
   }
   return largest;
+}
+
+double rounding_of_balance(const WorldState& state, const Island& island, double force) {
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  const BodyArrays& b = state.bodies;
+  double lightest = 0;
+  for (const std::uint32_t i : island.bodies)
+    lightest =
+        std::max({lightest, b.inverse_mass[i], b.inverse_inertia[i] * state.radius[i] * state.radius[i]});
+  return kRounding * force * lightest;
 }
 
 }  // namespace skerry

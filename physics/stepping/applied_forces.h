@@ -22,6 +22,11 @@ bool meets_prescribed_motion(const WorldState& state, const Island& island);
 /// Largest acceleration that the applied forces give any point of the island's bodies [m/s^2].
 double largest_acceleration(const WorldState& state, const Island& island);
 
+/// What the rounding of forces (or impulses) that balance may leave of accelerations (or velocities, of
+/// points of bodies that turn) in an island: it moves the lightest body most, and what that carries with it.
+/// Slower than this cannot be told from rest. @param force  a large one of the island [N] (or [N s])
+double rounding_of_balance(const WorldState& state, const Island& island, double force);
+
 /// Acceleration (linear and angular) of a dynamic body in this motion, by gravity, the user's forces of this
 /// step, fields and drag.
 /// @param elapsed  since the beginning of the step [s]

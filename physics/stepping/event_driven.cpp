@@ -38,8 +38,6 @@ constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 constexpr int kMaxInnerSteps = 4000;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
 constexpr double kUnit = 1;
-// Rounding of the forces of an island, as a share of a large one.
-constexpr double kForceRounding = 16 * std::numeric_limits<double>::epsilon();
 
 class EventStep {
  public:
@@ -148,12 +146,7 @@ class EventStep {
     if (mode_.free() || !parabolic_) return false;
     const double g = external_bound();
     if (speed_bound(state_, island_) > 1e-11 * h_ * g) return false;
-    // Forces that balance but for their rounding move the lightest body most, and what it carries with it.
-    double lightest = 0;
-    for (const std::uint32_t i : island_.bodies)
-      lightest = std::max({lightest, state_.bodies.inverse_mass[i],
-                           state_.bodies.inverse_inertia[i] * state_.radius[i] * state_.radius[i]});
-    const double nothing = std::max(1e-10 * g, kForceRounding * forces_.scale * lightest);
+    const double nothing = std::max(1e-10 * g, rounding_of_balance(state_, island_, forces_.scale));
     for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
       const std::array<double, 3>& a = forces_.acceleration[k];
       const double turn = std::abs(a[2]) * state_.radius[island_.bodies[k]];

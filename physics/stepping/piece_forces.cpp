@@ -179,7 +179,7 @@ class PieceSolve {
     keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
     note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
-    quieten(h, after);
+    quieten(h, solution.lambda, after);
     store_impulses(assembly, solution.lambda, h, *scratch);
     note_solution(solution, system);
     if (state_.observe.systems) {
@@ -287,12 +287,20 @@ class PieceSolve {
 
   /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than
   /// that are at rest to the bit, so that nothing of them has to be computed again.
-  void quieten(double h, std::vector<Velocity>& v) const {
-    const double floor = 1e-10 * h * largest_acceleration(state_, island_);  // the solvers' tolerance
-    for (std::size_t k = 0; k < v.size(); ++k) {
+  /// Under heavy loads the rounding of the impulses shakes the lightest body, and what it carries with it.
+  void quieten(double h, const std::vector<double>& lambda, std::vector<Velocity>& v) const {
+    const auto speed = [&](std::size_t k) {
       const double turn = std::abs(v[k][2]) * state_.radius[island_.bodies[k]];
-      if (std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn}) < floor) v[k] = {0, 0, 0};
+      return std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn});
+    };
+    const double floor = 1e-10 * h * largest_acceleration(state_, island_);  // the solvers' tolerance
+    double fastest = 0;
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      if (speed(k) < floor) v[k] = {0, 0, 0};
+      fastest = std::max(fastest, speed(k));
     }
+    if (fastest > 0 && fastest < rounding_of_balance(state_, island_, largest_magnitude(lambda)))
+      std::fill(v.begin(), v.end(), Velocity{});
   }
 
   bool sticks(const RowOrigin& origin) const {
