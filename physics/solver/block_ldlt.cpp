@@ -13,6 +13,9 @@ namespace {
 // Pivots beyond this are overflow in the making.
 constexpr double kHuge = 1e200;
 
+// Columns whose products are subtracted together.
+constexpr int kColumns = 4;
+
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
@@ -254,7 +257,7 @@ void BlockFactor::set_pattern(const BlockPattern& pattern) {
   int longest = 0;
   for (int j = 0; j < pattern.nodes(); ++j)
     longest = std::max(longest, pattern.begin_[at(j) + 1] - pattern.begin_[at(j)]);
-  column_.resize(at(longest));
+  column_.resize(at(longest) * kColumns);
 }
 
 void BlockFactor::clear(bool general) {
@@ -267,47 +270,111 @@ void BlockFactor::clear(bool general) {
 
 /// The loops, compiled for two instruction sets.
 struct BlockFactor::Kernels {
-  static SKERRY_ALWAYS_INLINE bool factor_symmetric_loop(BlockFactor& f) {
-    const BlockPattern& s = *f.pattern_;
-    const int* row = s.row_.data();
-    const int* target = s.update_.data();
-    Block3* L = f.lower_.data();
-    Block3* Y = f.column_.data();
-    for (int j = 0; j < s.nodes(); ++j) {
-      const int first = s.begin_[at(j)], d = s.begin_[at(j) + 1] - first;
-      Block3& D = f.diagonal_[at(j)];
-      if (!factor_symmetric(D)) return false;
-      for (int k = 0; k < d; ++k) {
-        Y[k] = L[first + k];
-        divide_symmetric(L[first + k], D);
-      }
-      for (int k = 0; k < d; ++k) {
-        subtract_abt(f.diagonal_[at(row[first + k])], L[first + k], Y[k]);
-        for (int i = k + 1; i < d; ++i) subtract_abt(L[*target++], L[first + i], Y[k]);
-      }
-    }
-    return true;
+  // Columns from `j` on, at most kColumns, each of which has the rows of the one before without the first:
+  // what they take away from a block is subtracted while that is at hand.
+  static SKERRY_ALWAYS_INLINE int alike(const BlockPattern& s, int j) {
+    int count = 1;
+    while (count < kColumns && s.column_size(j + count - 1) > 0 && s.parent(j + count - 1) == j + count &&
+           s.column_size(j + count) + 1 == s.column_size(j + count - 1))
+      ++count;
+    return count;
   }
 
-  static SKERRY_ALWAYS_INLINE bool factor_general_loop(BlockFactor& f) {
+  // Places of columns that are alike: blocks, and Y (symmetric: L D) in the order of the rows.
+  struct Columns {
+    Block3 *L[kColumns], *Y[kColumns];
+  };
+
+  template <int kCount, bool kGeneral>
+  static SKERRY_ALWAYS_INLINE void subtract_products(BlockFactor& f, const Columns& from, const int* row,
+                                                     int rows, const int* target) {
+    Block3* L = f.lower_.data();
+    Block3* U = f.upper_.data();
+    for (int k = 0; k < rows; ++k) {
+      Block3& D = f.diagonal_[at(row[k])];
+      for (int q = 0; q < kCount; ++q) {
+        if constexpr (kGeneral)
+          subtract_ab(D, from.L[q][k], from.Y[q][k]);
+        else
+          subtract_abt(D, from.L[q][k], from.Y[q][k]);
+      }
+      for (int i = k + 1; i < rows; ++i) {
+        const int t = *target++;
+        Block3 C = L[t];
+        for (int q = 0; q < kCount; ++q) {
+          if constexpr (kGeneral)
+            subtract_ab(C, from.L[q][i], from.Y[q][k]);
+          else
+            subtract_abt(C, from.L[q][i], from.Y[q][k]);
+        }
+        L[t] = C;
+        if constexpr (kGeneral) {
+          C = U[t];
+          for (int q = 0; q < kCount; ++q) subtract_ab(C, from.L[q][k], from.Y[q][i]);
+          U[t] = C;
+        }
+      }
+    }
+  }
+
+  template <bool kGeneral>
+  static SKERRY_ALWAYS_INLINE bool factor_loop(BlockFactor& f) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
     const int* target = s.update_.data();
-    Block3* L = f.lower_.data();
-    Block3* U = f.upper_.data();
-    for (int j = 0; j < s.nodes(); ++j) {
-      const int first = s.begin_[at(j)], d = s.begin_[at(j) + 1] - first;
-      Block3& D = f.diagonal_[at(j)];
-      if (!factor_general(D, f.pivot_[at(j)])) return false;
-      for (int k = 0; k < d; ++k) divide_general(L[first + k], D, f.pivot_[at(j)]);
-      for (int k = 0; k < d; ++k) {
-        subtract_ab(f.diagonal_[at(row[first + k])], L[first + k], U[first + k]);
-        for (int i = k + 1; i < d; ++i) {
-          const int t = *target++;
-          subtract_ab(L[t], L[first + i], U[first + k]);
-          subtract_ab(U[t], L[first + k], U[first + i]);
+    const std::size_t longest = f.column_.size() / kColumns;
+    Columns from;
+    for (int j = 0; j < s.nodes();) {
+      const int count = alike(s, j);
+      for (int q = 0; q < count; ++q) {
+        const int column = j + q, first = s.begin_[at(column)], d = s.column_size(column);
+        Block3* const L = f.lower_.data() + first;
+        Block3* const Y = kGeneral ? f.upper_.data() + first : f.column_.data() + at(q) * longest;
+        Block3& D = f.diagonal_[at(column)];
+        if constexpr (kGeneral) {
+          if (!factor_general(D, f.pivot_[at(column)])) return false;
+          for (int k = 0; k < d; ++k) divide_general(L[k], D, f.pivot_[at(column)]);
+        } else {
+          if (!factor_symmetric(D)) return false;
+          for (int k = 0; k < d; ++k) {
+            Y[k] = L[k];
+            divide_symmetric(L[k], D);
+          }
         }
+        // To the other columns alike at once, since they come next.
+        const int next = count - 1 - q;
+        for (int k = 0; k < next; ++k) {
+          Block3& to = f.diagonal_[at(row[first + k])];
+          if constexpr (kGeneral)
+            subtract_ab(to, L[k], Y[k]);
+          else
+            subtract_abt(to, L[k], Y[k]);
+          for (int i = k + 1; i < d; ++i) {
+            const int t = *target++;
+            if constexpr (kGeneral) {
+              subtract_ab(f.lower_[at(t)], L[i], Y[k]);
+              subtract_ab(f.upper_[at(t)], L[k], Y[i]);
+            } else {
+              subtract_abt(f.lower_[at(t)], L[i], Y[k]);
+            }
+          }
+        }
+        from.L[q] = L + next;
+        from.Y[q] = Y + next;
+        if (next > 0) target += at(d - next) * at(d - next - 1) / 2;
       }
+      const int last = j + count - 1, rows = s.column_size(last);
+      const int* const below = row + s.begin_[at(last)];
+      if (count == 1)
+        subtract_products<1, kGeneral>(f, from, below, rows, target);
+      else if (count == 2)
+        subtract_products<2, kGeneral>(f, from, below, rows, target);
+      else if (count == 3)
+        subtract_products<3, kGeneral>(f, from, below, rows, target);
+      else
+        subtract_products<4, kGeneral>(f, from, below, rows, target);
+      target += at(rows) * at(rows - 1) / 2;
+      j += count;
     }
     return true;
   }
@@ -397,10 +464,10 @@ struct BlockFactor::Kernels {
     solve_unit_loop(f, columns, slot, unit, v);
   }
   static bool factor_portable(BlockFactor& f) {
-    return f.general_ ? factor_general_loop(f) : factor_symmetric_loop(f);
+    return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
   }
   SKERRY_AVX2 static bool factor_avx2(BlockFactor& f) {
-    return f.general_ ? factor_general_loop(f) : factor_symmetric_loop(f);
+    return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
   }
   static void solve_portable(const BlockFactor& f, BodyVector* x, const std::span<const int>* columns) {
     solve_loop(f, x, columns);
