@@ -379,38 +379,36 @@ struct BlockFactor::Kernels {
     return true;
   }
 
-  static SKERRY_ALWAYS_INLINE void forward(const BlockFactor& f, int j, BodyVector* x) {
+  static SKERRY_ALWAYS_INLINE void forward_loop(const BlockFactor& f, BodyVector* x,
+                                                const std::vector<int>* columns) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
     const Block3* L = f.lower_.data();
-    const Vec4 t = x[j].v;
-    for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(x[row[p]].v, L[p], t);
+    const int count = columns ? static_cast<int>(columns->size()) : s.nodes();
+    for (int k = 0; k < count; ++k) {
+      const int j = columns ? (*columns)[at(k)] : k;
+      const Vec4 t = x[j].v;
+      for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(x[row[p]].v, L[p], t);
+    }
   }
 
-  static SKERRY_ALWAYS_INLINE void solve_loop(const BlockFactor& f, BodyVector* x,
-                                              const std::span<const int>* columns) {
+  static SKERRY_ALWAYS_INLINE void backward_loop(const BlockFactor& f, BodyVector* x,
+                                                 const std::vector<int>* columns) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
     const Block3* L = f.lower_.data();
-    const int n = s.nodes();
-    if (columns) {
-      for (const int j : *columns) forward(f, j, x);
-    } else {
-      for (int j = 0; j < n; ++j) forward(f, j, x);
-    }
-    if (f.general_) {
-      const Block3* U = f.upper_.data();
-      for (int j = n - 1; j >= 0; --j) {
-        Vec4 t = x[j].v;
+    const Block3* U = f.upper_.data();
+    for (int k = (columns ? static_cast<int>(columns->size()) : s.nodes()) - 1; k >= 0; --k) {
+      const int j = columns ? (*columns)[at(k)] : k;
+      Vec4 t = x[j].v;
+      if (f.general_) {
         for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(t, U[p], x[row[p]].v);
         solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], t);
         x[j].v = t;
+        continue;
       }
-      return;
-    }
-    for (int j = n - 1; j >= 0; --j) {
       // Products with L^T: three dot products, summed lane by lane until the end.
-      Vec4 t = x[j].v, s0{}, s1{}, s2{};
+      Vec4 s0{}, s1{}, s2{};
       solve_symmetric(f.diagonal_[at(j)], t);
       for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) {
         const Vec4 y = x[row[p]].v;
@@ -469,12 +467,12 @@ struct BlockFactor::Kernels {
   SKERRY_AVX2 static bool factor_avx2(BlockFactor& f) {
     return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
   }
-  static void solve_portable(const BlockFactor& f, BodyVector* x, const std::span<const int>* columns) {
-    solve_loop(f, x, columns);
-  }
-  SKERRY_AVX2 static void solve_avx2(const BlockFactor& f, BodyVector* x,
-                                     const std::span<const int>* columns) {
-    solve_loop(f, x, columns);
+  using Some = const std::vector<int>*;
+  static void forward_portable(const BlockFactor& f, BodyVector* x, Some c) { forward_loop(f, x, c); }
+  SKERRY_AVX2 static void forward_avx2(const BlockFactor& f, BodyVector* x, Some c) { forward_loop(f, x, c); }
+  static void backward_portable(const BlockFactor& f, BodyVector* x, Some c) { backward_loop(f, x, c); }
+  SKERRY_AVX2 static void backward_avx2(const BlockFactor& f, BodyVector* x, Some c) {
+    backward_loop(f, x, c);
   }
 };
 
@@ -482,18 +480,23 @@ bool BlockFactor::factor() {
   return cpu_has_avx2() ? Kernels::factor_avx2(*this) : Kernels::factor_portable(*this);
 }
 
-void BlockFactor::solve(BodyVector* x) const {
+void BlockFactor::forward(BodyVector* x, const std::vector<int>* columns) const {
   if (cpu_has_avx2())
-    Kernels::solve_avx2(*this, x, nullptr);
+    Kernels::forward_avx2(*this, x, columns);
   else
-    Kernels::solve_portable(*this, x, nullptr);
+    Kernels::forward_portable(*this, x, columns);
 }
 
-void BlockFactor::solve(BodyVector* x, std::span<const int> columns) const {
+void BlockFactor::backward(BodyVector* x, const std::vector<int>* columns) const {
   if (cpu_has_avx2())
-    Kernels::solve_avx2(*this, x, &columns);
+    Kernels::backward_avx2(*this, x, columns);
   else
-    Kernels::solve_portable(*this, x, &columns);
+    Kernels::backward_portable(*this, x, columns);
+}
+
+void BlockFactor::solve(BodyVector* x) const {
+  forward(x);
+  backward(x);
 }
 
 void BlockFactor::solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit,

@@ -99,9 +99,10 @@ class BlockFactor {
   /// Solves in place: `x` holds the right-hand side, one vector a position, then the solution.
   /// @pre the last `factor` returned true
   void solve(BodyVector* x) const;
-  /// The same for a right-hand side that vanishes outside some columns. @param columns ascending, with all
-  /// their ancestors
-  void solve(BodyVector* x, std::span<const int> columns) const;
+  /// The two halves of `solve`, L first, as far as some columns go: what is not in them is neither read nor
+  /// written. @param columns ascending, with all their ancestors; null: all
+  void forward(BodyVector* x, const std::vector<int>* columns = nullptr) const;
+  void backward(BodyVector* x, const std::vector<int>* columns = nullptr) const;
   /// Solves for the three unit vectors of position `unit`, on some columns only: transposed blocks, one a
   /// column. @param columns ascending, with all their ancestors @param slot where each stands in `columns`
   void solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit, Block3* v) const;

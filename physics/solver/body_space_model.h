@@ -105,7 +105,7 @@ class BodySpaceModel {
   struct Kernels;
   void count_solve(SolveWork& work) const;
   double factor_cost(bool general) const;
-  void solve_velocities(const double* k);
+  void set_velocities(const double* k);
   void recover(const double* k, const double* g, const double* h, double* d_lambda);
   void solve_adapted(const double* k, const double* g, const double* h, double* d_lambda);
   struct alignas(32) Jacobian {
