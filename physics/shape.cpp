@@ -326,4 +326,16 @@ double bounding_radius(const Shape& shape) {
   return std::sqrt(largest) + shape.radius;
 }
 
+double half_width(const Shape& shape) {
+  if (shape.kind == ShapeKind::HalfPlane || shape.kind == ShapeKind::Chain) return 0;
+  if (shape.kind != ShapeKind::Polygon) return shape.radius;
+  Vec2 middle;
+  for (const Vec2 v : shape.vertices) middle += v;
+  middle = middle / static_cast<double>(shape.vertices.size());
+  double least = kInfinity;
+  for (std::size_t i = 0; i < shape.vertices.size(); ++i)
+    least = std::min(least, dot(shape.normals[i], shape.vertices[i] - middle));
+  return least + shape.radius;
+}
+
 }  // namespace skerry

@@ -74,6 +74,9 @@ AreaProperties area_properties(const Shape& shape);
 Aabb bounding_box(const Shape& shape, const Transform& pose);
 /// Largest distance of a point of the shape from the body's origin [m]; infinite for half-planes.
 double bounding_radius(const Shape& shape);
+/// Smallest distance of an edge from the mean of the corners [m], a disc's radius; 0 for half-planes and
+/// chains.
+double half_width(const Shape& shape);
 
 /// Splits a simple polygon (either orientation, no holes) into convex parts of at most 64 corners; keeps the
 /// area.

@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 12;
+constexpr std::uint32_t kSnapshotVersion = 13;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -27,7 +27,7 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
         b.alive.size(),        b.asleep.size(),          b.island.size(),        b.generation.size(),
         s.names.size(),        s.given_mass.size(),      s.given_inertia.size(), s.shapes_of.size(),
         s.joints_of.size(),    s.centre.size(),          s.radius.size(),        s.reach.size(),
-        s.drag.size(),         s.step_memory.size()}) {
+        s.drag.size(),         s.step_memory.size(),     s.thickness.size(),     s.stray_guess.size()}) {
     require(from.bodies, size == n, "the lists of the bodies differ in length");
   }
   const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {
@@ -79,6 +79,13 @@ void complete(WorldState& s) {
   }));
   s.acceleration.resize(n);
   s.angular_acceleration.resize(n);
+  s.way.resize(n);
+  s.rerouted.resize(n);
+  for (const ShapeRecord& shape : s.shapes) {
+    const std::uint32_t body = shape.body.index;
+    s.start_box.push_back(shape.alive ? bounding_box(shape.shape, {b.position[body], b.rotation[body]})
+                                      : Aabb{});
+  }
   s.travelled.resize(n);
   s.strayed.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) {

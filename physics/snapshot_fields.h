@@ -245,16 +245,16 @@ inline void fields(WorldArchives a, WorldState& v) {
   // methods, looked up by name; the callbacks (prescribed, field with its threads), which only the caller has
   // (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
-         free_bodies, drag, prescribed, field, shapes, free_shapes, joints, free_joints, broad_phase, pool,
-         island_builder, islands, graph_bodies, graph_joints, links, contacts, memories, resting, step_memory,
-         step_paths, sleepers, ledger, field_threads, graph_known, table_changed, joints_changed, paths_known,
-         springs, awake, kinematic, touched, last_h, rests, kept, active, active_joints, acceleration,
-         angular_acceleration, paths, reach, travelled, allowance, strayed, flight, local_index, backup,
-         pairs, box_updates, shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time,
-         steps] = v;
+         thickness, stray_guess, free_bodies, drag, prescribed, field, shapes, free_shapes, joints,
+         free_joints, broad_phase, pool, island_builder, islands, graph_bodies, graph_joints, links, contacts,
+         memories, resting, step_memory, step_paths, sleepers, ledger, field_threads, graph_known,
+         table_changed, joints_changed, paths_known, springs, awake, kinematic, touched, last_h, rests, kept,
+         active, active_joints, acceleration, angular_acceleration, paths, reach, travelled, way, allowance,
+         strayed, flight, rerouted, start_box, local_index, backup, pairs, box_updates, shape_moved,
+         loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
-  a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, free_bodies,
-           touched, reach, drag);
+  a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, thickness,
+           stray_guess, free_bodies, touched, reach, drag);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
   a.contacts(contacts);

@@ -44,6 +44,10 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.joints_of.emplace_back();
   s.centre.emplace_back();
   s.radius.push_back(0);
+  s.thickness.push_back(kInfinity);
+  s.stray_guess.push_back(0);
+  s.way.emplace_back();
+  s.rerouted.push_back(0);
   s.acceleration.emplace_back();
   s.angular_acceleration.push_back(0);
   s.reach.push_back(0);
@@ -108,8 +112,10 @@ void update_mass(WorldState& s, std::uint32_t body) {
     s.bodies.velocity[body] += s.bodies.omega[body] * perp(shift);
   }
   s.radius[body] = 0;
+  s.thickness[body] = kInfinity;
   for (const std::uint32_t i : s.shapes_of[body]) {
     s.radius[body] = std::max(s.radius[body], bounding_radius(s.shapes[i].shape));
+    s.thickness[body] = std::min(s.thickness[body], half_width(s.shapes[i].shape));
   }
 
   if (s.bodies.type[body] != BodyType::Dynamic) return;
@@ -173,6 +179,8 @@ BodyId World::create_body(const BodyDef& def) {
   s.given_inertia[i] = def.inertia;
   s.centre[i] = {};
   s.radius[i] = 0;
+  s.thickness[i] = kInfinity;
+  s.stray_guess[i] = 0;
   s.local_index[i] = -1;
   s.rests[i] = 0;
   s.kept[i] = def.type != BodyType::Dynamic;

@@ -55,8 +55,7 @@ double gap_of(const Contact& contact) {
 void Step::refresh_links() {
   if (!s_.table_changed) return;
   s_.links.clear();
-  for (const Contact& contact : s_.contacts)
-    s_.links.push_back({contact.body_a, contact.body_b, contact.sensor});
+  for (const Contact& contact : s_.contacts) s_.links.push_back(link_of(contact));
   s_.table_changed = false;
   graph_changed_ = true;
 }
@@ -65,7 +64,8 @@ void Step::refresh_links() {
 /// bodies can become linked; islands that gained one are then the dirty ones.
 void Step::link_contacts() {
   const auto start = now();
-  const bool first = rounds_++ == 0;
+  const bool first = rounds_ == 0;
+  newly_linked_ = false;
   refresh_links();
   // Chunks of neighbouring contacts: each contact is touched by one thread, counters are summed in chunk
   // order.
@@ -78,8 +78,9 @@ void Step::link_contacts() {
     const std::size_t to = std::min(from + kContactsPerChunk, s_.links.size());
     if (first) return link_together(from, to, counts[chunk]);
     for (std::size_t i = from; i < to; ++i) {
-      link(s_.contacts[i], first, counts[chunk]);
-      s_.contacts[i].woken = false;
+      const ContactLink& at = s_.links[i];
+      if (s_.scratch.dirty[at.body_a] || s_.scratch.dirty[at.body_b])
+        link(s_.contacts[i], first, counts[chunk]);
     }
   });
   while (wake_linked(first)) {
@@ -94,8 +95,10 @@ void Step::link_contacts() {
     s_.report.narrow.manifolds += count.narrow.manifolds;
     graph_changed_ |= count.relinked;
     for (const std::uint32_t body : count.newly) s_.scratch.dirty[body] = 1;
+    newly_linked_ |= !count.newly.empty();
     for (const std::uint32_t body : count.disturbed) s_.kept[body] = 0;
   }
+  ++rounds_;
   book(Stage::Narrow, start);
 }
 
@@ -114,6 +117,7 @@ bool Step::wake_linked(bool first) {
   if (woken.empty()) return false;
   for (const std::uint32_t body : woken) {
     begin(body);
+    s_.bodies.island[body] = -1;
     for (const std::uint32_t j : s_.joints_of[body]) begin(s_.joints[j]);
   }
   choose_joints();
@@ -175,10 +179,9 @@ void Step::link(Contact& contact, bool first, LinkCount& count) const {
     return set_linked(contact, !contact.sensor && make_manifold(contact, count) < kInfinity, count);
   }
   if (contact.sensor || contact.linked) return;
-  if (!s_.scratch.dirty[contact.body_a] && !s_.scratch.dirty[contact.body_b]) return;
   // The paths are known now: shapes that were farther apart than both went cannot have met.
-  const double paths = closest_approach(contact.body_a, contact.body_b, s_.travelled, s_.strayed);
-  if (make_manifold(contact, count) > paths + s_.config.touch_tolerance) return;
+  const double paths = closest_approach(contact.body_a, contact.body_b);
+  if (make_manifold(contact, count) > paths + s_.config.touch_tolerance || !meet_deeply(contact)) return;
   contact.linked = count.relinked = true;
   count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
 }
@@ -278,6 +281,13 @@ void Step::step_islands() {
     s_.pool->run(to_step.size(), step);
   }
   s_.graph_known = true;
+}
+
+/// A later round found nothing that met but what is known already: the islands are right as they are.
+bool Step::is_through() const {
+  return rounds_ > 1 && !newly_linked_ && !graph_changed_ &&
+         std::none_of(s_.islands.begin(), s_.islands.end(),
+                      [](const SteppedIsland& island) { return island.result.unmoved; });
 }
 
 /// A blow that spreads by a layer of bodies a round throws the work of each round away: where that was dear,

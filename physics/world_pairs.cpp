@@ -19,8 +19,9 @@ struct ContactRun {
 
 /// Each contact moves once at most. A run that goes to the front lands behind where those before it were, so
 /// such runs can be moved first, from the front; the others then from the back.
-void move_runs(std::vector<Contact>& table, const std::vector<ContactRun>& runs) {
-  static_assert(std::is_trivially_copyable_v<Contact>);
+template <class Row>
+void move_runs(std::vector<Row>& table, const std::vector<ContactRun>& runs) {
+  static_assert(std::is_trivially_copyable_v<Row>);
   const auto at = [&](std::size_t i) { return table.begin() + static_cast<std::ptrdiff_t>(i); };
   for (const ContactRun& run : runs) {
     if (run.to < run.from) std::copy(at(run.from), at(run.from + run.count), at(run.to));
@@ -33,19 +34,65 @@ void move_runs(std::vector<Contact>& table, const std::vector<ContactRun>& runs)
 
 }  // namespace
 
+/// Boxes where the step begins, and those that bound the motion.
 void Step::find_pairs() {
   const auto start = now();
-  s_.box_updates.clear();
   s_.shape_moved.assign(s_.shapes.size(), 0);
+  if (rounds_ == 0) {
+    s_.start_box.resize(s_.shapes.size());
+    for (const std::uint32_t body : s_.active) {
+      if (s_.kept[body]) continue;
+      const Transform at{s_.backup[body].position, s_.backup[body].rotation};
+      for (const std::uint32_t i : s_.shapes_of[body]) s_.start_box[i] = bounding_box(s_.shapes[i].shape, at);
+    }
+  }
+  const bool moved = place_boxes(rounds_ == 0 ? s_.active : s_.scratch.left);
+  s_.loose_shapes.clear();
+  s_.broad_phase->moved_pairs(s_.pairs);
+  if (rounds_ == 0) {
+    expect_blows();
+    if (!s_.scratch.left.empty()) add_pairs_of_expecting();
+  }
+  merge_pairs(moved);
+  book(Stage::Broad, start);
+}
+
+/// A box that contains all that the shape can go through: never more than its reach, and where the body is
+/// fast, what lies along its way.
+Aabb Step::box_of(std::uint32_t shape, std::uint32_t body) const {
+  const Aabb& start = s_.start_box[shape];
+  const double margin = s_.config.contact_margin;
+  const Aabb all = grown(start, s_.reach[body] + margin);
+  // What was struck in the last step will be struck again, but by whom is not known before there are pairs.
+  if (s_.flight[body] != FlightKind::Fast || (rounds_ == 0 && s_.stray_guess[body] == kInfinity)) return all;
+  const Way& way = s_.way[body];
+  const double turn = std::abs(way.omega) + h_ * std::abs(way.alpha);
+  const double astray = margin + s_.allowance[body] + (turn > 0 ? h_ * turn * s_.radius[body] : 0);
+  // A parabola lies between its control points.
+  const Vec2 middle = 0.5 * h_ * way.v, end = h_ * (way.v + 0.5 * h_ * way.a);
+  const auto low = [](double x, double y) { return std::min({0.0, x, y}); };
+  const auto high = [](double x, double y) { return std::max({0.0, x, y}); };
+  return {{std::max(all.lower.x, start.lower.x + low(middle.x, end.x) - astray),
+           std::max(all.lower.y, start.lower.y + low(middle.y, end.y) - astray)},
+          {std::min(all.upper.x, start.upper.x + high(middle.x, end.x) + astray),
+           std::min(all.upper.y, start.upper.y + high(middle.y, end.y) + astray)}};
+}
+
+/// @return whether a box is new
+bool Step::place_boxes(const std::vector<std::uint32_t>& bodies) {
+  s_.box_updates.clear();
   bool moved = false;
   const BodyArrays& b = s_.bodies;
-  for (const std::uint32_t body : s_.active) {
+  for (const std::uint32_t body : bodies) {
     if (s_.kept[body]) continue;
-    const BodyBackup& from = s_.backup[body];
     for (const std::uint32_t i : s_.shapes_of[body]) {
       ShapeRecord& shape = s_.shapes[i];
-      const Aabb box = grown(bounding_box(shape.shape, {from.position, from.rotation}),
-                             s_.reach[body] + s_.config.contact_margin);
+      Aabb box = box_of(i, body);
+      // What was found in this step already is not lost.
+      if (rounds_ > 0) {
+        box.lower = {std::min(box.lower.x, shape.box.lower.x), std::min(box.lower.y, shape.box.lower.y)};
+        box.upper = {std::max(box.upper.x, shape.box.upper.x), std::max(box.upper.y, shape.box.upper.y)};
+      }
       if (!shape.in_broad_phase) {
         s_.broad_phase->insert(i, box,
                                b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
@@ -61,31 +108,65 @@ void Step::find_pairs() {
       moved = true;
     }
   }
-  s_.loose_shapes.clear();
   if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
-  s_.broad_phase->moved_pairs(s_.pairs);
-  if (rounds_ == 0) expect_blows();
-  merge_pairs(moved);
-  book(Stage::Broad, start);
+  return moved;
+}
+
+/// Bodies that may be struck can meet more than those on their way.
+void Step::add_pairs_of_expecting() {
+  place_boxes(s_.scratch.left);
+  std::vector<Pair>&more = s_.scratch.more, &pairs = s_.pairs;
+  s_.broad_phase->moved_pairs(more);
+  std::vector<PairLook>& looks = s_.scratch.looks;
+  // Both are sorted; the larger boxes contain the others.
+  const std::size_t before = pairs.size();
+  auto known = pairs.begin();
+  std::erase_if(more, [&](const Pair& pair) {
+    while (known != pairs.end() && *known < pair) ++known;
+    return known != pairs.end() && *known == pair;
+  });
+  pairs.resize(before + more.size());
+  looks.resize(pairs.size());
+  std::size_t to = pairs.size(), old = before;
+  for (std::size_t k = more.size(); k-- > 0;) {
+    for (; old > 0 && more[k] < pairs[old - 1]; --old) {
+      --to;
+      pairs[to] = pairs[old - 1];
+      looks[to] = looks[old - 1];
+    }
+    pairs[--to] = more[k];
+    looks[to] = look_at(more[k]);
+  }
 }
 
 /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
 void Step::merge_pairs(bool moved) {
   if (s_.pairs.empty() && !moved && s_.scratch.distant.empty()) return;
-  if (are_pairs_of_table()) return;
+  refresh_links();
+  if (rounds_ == 0 && are_pairs_of_table()) return;
   std::vector<ContactKey>& wanted = s_.scratch.wanted;
   wanted.clear();
   // Those that the last rounds left out; the others of a box that is new are reported again.
   std::vector<Pair>& distant = s_.scratch.distant;
   std::erase_if(distant, [&](const Pair& pair) {
     if (s_.shape_moved[pair.low] || s_.shape_moved[pair.high]) return true;
+    if (rounds_ > 0 && !s_.scratch.dirty[s_.shapes[pair.low].body.index] &&
+        !s_.scratch.dirty[s_.shapes[pair.high].body.index]) {
+      return false;
+    }
     if (!is_near(pair, look_at(pair))) return false;
     add_wanted(pair);
     return true;
   });
   const bool unsorted = !wanted.empty();
+  auto known = s_.links.begin();
   for (std::size_t k = 0; k < s_.pairs.size(); ++k) {
     const Pair& pair = s_.pairs[k];
+    if (rounds_ > 0) {
+      // Contacts stay to the end of the step.
+      while (known != s_.links.end() && known->pair() < pair) ++known;
+      if (known != s_.links.end() && known->pair() == pair && !is_chain(pair)) continue;
+    }
     if (!may_touch(pair)) continue;
     if (is_near(pair, rounds_ == 0 ? s_.scratch.looks[k] : look_at(pair)))
       add_wanted(pair);
@@ -93,12 +174,22 @@ void Step::merge_pairs(bool moved) {
       distant.push_back(pair);
   }
   if (unsorted) std::sort(wanted.begin(), wanted.end());
+  if (rounds_ > 0) {
+    const auto is_there = [](const ContactLink& link, const ContactKey& key) { return link.key() < key; };
+    auto place = s_.links.begin();
+    std::erase_if(wanted, [&](const ContactKey& key) {
+      place = std::lower_bound(place, s_.links.end(), key, is_there);
+      return place != s_.links.end() && place->key() == key;
+    });
+    if (wanted.empty()) return;
+  }
   // Contacts are large, so it is found out first where each of them goes, and runs of them move at once.
   Spare<std::vector<ContactRun>> runs;
   Spare<std::vector<std::size_t>> fresh_places;
   std::vector<Contact>& fresh = s_.scratch.fresh;
   fresh.clear();
   std::vector<Contact>& table = s_.contacts;
+  std::vector<ContactLink>& links = s_.links;
   std::size_t old = 0, place = 0;
   const auto keep = [&] {
     if (runs->empty() || runs->back().from + runs->back().count != old ||
@@ -110,26 +201,33 @@ void Step::merge_pairs(bool moved) {
     ++place;
   };
   const auto pass = [&] {
-    if (!s_.shape_moved[table[old].shape_a] && !s_.shape_moved[table[old].shape_b]) return keep();
+    if (rounds_ > 0 || (!s_.shape_moved[links[old].shape_a] && !s_.shape_moved[links[old].shape_b]))
+      return keep();
     if (table[old].touched) s_.scratch.lost.push_back(table[old]);
     ++old;
   };
   for (const ContactKey& key : wanted) {
-    while (old < table.size() && table[old].key() < key) pass();
-    if (old < table.size() && table[old].key() == key) {
+    while (old < links.size() && links[old].key() < key) pass();
+    if (old < links.size() && links[old].key() == key) {
       keep();
     } else {
       fresh.push_back(make_contact(key));
       fresh_places->push_back(place++);
     }
   }
-  while (old < table.size()) pass();
+  while (old < links.size()) pass();
   if (place == table.size() && fresh.empty()) return;
-  s_.table_changed = true;
+  graph_changed_ = true;
   table.resize(std::max(place, table.size()));
+  links.resize(table.size());
   move_runs(table, *runs);
-  for (std::size_t k = 0; k < fresh.size(); ++k) table[(*fresh_places)[k]] = fresh[k];
+  move_runs(links, *runs);
+  for (std::size_t k = 0; k < fresh.size(); ++k) {
+    table[(*fresh_places)[k]] = fresh[k];
+    links[(*fresh_places)[k]] = link_of(fresh[k]);
+  }
   table.resize(place);
+  links.resize(place);
 }
 
 /// Every pair has its contact already, and every contact its pair: nothing comes or goes.
@@ -137,15 +235,17 @@ bool Step::are_pairs_of_table() const {
   if (!s_.scratch.distant.empty() || s_.pairs.size() != s_.contacts.size()) return false;
   for (std::size_t k = 0; k < s_.pairs.size(); ++k) {
     const Pair& pair = s_.pairs[k];
-    const Contact& contact = s_.contacts[k];
-    if (contact.shape_a != pair.low || contact.shape_b != pair.high ||
-        s_.shapes[pair.low].shape.kind == ShapeKind::Chain ||
-        s_.shapes[pair.high].shape.kind == ShapeKind::Chain || !may_touch(pair) ||
-        !is_near(pair, rounds_ == 0 ? s_.scratch.looks[k] : look_at(pair))) {
+    if (s_.links[k].pair() != pair || is_chain(pair) || !may_touch(pair) ||
+        !is_near(pair, s_.scratch.looks[k])) {
       return false;
     }
   }
   return true;
+}
+
+bool Step::is_chain(const Pair& pair) const {
+  return s_.shapes[pair.low].shape.kind == ShapeKind::Chain ||
+         s_.shapes[pair.high].shape.kind == ShapeKind::Chain;
 }
 
 /// One contact, or one for each near segment of a chain.

@@ -1,30 +1,85 @@
 // SPDX-License-Identifier: MIT
 //
-// How far bodies can go within a step, and which pairs can meet therefore. Before the step a body's reach
-// bounds how far it goes, and its allowance how far it leaves the way of its free flight; both hold until
-// something strikes it, and what the step finds out is looked at afterwards. Two bodies that fly alike come
-// no nearer to each other but for what they stray.
+// How far bodies can go within a step, and which pairs can meet therefore. Before the step every body has a
+// way (that of its free flight), a bound on how far it strays from it (its allowance), and one on how far it
+// goes at all (its reach). They hold until something strikes it; what the step finds out is looked at
+// afterwards. Two bodies that go alike come no nearer to each other but for what they stray.
 #include <algorithm>
 #include <cmath>
 
+#include "physics/contact.h"
 #include "physics/stepping/travel.h"
 #include "physics/world_step.h"
 
 namespace skerry {
 namespace {
 
-/// By how much two bodies change their distance in `h` [s] while nothing touches them [m].
+// A body with so many times the radius of another one is compared with it in its own frame.
+constexpr double kMuchLarger = 4;
+
+// A round made again may leave overlaps so many times as deep to the next step: still less than both half
+// widths.
+constexpr double kLaterOverrun = 1.8;
+
+// Up to this ratio of its radius and its smallest half width a body that turns does not reach through
+// another.
+constexpr double kCompact = 2;
+
+/// Where something goes along a line in the step, as bounds on its displacement [m].
+struct Range {
+  double low = 0, high = 0;
+};
+
+/// v t + a t^2 / 2 for t in [0, h] lies between its control points as a Bezier curve.
+Range range_of(double v, double a, double h) {
+  const double middle = 0.5 * h * v, end = h * (v + 0.5 * h * a);
+  return {std::min({0.0, middle, end}), std::max({0.0, middle, end})};
+}
+
+/// Least gap of two intervals while the second one moves against the first one. @param from  of its middle,
+/// at the beginning
+double least_gap(double from, double halves, const Range& moves) {
+  return from > 0 ? from + moves.low - halves : -from - moves.high - halves;
+}
+
+/// Whether a body in this step goes on its way.
+bool goes(const WorldState& s, std::uint32_t i) {
+  return s.bodies.type[i] != BodyType::Static && !s.kept[i];
+}
+
+/// How b moves against a while both go their ways.
+struct RelativeWay {
+  Vec2 v, a;
+  double turn_a = 0, turn_b = 0;  ///< largest angles [rad]
+};
+
+RelativeWay relative_way(const WorldState& s, std::uint32_t a, std::uint32_t b, double h) {
+  RelativeWay r;
+  if (goes(s, a)) {
+    const Way& way = s.way[a];
+    r.v = -way.v;
+    r.a = -way.a;
+    r.turn_a = h * (std::abs(way.omega) + h * std::abs(way.alpha));
+  }
+  if (goes(s, b)) {
+    const Way& way = s.way[b];
+    r.v += way.v;
+    r.a += way.a;
+    r.turn_b = h * (std::abs(way.omega) + h * std::abs(way.alpha));
+  }
+  return r;
+}
+
+/// How far a turn moves what a body can meet, or any of its points. @param near  no farther from its centre
+double swing(const WorldState& s, std::uint32_t body, double turn, double near) {
+  return turn > 0 ? turn * std::min(s.radius[body], near) : 0;
+}
+
+/// By how much two bodies change their distance at most while they go their ways [m].
 double flight_apart(const WorldState& s, std::uint32_t a, std::uint32_t b, double h) {
-  const auto moves = [&](std::uint32_t i) { return s.bodies.type[i] == BodyType::Dynamic && !s.kept[i]; };
-  const auto spin = [&](std::uint32_t i) {
-    if (!moves(i)) return 0.0;
-    return h * (std::abs(s.backup[i].omega) + h * std::abs(s.angular_acceleration[i])) * s.radius[i];
-  };
-  const Vec2 va = moves(a) ? s.backup[a].velocity : Vec2{}, vb = moves(b) ? s.backup[b].velocity : Vec2{};
-  const Vec2 aa = moves(a) ? s.acceleration[a] : Vec2{}, ab = moves(b) ? s.acceleration[b] : Vec2{};
-  // Most fall alike.
-  const double falls = aa == ab ? 0 : length(aa - ab);
-  return h * (length(va - vb) + h * falls) + spin(a) + spin(b);
+  const RelativeWay r = relative_way(s, a, b, h);
+  return h * (length(r.v) + (r.a == Vec2{} ? 0 : h * length(r.a))) + swing(s, a, r.turn_a, kInfinity) +
+         swing(s, b, r.turn_b, kInfinity);
 }
 
 }  // namespace
@@ -45,63 +100,148 @@ double Step::guess_of_joints(std::uint32_t body) const {
     push += sign * joint.impulse;
     turn += sign * (joint.angular_impulse + cross(arm, joint.impulse));
   }
-  return 2 * h_ * (s_.bodies.inverse_mass[body] * length(push) +
-                   s_.bodies.inverse_inertia[body] * std::abs(turn) * s_.radius[body]);
+  return 2 * h_ *
+         (s_.bodies.inverse_mass[body] * length(push) +
+          s_.bodies.inverse_inertia[body] * std::abs(turn) * s_.radius[body]);
 }
 
-/// What is known of a pair before the step; where neither body is fast, nothing has to be.
+/// How near the boxes of a pair are where the step begins, and come to each other while both bodies go their
+/// ways. Where neither is fast, nothing has to be known.
 PairLook Step::look_at(const Pair& pair) const {
-  const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
+  const ShapeRecord &low = s_.shapes[pair.low], &high = s_.shapes[pair.high];
+  const std::uint32_t a = low.body.index, b = high.body.index;
   if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) return {};
-  const bool alike = fly_alike(a, b);
-  const double gap = box_gap(pair);
+  PairLook look;
+  look.alike = fly_alike(a, b);
+  const Aabb &box_a = s_.start_box[pair.low], &box_b = s_.start_box[pair.high];
+  const Vec2 from = 0.5 * (box_b.lower + box_b.upper) - 0.5 * (box_a.lower + box_a.upper);
+  const Vec2 half_a = 0.5 * (box_a.upper - box_a.lower), half_b = 0.5 * (box_b.upper - box_b.lower);
+  look.gap = std::max(std::abs(from.x) - half_a.x - half_b.x, std::abs(from.y) - half_a.y - half_b.y);
   // How pairs that touch move does not matter.
-  const bool matters = alike && gap > std::min(s_.config.touch_tolerance, s_.config.contact_margin);
-  return {gap, matters ? flight_apart(s_, a, b, h_) : kInfinity, alike};
+  look.nearest = std::min(look.gap, 0.0);
+  const bool in_frame =
+      s_.radius[a] > kMuchLarger * s_.radius[b] || s_.radius[b] > kMuchLarger * s_.radius[a];
+  if (!look.alike ||
+      (!in_frame && !(look.gap > std::min(s_.config.touch_tolerance, s_.config.contact_margin))))
+    return look;
+  const RelativeWay r = relative_way(s_, a, b, h_);
+  const Range x = range_of(r.v.x, r.a.x, h_), y = range_of(r.v.y, r.a.y, h_);
+  look.nearest =
+      std::max(least_gap(from.x, half_a.x + half_b.x, x), least_gap(from.y, half_a.y + half_b.y, y));
+  double swings = swing(s_, a, r.turn_a, kInfinity) + swing(s_, b, r.turn_b, kInfinity);
+  if (in_frame) {
+    // A long box at a slant is not its upright box, and where it turns only what is near the other moves.
+    const bool a_large = s_.radius[a] > s_.radius[b];
+    const ShapeRecord& large = a_large ? low : high;
+    const std::uint32_t body = large.body.index, other = a_large ? b : a;
+    const Transform at{s_.backup[body].position, s_.backup[body].rotation};
+    const Aabb& box = a_large ? box_b : box_a;
+    const Vec2 middle = 0.5 * (box.lower + box.upper), half = 0.5 * (box.upper - box.lower);
+    const double goes =
+        std::max(std::abs(x.low), std::abs(x.high)) + std::max(std::abs(y.low), std::abs(y.high));
+    const double turn = a_large ? r.turn_a : r.turn_b, own = a_large ? r.turn_b : r.turn_a;
+    if (turn > 0) {
+      const auto astray = [&](std::uint32_t i) { return std::max(2 * s_.reach[i], s_.strayed[i]); };
+      const double own_swing = swing(s_, other, own, kInfinity);
+      const double around = own_swing + astray(a) + astray(b) + 2 * s_.config.contact_margin;
+      swings = own_swing + swing(s_, body, turn, length(middle - at.p) + length(half) + goes + around);
+    }
+    const Shape::Rectangle& rectangle = large.shape.rectangle;
+    if (rectangle.half.x > 0) {
+      const double sign = a_large ? 1 : -1;
+      const Vec2 d = middle - (at.p + rotate(at.q, rectangle.middle));
+      for (const int k : {0, 1}) {
+        const Vec2 n = rotate(at.q, large.shape.normals[static_cast<std::size_t>(k)]);
+        const double halves = (k == 0 ? rectangle.half.x : rectangle.half.y) + large.shape.radius +
+                              std::abs(n.x) * half.x + std::abs(n.y) * half.y;
+        const Range along = range_of(sign * dot(n, r.v), sign * dot(n, r.a), h_);
+        look.gap = std::max(look.gap, std::abs(dot(n, d)) - halves);
+        look.nearest = std::max(look.nearest, least_gap(dot(n, d), halves, along));
+      }
+    }
+  }
+  look.nearest -= swings;
+  return look;
 }
 
-/// A fast body that something may strike, or that may strike something, can go anywhere within its reach.
+/// A fast body that something may strike, or that may strike something, can stray as far as a blow between
+/// the two may take it; one in flow, as far as was guessed. The boxes of those that flew were made for flight
+/// alone.
 void Step::expect_blows() {
   std::vector<PairLook>& looks = s_.scratch.looks;
   looks.clear();
+  std::vector<std::uint32_t>& expecting = s_.scratch.left;
+  expecting.clear();
+  const auto expect = [&](std::uint32_t i, double blow) {
+    if (s_.flight[i] != FlightKind::Fast || s_.bodies.type[i] != BodyType::Dynamic) return;
+    const double guess = s_.stray_guess[i];
+    if (guess > 0 && guess < kInfinity) return;
+    const double most = std::min(blow, 2 * s_.reach[i]);
+    if (most <= s_.allowance[i]) return;
+    s_.allowance[i] = most;
+    if (guess == 0) expecting.push_back(i);
+  };
   for (const Pair& pair : s_.pairs) {
     const PairLook& look = looks.emplace_back(look_at(pair));
     const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
-    const bool fast_a = s_.flight[a] == FlightKind::Fast, fast_b = s_.flight[b] == FlightKind::Fast;
-    if (!fast_a && !fast_b) continue;
-    if (look.gap > s_.config.touch_tolerance + std::min(look.apart, s_.reach[a] + s_.reach[b])) continue;
+    if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) continue;
+    const double farthest = look.alike ? 0 : s_.reach[a] + s_.reach[b];
+    if (look.nearest > s_.config.touch_tolerance + farthest) continue;
+    if (look.gap > s_.config.touch_tolerance + s_.reach[a] + s_.reach[b]) continue;
     if (!may_touch(pair) || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
-    if (fast_a) s_.allowance[a] = 2 * s_.reach[a];
-    if (fast_b) s_.allowance[b] = 2 * s_.reach[b];
+    // What is heavy makes what is light twice as fast as it was against it.
+    const double blow = look.alike ? 2 * flight_apart(s_, a, b, h_) + s_.config.contact_margin : kInfinity;
+    expect(a, blow);
+    expect(b, blow);
   }
+  std::sort(expecting.begin(), expecting.end());
+  expecting.erase(std::unique(expecting.begin(), expecting.end()), expecting.end());
 }
 
-/// Whether the shapes can meet in this step, by their boxes where it begins.
+/// Whether the shapes can meet in this step, by their boxes where it begins; in later rounds by the ways that
+/// the last one took.
 bool Step::is_near(const Pair& pair, const PairLook& look) const {
-  if (!look.alike) return true;
   const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
-  return !(look.gap > s_.config.contact_margin) ||
-         !(look.gap > s_.config.contact_margin + closest_approach(a, b, look.apart, s_.reach, s_.allowance));
+  if (!look.alike || !(look.gap > s_.config.contact_margin)) return true;
+  const double margin = s_.config.contact_margin;
+  if (look.gap > margin + way_of(a) + way_of(b) || look.nearest > margin + strays(a) + strays(b))
+    return false;
+  if (rounds_ == 0 || is_chain(pair)) return true;
+  Contact contact;
+  contact.shape_a = pair.low;
+  contact.shape_b = pair.high;
+  contact.body_a = a;
+  contact.body_b = b;
+  return meet_deeply(contact);
+}
+
+/// How far a body goes at most, or did in the last round [m].
+double Step::way_of(std::uint32_t i) const {
+  return rounds_ == 0 || s_.bodies.type[i] != BodyType::Dynamic ? s_.reach[i] : s_.travelled[i];
+}
+
+/// How far it strays from its way at most, or did in the last round [m].
+double Step::strays(std::uint32_t i) const {
+  if (s_.bodies.type[i] != BodyType::Dynamic) return 0;
+  if (s_.kept[i]) return 2 * s_.reach[i];
+  return rounds_ == 0 ? s_.allowance[i] : s_.strayed[i];
 }
 
 /// Farther apart than this [m] the step cannot bring two bodies' shapes together.
 double Step::margin_of(std::uint32_t a, std::uint32_t b) const {
-  const double both = s_.reach[a] + s_.reach[b];
+  const double both = s_.reach[a] + s_.reach[b], margin = s_.config.contact_margin;
   // `extend_reach` lets half a margin pass for each.
-  return fly_alike(a, b) ? s_.config.contact_margin + closest_approach(a, b, s_.reach, s_.allowance)
-                         : 2 * s_.config.contact_margin + both;
+  if (!fly_alike(a, b)) return 2 * margin + both;
+  const auto most = [&](std::uint32_t i) {
+    return s_.bodies.type[i] != BodyType::Dynamic ? 0 : s_.kept[i] ? 2 * s_.reach[i] : s_.allowance[i];
+  };
+  return margin + std::min(both, flight_apart(s_, a, b, h_) + most(a) + most(b));
 }
 
-/// Distance of the two shapes' boxes where the step begins [m], or less.
-double Step::box_gap(const Pair& pair) const {
-  const ShapeRecord& a = s_.shapes[pair.low];
-  const ShapeRecord& b = s_.shapes[pair.high];
-  const double grown = s_.reach[a.body.index] + s_.reach[b.body.index] + 2 * s_.config.contact_margin;
-  const double x = std::max(b.box.lower.x - a.box.upper.x, a.box.lower.x - b.box.upper.x) + grown;
-  const double y = std::max(b.box.lower.y - a.box.upper.y, a.box.lower.y - b.box.upper.y) + grown;
-  // Most boxes are beside or above each other.
-  if (!(x > 0) || !(y > 0)) return std::max({x, y, 0.0});
-  return std::hypot(x, y);
+/// By how much the distance of two bodies shrank in the last round at most [m].
+double Step::closest_approach(std::uint32_t a, std::uint32_t b) const {
+  const double ways = way_of(a) + way_of(b);
+  return fly_alike(a, b) ? std::min(ways, flight_apart(s_, a, b, h_) + strays(a) + strays(b)) : ways;
 }
 
 /// Whether it is worth a look how two bodies move against each other: one is fast, and nothing bends the way
@@ -113,37 +253,85 @@ bool Step::fly_alike(std::uint32_t a, std::uint32_t b) const {
   return (s_.flight[a] == FlightKind::Fast || s_.flight[b] == FlightKind::Fast) && plain(a) && plain(b);
 }
 
-/// By how much the distance of two bodies can shrink in the step [m]. @param ways  how far each goes at most
-/// @param astray  and how far from free flight
-double Step::closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
-                              const std::vector<double>& astray) const {
-  if (!fly_alike(a, b)) return ways[a] + ways[b];
-  return closest_approach(a, b, flight_apart(s_, a, b, h_), ways, astray);
+/// Whether a body went straight on in the last round, or did not move.
+bool Step::went_straight(std::uint32_t i) const {
+  const BodyArrays& b = s_.bodies;
+  if (b.type[i] == BodyType::Kinematic) return s_.flight[i] != FlightKind::Bent;
+  if (b.type[i] == BodyType::Static || s_.kept[i] || b.asleep[i]) return true;
+  if (b.island[i] < 0) return false;
+  const IslandResult& result = s_.islands[static_cast<std::size_t>(b.island[i])].result;
+  return result.in_flight || (result.report.flowing && result.substeps == 1 && !result.unmoved);
 }
 
-/// The same of two that fly alike. @param apart  what their flight alone brings
-double Step::closest_approach(std::uint32_t a, std::uint32_t b, double apart, const std::vector<double>& ways,
-                              const std::vector<double>& astray) const {
-  const auto strays = [&](std::uint32_t i) { return s_.kept[i] ? 2 * s_.reach[i] : astray[i]; };
-  return std::min(ways[a] + ways[b], apart + strays(a) + strays(b));
+/// The way of the last round, of a body that went straight on.
+Motion Step::straight_motion(std::uint32_t i) const {
+  const BodyBackup& from = s_.backup[i];
+  Motion m{from.position, from.angle};
+  if (s_.bodies.type[i] == BodyType::Kinematic) {
+    m.v = from.velocity;
+    m.omega = from.omega;
+  } else {
+    m.v = (s_.bodies.position[i] - from.position) / h_;
+    m.omega = (s_.bodies.angle[i] - from.angle) / h_;
+  }
+  return m;
 }
 
-/// A body that was struck may have left the box that was foreseen for it. Its reach grows; whether it did
-/// meet more than was known shows in the next round. What is too small grows each time and islands only
-/// merge, so this ends.
+/// Whether two bodies that may have met in the last round did, and not so little that the next step may find
+/// it. Of bodies that went straight on that is known; of others it is not, which counts as well.
+bool Step::meet_deeply(const Contact& contact) const {
+  const std::uint32_t a = contact.body_a, b = contact.body_b;
+  if (!went_straight(a) || !went_straight(b)) return true;
+  const Motion of_a = straight_motion(a), of_b = straight_motion(b);
+  const Shape &shape_a = s_.shapes[contact.shape_a].shape, &shape_b = s_.shapes[contact.shape_b].shape;
+  const ImpactTime impact = contact_impact_time(contact, shape_a, of_a, shape_b, of_b, h_);
+  if (!impact.hit) return !impact.converged;
+  const auto at = [&](double t, double margin) {
+    return contact_manifold(contact, shape_a, of_a.at(t), shape_b, of_b.at(t), margin, nullptr, nullptr);
+  };
+  // Little is what neither overlaps much nor went on much against the other after they met.
+  const double little = (rounds_ == 1 ? 1 : kLaterOverrun) * (overrun(s_, a) + overrun(s_, b));
+  const double rest = h_ - impact.t;
+  const Manifold first = at(impact.t, s_.config.contact_margin), last = at(h_, 0);
+  if (first.count == 0) return true;
+  const double onwards = rest * dot(first.normal, of_a.v - of_b.v);
+  const double swings = rest * (std::abs(of_a.omega) * s_.radius[a] + std::abs(of_b.omega) * s_.radius[b]);
+  if (onwards + (last.count == 0 ? swings : 0) > little) return true;
+  const auto is_compact = [&](std::uint32_t i) { return s_.radius[i] < kCompact * s_.thickness[i]; };
+  if (last.count > 0 && !(is_compact(a) && is_compact(b)) && !(dot(first.normal, last.normal) > 0.5))
+    return true;
+  double depth = 0;
+  for (int i = 0; i < last.count; ++i) depth = std::max(depth, -last.points[i].separation);
+  return depth > little;
+}
+
+/// A body that was struck may have left the box that was foreseen for it. Where it went straight on, that is
+/// its way from now on; else its reach grows. Whether it did meet more than was known shows in the next
+/// round. What is too small grows each time and islands only merge, so this ends.
 bool Step::extend_reach() {
-  bool any = false;
-  std::vector<std::uint8_t>& dirty = s_.scratch.dirty;
+  std::vector<std::uint32_t>& left = s_.scratch.left;
+  left.clear();
   for (const std::uint32_t i : s_.active) {
-    if (s_.kept[i] || !left_its_reach(s_, i)) continue;
-    if (!any) dirty.assign(s_.bodies.size(), 0);
+    if (!s_.kept[i] && left_its_reach(s_, i)) left.push_back(i);
+  }
+  if (left.empty()) return false;
+  s_.scratch.dirty.assign(s_.bodies.size(), 0);
+  for (const std::uint32_t i : left) {
+    s_.scratch.dirty[i] = 1;
+    if (s_.flight[i] != FlightKind::Bent && went_straight(i)) {
+      const Motion m = straight_motion(i);
+      s_.way[i] = {m.v, {}, m.omega, 0};
+      s_.reach[i] = s_.travelled[i];
+      s_.allowance[i] = s_.strayed[i] = 0;
+      s_.flight[i] = FlightKind::Fast;
+      s_.rerouted[i] = 1;
+      continue;
+    }
     if (s_.travelled[i] > s_.reach[i] + 0.5 * s_.config.contact_margin) s_.reach[i] = 1.25 * s_.travelled[i];
     // Free flight takes it no farther than its reach; bounds on curved ways may add up to more.
     s_.allowance[i] = std::max(2 * s_.reach[i], 1.25 * s_.strayed[i]);
-    dirty[i] = 1;
-    any = true;
   }
-  return any;
+  return true;
 }
 
 }  // namespace skerry

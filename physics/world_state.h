@@ -29,9 +29,17 @@ struct BodyBackup {
 
 /// What a contact is between, in a table that is small enough to look through at every step.
 struct ContactLink {
-  std::uint32_t body_a = 0, body_b = 0;
+  std::uint32_t body_a = 0, body_b = 0, shape_a = 0, shape_b = 0;
+  std::int32_t child = 0;
   bool sensor = false;
+
+  Pair pair() const { return {shape_a, shape_b}; }
+  ContactKey key() const { return {shape_a, shape_b, child}; }
 };
+
+inline ContactLink link_of(const Contact& contact) {
+  return {contact.body_a, contact.body_b, contact.shape_a, contact.shape_b, contact.child, contact.sensor};
+}
 
 /// What the contacts of an island add to the report of a step.
 struct IslandTotals {
@@ -52,10 +60,17 @@ struct SteppedIsland {
   bool kept = false;
 };
 
-/// How two bodies of which one is fast stand to each other where the step begins.
+/// How a body moves in a step while nothing strikes it that was not foreseen: first in free flight; struck in
+/// flow and off that way, as the last round moved it.
+struct Way {
+  Vec2 v, a;  ///< [m/s], [m/s^2]
+  double omega = 0, alpha = 0;
+};
+
+/// How two bodies of which one is fast stand to each other.
 struct PairLook {
-  double gap = 0;    ///< of their boxes [m]
-  double apart = 0;  ///< by how much they change their distance while nothing touches them [m]
+  double gap = 0;      ///< of their boxes where the step begins [m]
+  double nearest = 0;  ///< bound on that gap while both go their ways [m]
   bool alike = false;
 };
 
@@ -75,7 +90,9 @@ struct StepScratch {
   std::vector<ContactKey> wanted;         ///< contacts of the pairs
   std::vector<Contact> fresh;             ///< of which new ones
   std::vector<Pair> distant;              ///< pairs of fast bodies that will not meet, as far as is known
+  std::vector<Pair> more;                 ///< pairs of boxes that grew
   std::vector<PairLook> looks;            ///< at `WorldState::pairs`, in the first round
+  std::vector<std::uint32_t> left;        ///< bodies whose boxes have to grow
   std::vector<int> segments;              ///< of a chain
   std::vector<Contact> lost;              ///< touching contacts whose boxes parted
   std::vector<SteppedIsland> last_round;  ///< islands of the round before
@@ -105,8 +122,12 @@ struct WorldState {
   std::vector<std::optional<double>> given_mass, given_inertia;
   std::vector<std::vector<std::uint32_t>> shapes_of;  ///< slots of each body's shapes, ascending
   std::vector<std::vector<std::uint32_t>> joints_of;
-  std::vector<Vec2> centre;    ///< centre of mass in the frame of the body's definition [m]
-  std::vector<double> radius;  ///< farthest point of any shape from the centre of mass [m]
+  std::vector<Vec2> centre;       ///< centre of mass in the frame of the body's definition [m]
+  std::vector<double> radius;     ///< farthest point of any shape from the centre of mass [m]
+  std::vector<double> thickness;  ///< smallest half width of any shape [m]
+  /// How far a body will stray from free flight, by the last step [m]: 0 where nothing struck it, infinite
+  /// where something may have and its island did not flow.
+  std::vector<double> stray_guess;
   std::vector<std::uint32_t> free_bodies;
 
   std::vector<Drag> drag;                    ///< by body
@@ -159,10 +180,13 @@ struct WorldState {
   std::vector<MotionPath> paths;  ///< by body, of those with a prescribed motion
   std::vector<double> reach;  ///< bound on how far any point of the body moves in a step [m], for all bodies
   std::vector<double> travelled;  ///< how far it did at most [m]
-  /// Bound on how far any point of the body moves away from where free flight would have taken it [m], and
-  /// how far it did at most. They matter for bodies that fly fast (see `FlightKind`).
+  std::vector<Way> way;
+  /// Bound on how far any point of the body moves away from where its way would have taken it [m], and how
+  /// far it did at most. They matter for bodies that fly fast (see `FlightKind`).
   std::vector<double> allowance, strayed;
   std::vector<FlightKind> flight;
+  std::vector<std::uint8_t> rerouted;     ///< it was struck off its way, which is that of the last round
+  std::vector<Aabb> start_box;            ///< by shape, for all: the smallest box where the step begins
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
   std::vector<BodyBackup> backup;         ///< at the start of the step, for all bodies
   std::vector<Pair> pairs;

@@ -17,6 +17,9 @@ namespace {
 // A body that can go farther than so many contact margins in a step is fast.
 constexpr double kFast = 4;
 
+// A body in flow will be struck as hard as in the last step, or so many times as hard.
+constexpr double kGuess = 2;
+
 // Farther than this in one step [m] a body is lost: products of such lengths still fit a double.
 constexpr double kFarthest = 1e100;
 
@@ -49,6 +52,7 @@ void Step::run() {
     for (;;) {
       find_pairs();
       link_contacts();
+      if (is_through()) break;
       step_islands();
       if (!extend_reach()) break;
     }
@@ -169,6 +173,8 @@ void Step::begin(std::uint32_t i) {
   s_.acceleration[i] = {};
   s_.angular_acceleration[i] = 0;
   s_.reach[i] = s_.allowance[i] = 0;
+  s_.rerouted[i] = 0;
+  s_.way[i] = {};
   s_.flight[i] = FlightKind::Bent;
   if (b.type[i] == BodyType::Static) return;
   if (b.type[i] == BodyType::Dynamic) {
@@ -185,11 +191,20 @@ void Step::begin(std::uint32_t i) {
     s_.reach[i] = 1.5 * path.extent() + (path.turn() > 0 ? 1.5 * path.turn() * s_.radius[i] : 0);
   }
   if (!(s_.reach[i] < kFarthest)) contain(i, ContainmentCause::TooFar);
-  if (!flies_freely(s_, i)) return;
+  s_.way[i] = {b.velocity[i], s_.acceleration[i], b.omega[i], s_.angular_acceleration[i]};
+  if (!flies_freely(s_, i) && (b.type[i] == BodyType::Dynamic || s_.prescribed[i])) return;
   const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin;
   s_.flight[i] = fast ? FlightKind::Fast : FlightKind::Slow;
-  // Nothing is known yet that could strike a fast one.
-  s_.allowance[i] = fast ? std::min(2 * s_.reach[i], guess_of_joints(i)) : 2 * s_.reach[i];
+  s_.allowance[i] = 2 * s_.reach[i];
+  if (!fast) return;
+  // Nothing is known yet that could strike a fast one, but for what the last step was like.
+  const double guess = s_.stray_guess[i], pull = s_.joints_of[i].empty() ? 0 : guess_of_joints(i);
+  if (guess == kInfinity || guess <= pull) {
+    s_.allowance[i] = std::min(s_.allowance[i], pull);
+    return;
+  }
+  s_.allowance[i] = std::min(s_.allowance[i], guess);
+  s_.reach[i] += s_.allowance[i];
 }
 
 void Step::begin(Contact& contact) const {
@@ -339,13 +354,26 @@ bool Step::may_sleep(const SteppedIsland& island) const {
   });
 }
 
+/// How far a body in flow will stray from free flight, if it is struck like in this step.
+double Step::guess_stray(std::uint32_t i) const {
+  const BodyArrays& b = s_.bodies;
+  const BodyBackup& from = s_.backup[i];
+  const Vec2 kick = b.velocity[i] - from.velocity - h_ * s_.acceleration[i];
+  const double spin = b.omega[i] - from.omega - h_ * s_.angular_acceleration[i];
+  return std::max(s_.config.contact_margin, kGuess * h_ * (length(kick) + std::abs(spin) * s_.radius[i]));
+}
+
 /// What steppers want to know of this step in the next one, and the paths for whoever asks.
 void Step::keep_motion() {
   s_.step_paths.clear();
   s_.paths_known = s_.observe.paths;
   for (const SteppedIsland& island : s_.islands) {
     if (island.kept) continue;
-    for (const std::uint32_t i : island.island.bodies) s_.step_memory[i] = island.result.step_memory;
+    for (const std::uint32_t i : island.island.bodies) {
+      s_.step_memory[i] = island.result.step_memory;
+      const bool struck = s_.flight[i] == FlightKind::Fast && s_.strayed[i] > 0 && s_.joints_of[i].empty();
+      s_.stray_guess[i] = island.result.report.flowing ? guess_stray(i) : struck ? kInfinity : 0;
+    }
     s_.step_paths.insert(s_.step_paths.end(), island.result.path.begin(), island.result.path.end());
   }
   if (s_.step_paths.empty()) return;

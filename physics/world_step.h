@@ -44,12 +44,17 @@ class Step {
   void finish();
   void remember();
   bool may_sleep(const SteppedIsland& island) const;
+  double guess_stray(std::uint32_t body) const;
   void keep_motion();
 
   // world_pairs.cpp: boxes that bound the motion within the step -> broad phase -> contact table.
   void find_pairs();
+  bool place_boxes(const std::vector<std::uint32_t>& bodies);
+  Aabb box_of(std::uint32_t shape, std::uint32_t body) const;
+  void add_pairs_of_expecting();
   void merge_pairs(bool moved);
   bool are_pairs_of_table() const;
+  bool is_chain(const Pair& pair) const;
   void add_wanted(const Pair& pair);
   bool may_touch(const Pair& pair) const;
   Contact make_contact(const ContactKey& key) const;
@@ -59,13 +64,14 @@ class Step {
   PairLook look_at(const Pair& pair) const;
   bool is_near(const Pair& pair, const PairLook& look) const;
   double margin_of(std::uint32_t a, std::uint32_t b) const;
-  double box_gap(const Pair& pair) const;
+  double way_of(std::uint32_t body) const;
+  double strays(std::uint32_t body) const;
+  double closest_approach(std::uint32_t a, std::uint32_t b) const;
   bool fly_alike(std::uint32_t a, std::uint32_t b) const;
-  double closest_approach(std::uint32_t a, std::uint32_t b, double apart, const std::vector<double>& ways,
-                          const std::vector<double>& astray) const;
-  double closest_approach(std::uint32_t a, std::uint32_t b, const std::vector<double>& ways,
-                          const std::vector<double>& astray) const;
   double guess_of_joints(std::uint32_t body) const;
+  bool went_straight(std::uint32_t body) const;
+  Motion straight_motion(std::uint32_t body) const;
+  bool meet_deeply(const Contact& contact) const;
   bool extend_reach();
 
   // world_islands.cpp: which contacts belong to the step, the islands that they make, and their steps.
@@ -78,6 +84,7 @@ class Step {
   double make_manifold(Contact& contact, LinkCount& count) const;
   void find_islands();
   void step_islands();
+  bool is_through() const;
   void give_exact_rounds_up();
   bool stays(const SteppedIsland& island) const;
   void prepare(SteppedIsland& island);
@@ -88,6 +95,7 @@ class Step {
   int rounds_ = 0;
   bool may_keep_ = false;       ///< islands that rested may rest again
   bool graph_changed_ = false;  ///< since the last step, or the last round
+  bool newly_linked_ = false;   ///< contacts, in this round
   std::size_t saved_ = 0;       ///< of the active bodies: those whose backup is that of this step
   bool begun_ = false;          ///< all of them are
 };

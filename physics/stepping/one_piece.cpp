@@ -44,8 +44,6 @@ constexpr int kSeparations = 8;
 // nobody asks for one after attempts that failed.
 constexpr double kExactWork = 30;
 constexpr int kLongestWait = 64;
-// A body that went farther than foreseen by less than this share of its size will be found by the next step.
-constexpr double kOverrun = 1;
 
 /// Rows for positions, without friction. They have their own spare memory: rows are written over those that
 /// are there, and a list that changes its length costs as much as its rows.
@@ -88,7 +86,7 @@ class OnePieceStep {
         if (pushed[k]) start[k].v = after[k];
       }
     }
-    // Where a body leaves its reach, the step is made again: nothing has to move before.
+    // Where the step is made again, nothing has to move before.
     result_.unmoved = foresee(before, after, pushed);
     if (!result_.unmoved) {
       const IslandEnergy energy(state_, island_);
@@ -114,21 +112,40 @@ class OnePieceStep {
     ++result_.substeps;
   }
 
-  /// Points whose gap would close within the step if nothing acted, or nearly so; for an exact answer all
-  /// near ones, which are the same from step to step.
+  /// Points whose gap would close within the step if nothing acted, or nearly so, or as the last round moved
+  /// them; for an exact answer all near ones, which are the same from step to step.
   void choose_points(std::vector<std::uint8_t>& points) const {
     points.assign(island_.contacts.size(), 0);
     for (std::size_t k = 0; k < points.size(); ++k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       const Vec2 fall = h_ * (acceleration(contact.body_b) - acceleration(contact.body_a));
+      const bool off_the_way = from_ == 0 && (is_rerouted(contact.body_a) || is_rerouted(contact.body_b));
       for (int i = 0; i < contact.manifold.count; ++i) {
         const ManifoldPoint& point = contact.manifold.points[i];
         const Vec2 u = relative_velocity(state_, contact, point.position, from_) + fall;
-        const double end = point.separation + h_ * dot(contact.manifold.normal, u);
+        double end = point.separation + h_ * dot(contact.manifold.normal, u);
+        if (off_the_way)
+          end = std::min(
+              end, point.separation + h_ * dot(contact.manifold.normal, on_the_way(contact, point.position)));
         const double nearest = exact_ ? std::min(end, point.separation) : end;
         if (nearest <= state_.config.contact_margin) points[k] |= 1u << i;
       }
     }
+  }
+
+  bool is_rerouted(std::uint32_t body) const {
+    return body != BodyId::kNone && state_.local_index[body] >= 0 && state_.rerouted[body] != 0;
+  }
+
+  /// Velocity of b against a at a point where both go their ways.
+  Vec2 on_the_way(const Contact& contact, Vec2 where) const {
+    const auto velocity = [&](std::uint32_t body) {
+      if (body == BodyId::kNone || state_.local_index[body] < 0)
+        return point_velocity(state_, body, where, from_);
+      const Way& way = state_.way[body];
+      return way.v + h_ * way.a + (way.omega + h_ * way.alpha) * perp(where - state_.bodies.position[body]);
+    };
+    return velocity(contact.body_b) - velocity(contact.body_a);
   }
 
   Vec2 acceleration(std::uint32_t body) const {
@@ -317,7 +334,7 @@ class OnePieceStep {
   }
 
   /// Notes how far everything will go. @return whether a body will go so much farther than foreseen that the
-  /// world makes the step again
+  /// world has to make the step again
   bool foresee(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
     bool leaves = false;
@@ -327,7 +344,8 @@ class OnePieceStep {
       if (pushed[k]) stray(body, after[k]);
       leaves |= left_its_reach(state_, body);
     }
-    return leaves;
+    // Where a whole step goes straight on, the world can tell afterwards what it met.
+    return leaves && (exact_ || from_ > 0);
   }
 
   void advance(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
@@ -379,9 +397,9 @@ class OnePieceStep {
       state_.strayed[body] = forgiven(state_.strayed[body] + way, state_.allowance[body], body);
   }
 
-  /// In flow what goes a little beyond its bound is taken for what keeps it.
+  /// In flow what goes a little beyond its bound is taken for what keeps it: the next step finds what it met.
   double forgiven(double way, double bound, std::uint32_t body) const {
-    const bool little = !exact_ && way <= bound + kOverrun * state_.radius[body];
+    const bool little = !exact_ && way <= bound + overrun(state_, body);
     return little ? std::min(way, bound) : way;
   }
 

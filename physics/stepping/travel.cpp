@@ -5,6 +5,12 @@
 #include <cmath>
 
 namespace skerry {
+namespace {
+
+// Share of the smallest half width.
+constexpr double kOverrun = 0.5;
+
+}  // namespace
 
 void fly(WorldState& state, std::uint32_t body, double from, double h) {
   BodyArrays& all = state.bodies;
@@ -28,10 +34,9 @@ double length_of_shift(const WorldState& state, std::uint32_t body, const std::a
 
 double speed_astray(const WorldState& state, std::uint32_t body, const std::array<double, 3>& v,
                     double time) {
-  const BodyBackup& start = state.backup[body];
-  const Vec2 free = start.velocity + time * state.acceleration[body];
-  const double turn = start.omega + time * state.angular_acceleration[body];
-  return length(Vec2{v[0], v[1]} - free) + std::abs(v[2] - turn) * state.radius[body];
+  const Way& way = state.way[body];
+  const double turn = way.omega + time * way.alpha;
+  return length(Vec2{v[0], v[1]} - (way.v + time * way.a)) + std::abs(v[2] - turn) * state.radius[body];
 }
 
 void note_travel(WorldState& state, std::uint32_t body, double from, double t,
@@ -55,6 +60,10 @@ bool left_its_reach(const WorldState& state, std::uint32_t body) {
   const bool astray =
       state.flight[body] == FlightKind::Fast && state.strayed[body] > state.allowance[body] + slack;
   return (travelled > state.reach[body] + slack || astray) && std::isfinite(travelled);
+}
+
+double overrun(const WorldState& state, std::uint32_t body) {
+  return state.bodies.type[body] == BodyType::Dynamic ? kOverrun * state.thickness[body] : 0;
 }
 
 }  // namespace skerry

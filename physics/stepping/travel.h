@@ -18,8 +18,8 @@ void fly(WorldState& state, std::uint32_t body, double from, double h);
 /// How far a shift moves any point of a body [m].
 double length_of_shift(const WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
 
-/// Largest speed [m/s] at which a body with velocity `v` leaves the way that free flight since the beginning
-/// of the step would have taken. @param time  since then [s]
+/// Largest speed [m/s] at which a body with velocity `v` leaves its way. @param time  since the beginning of
+/// the step [s]
 double speed_astray(const WorldState& state, std::uint32_t body, const std::array<double, 3>& v, double time);
 
 /// Notes how far a body went within `t` [s], and how far from free flight, as its velocity changed evenly
@@ -30,8 +30,12 @@ void note_travel(WorldState& state, std::uint32_t body, double from, double t,
 /// The same for a shift without a time.
 void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
 
-/// The body went farther than its reach, or a fast one farther from free flight than its allowance: what it
-/// can have met is not known, and the world makes the step again.
+/// The body went farther than its reach, or a fast one farther from its way than its allowance: what it
+/// can have met is not known, and the world looks again.
 bool left_its_reach(const WorldState& state, std::uint32_t body);
+
+/// How much farther [m] a body may get in flow, so that the next step finds what it ran into: even two such
+/// bodies do not pass through each other, or one through a thin wall.
+double overrun(const WorldState& state, std::uint32_t body);
 
 }  // namespace skerry

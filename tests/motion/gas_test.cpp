@@ -103,7 +103,7 @@ class HardDiscGasBy : public testing::TestWithParam<std::string> {};
 TEST_P(HardDiscGasBy, KeepsEnergyFollowsTheEquationOfStateAndMaxwell) {
   // Scale 25 is the gas of the references: 1024 discs for 60 s.
   const int side = std::min(32, 12 + test_scale(1) - 1);
-  const double seconds = std::min(60, 10 * test_scale(1));
+  const double seconds = std::min(60, 20 * test_scale(1));
   const Gas gas = run(GetParam(), side, 0.295, seconds, 2);
   const double n = gas.eta / (kPi * 0.05 * 0.05);
   const double z = gas.pressure / (n * gas.temperature);
