@@ -68,7 +68,7 @@ struct AssemblyRequest {
   /// bodies.
   const std::vector<Velocity>* velocities = nullptr;
   double ahead = 0;
-  double elapsed = 0;     ///< since the beginning of the step [s], for kinematic bodies
+  double elapsed = 0;  ///< since the beginning of the step [s], for kinematic bodies
 };
 
 /// Builds the rows: joints in slot order, then contacts in table order (Normal, Friction, Rolling for each

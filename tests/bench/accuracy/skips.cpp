@@ -87,17 +87,20 @@ void run_skips(const Options& options) {
   for (const Example& example : examples()) {
     if (!options.wants_scene(example.name)) continue;
     names.push_back(example.name);
-    std::uint64_t hash = 0;
-    for (const SkipSwitch& way : skip_switches()) {
-      SkipCounters counters;
-      std::vector<double> times;
-      for (int k = 0; k < options.runs; ++k)
-        times.push_back(1e6 * run_once(example, way, counters) / example.steps);
-      if (hash == 0) hash = counters.state_hash;
-      rows.push_back(joined({example.name, way.name, number(median(times)),
-                             number(*std::min_element(times.begin(), times.end())),
-                             number(*std::max_element(times.begin(), times.end())),
-                             hash == counters.state_hash ? "same" : "differs", counters.row(example.steps)}));
+    const std::span<const SkipSwitch> ways = skip_switches();
+    std::vector<std::vector<double>> times(ways.size());
+    std::vector<SkipCounters> counters(ways.size());
+    // In turns, so that a neighbour's load hits them all.
+    for (int k = 0; k < options.runs; ++k) {
+      for (std::size_t way = 0; way < ways.size(); ++way)
+        times[way].push_back(1e6 * run_once(example, ways[way], counters[way]) / example.steps);
+    }
+    for (std::size_t way = 0; way < ways.size(); ++way) {
+      rows.push_back(joined({example.name, ways[way].name, number(median(times[way])),
+                             number(*std::min_element(times[way].begin(), times[way].end())),
+                             number(*std::max_element(times[way].begin(), times[way].end())),
+                             counters[way].state_hash == counters[0].state_hash ? "same" : "differs",
+                             counters[way].row(example.steps)}));
     }
     std::fprintf(stderr, "%s\n", example.name);
   }
