@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/narrowphase/chain.h"
@@ -261,6 +262,16 @@ namespace {
   throw std::invalid_argument("ray_cast: the ray must be finite, its direction not zero and t_max >= 0");
 }
 
+std::uint64_t bits_of(double x) {
+  return std::bit_cast<std::uint64_t>(x);
+}
+
+/// The largest finite parameter up to t_max; NaN stays.
+double last_of(const Ray& ray) {
+  constexpr double largest = std::numeric_limits<double>::max();
+  return largest < ray.t_max ? largest : ray.t_max;
+}
+
 /// Rays that hit need no check: their results are finite, and so is all that went in.
 void require_ray(const Ray& ray) {
   const double speed = length_squared(ray.direction), sum = narrow::magnitude(ray.origin) + speed;
@@ -325,7 +336,7 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shap
   const Two n = load(shape.normals[edge]), heights = n * (o - load(v[edge])), rates = n * d;
   const double height = heights.low() + heights.high(), t = height / -(rates.low() + rates.high());
   if (!(height > 0)) return ray_cast_hull(shape, pose, ray);
-  if (!(t > 0 && t <= ray.t_max && t < kInfinity)) return missed(ray);
+  if (!(t > 0 && t <= last_of(ray))) return missed(ray);
   std::optional<RayHit> hit(RayHit{t, {}, {}});
   (load(ray.origin) + Two::both(t) * load(ray.direction)).store(&hit->point.x);
   turned(cs, n).store(&hit->normal.x);
@@ -337,33 +348,33 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shap
 [[gnu::always_inline]] inline std::optional<RayHit> ray_cast_rectangle(const Shape& shape,
                                                                        const Transform& pose,
                                                                        const Ray& ray) {
-  using narrow::load, narrow::smallest, narrow::Two;
-  const Two n = load(shape.normals[0]), middle = load(shape.rectangle.middle);
-  const Two origin = load(ray.origin), d = load(ray.direction);
+  using narrow::load, narrow::Two;
+  const Two n = load(shape.normals.data()[0]), origin = load(ray.origin), d = load(ray.direction);
   const Two u = turned(load(pose.q), n), o = origin - load(pose.p);
-  // Scalar and cross product with u, and with n in the shape's frame.
-  const auto both_products = [](Two a, Two b) {
-    return lows(a, a) * b + highs(a, a) * with_high_negated(exchanged(b));
+  // Scalar and cross product of an axis with a vector.
+  const auto both_products = [](Two axis, Two vector) {
+    return lows(vector, vector) * with_high_negated(axis) + highs(vector, vector) * exchanged(axis);
   };
-  const Two at = both_products(u, o) - both_products(n, middle), rate = both_products(u, d);
-  const Two speed = magnitude(rate), half = load(shape.rectangle.half);
-  // Along a slab there is no entry.
-  if (bits(at_least(Two::both(0), speed)) != 0) [[unlikely]]
-    return ray_cast_hull(shape, pose, ray);
-  // Seen so that the ray comes from below in both slabs.
-  const Two from = flipped(at, rate), enter = negated(half + from) / speed, leave = (half - from) / speed;
-  const double end = smallest(leave);
+  const Two rate = both_products(u, d);
+  Two at = both_products(u, o);
+  // Nearly always the rectangle's middle is where its body is.
+  const Vec2& middle = shape.rectangle.middle;
+  if ((bits_of(middle.x) | bits_of(middle.y)) != 0) at = at - both_products(n, load(middle));
+  // Where no slab is crossed, the quotients are infinite, or NaN on an edge.
+  const Two half = flipped(load(shape.rectangle.half), rate);
+  const Two enter = negated(half + at) / rate, leave = (half - at) / rate;
   // Which slab is entered last is hard to foresee, so it is selected.
   const Two last = greater(enter, exchanged(enter)), first_enters = at_least(lows(enter, enter), last);
-  const double t = last.low();
-  if (!(t > 0 && t <= end && t <= ray.t_max && t < kInfinity)) {
+  const Two from_left = negated(flipped(u, lows(rate, rate)));
+  const Two from_below = negated(flipped(exchanged(with_high_negated(u)), highs(rate, rate)));
+  const double t = last.low(), end = smallest(leave), most = last_of(ray);
+  if (!(t > 0 && t <= (end < most ? end : most))) {
+    if (bits(at_least(Two::both(0), magnitude(rate))) != 0) return ray_cast_hull(shape, pose, ray);
     return t <= 0 && end >= 0 ? starts_inside(ray) : missed(ray);
   }
-  const Two side = chosen(first_enters, u, with_low_negated(exchanged(u)));
-  const Two against = negated(chosen(first_enters, lows(rate, rate), highs(rate, rate)));
   std::optional<RayHit> hit(RayHit{t, {}, {}});
-  (origin + last * d).store(&hit->point.x);
-  flipped(side, against).store(&hit->normal.x);
+  (origin + lows(last, last) * d).store(&hit->point.x);
+  chosen(first_enters, from_left, from_below).store(&hit->normal.x);
   return hit;
 }
 
@@ -371,22 +382,28 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shap
 [[gnu::always_inline]] inline std::optional<RayHit> ray_cast_disc(const Shape& shape, const Transform& pose,
                                                                   const Ray& ray) {
   using narrow::load, narrow::Two;
-  // Early, as whatever waits for the root and the quotient below makes the whole wait.
-  const double radius = shape.radius, per_radius = 1 / radius;
   const Two origin = load(ray.origin), d = load(ray.direction);
-  const Two m = (origin - load(pose.p)) - turned(load(pose.q), load(shape.vertices[0]));
-  const Two squares = d * d, along_parts = m * d, miss_parts = m * exchanged(d), far_parts = m * m;
-  const double along = along_parts.low() + along_parts.high(), miss = miss_parts.low() - miss_parts.high();
-  const double height = (far_parts.low() + far_parts.high()) - radius * radius;
-  const double square = (squares.low() + squares.high()) * (radius * radius) - miss * miss;
+  Two m = origin - load(pose.p);
+  // Nearly always the disc is where its body is.
+  const Vec2& centre = shape.vertices.data()[0];
+  if ((bits_of(centre.x) | bits_of(centre.y)) != 0) m = m - turned(load(pose.q), load(centre));
+  const double radius = shape.radius, area = radius * radius;
+  // Cross and scalar product; squares of the direction's and the way's lengths.
+  const Two products = lows(m, m) * exchanged(d) + highs(m, m) * with_low_negated(d);
+  const Two own = d * d, far = m * m, lengths = lows(own, far) + highs(own, far);
+  const double miss = products.low(), along = products.high();
+  const double height = lengths.high() - area, square = lengths.low() * area - miss * miss;
   if (height <= 0) return starts_inside(ray);
-  if (!(along < 0 && square >= 0)) return missed(ray);
-  const double t = height / (narrow::root(square) - along);
-  if (!(t > 0 && t <= ray.t_max && t < kInfinity)) return missed(ray);
-  const Two way = Two::both(t) * d;
+  // Neither negative nor infinite nor NaN, by one comparison.
+  if (!(along < 0 && bits_of(square) < bits_of(kInfinity))) return missed(ray);
+  // Both quotients take no longer than one.
+  const Two quotients = Two::of(height, 1) / Two::of(narrow::root(square) - along, radius);
+  const double t = quotients.low();
+  if (!(t <= last_of(ray))) return missed(ray);
+  const Two way = lows(quotients, quotients) * d;
   std::optional<RayHit> hit(RayHit{t, {}, {}});
   (origin + way).store(&hit->point.x);
-  (Two::both(per_radius) * m + Two::both(t) * (Two::both(per_radius) * d)).store(&hit->normal.x);
+  (highs(quotients, quotients) * (m + way)).store(&hit->normal.x);
   return hit;
 }
 
@@ -394,8 +411,9 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shap
 
 SKERRY_TWICE std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray) {
   if (shape.kind == ShapeKind::Disc) return ray_cast_disc(shape, pose, ray);
-  if (shape.rectangle.half.x > 0 && shape.radius == 0) return ray_cast_rectangle(shape, pose, ray);
-  if (shape.kind == ShapeKind::Polygon && shape.radius == 0) return ray_cast_polygon(shape, pose, ray);
+  const bool sharp = bits_of(shape.radius) == 0;
+  if (sharp && bits_of(shape.rectangle.half.x) != 0) return ray_cast_rectangle(shape, pose, ray);
+  if (sharp && shape.kind == ShapeKind::Polygon) return ray_cast_polygon(shape, pose, ray);
   return ray_cast_hull(shape, pose, ray);
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Narrow phase, ns a pair; beside it the same calls of the engines that are installed, in the same run. Each
-// benchmark goes round over many poses of the same kind, so that no branch predictor learns one of them.
+// benchmark goes over many poses of the same kind in an order that does not repeat: a branch predictor learns
+// 512 poses that come round in the same order.
 #include <benchmark/benchmark.h>
+#include <bit>
+#include <cstdint>
 #include <cstdio>
 #include <random>
 #include <vector>
@@ -26,6 +29,19 @@ namespace {
 using namespace skerry;
 
 constexpr std::size_t kPoses = 512;  // a power of two
+
+/// Numbers of poses by a linear congruential generator [Knuth, The Art of Computer Programming 2,
+/// sec. 3.3.4].
+class Order {
+ public:
+  std::size_t next() {
+    state_ = state_ * 6364136223846793005u + 1442695040888963407u;
+    return state_ >> (64 - std::bit_width(kPoses - 1));
+  }
+
+ private:
+  std::uint64_t state_ = 2026;
+};
 
 struct PosePair {
   Transform a, b;
@@ -79,9 +95,9 @@ void BM_Collide(benchmark::State& state) {
   if (cached) {
     for (std::size_t i = 0; i < kPoses; ++i) collide(a, pairs[i].a, b, pairs[i].b, 0.0, &caches[i]);
   }
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     benchmark::DoNotOptimize(collide(a, pairs[i].a, b, pairs[i].b, 0.0, cached ? &caches[i] : nullptr));
   }
 }
@@ -116,9 +132,9 @@ void BM_CollideStacked(benchmark::State& state) {
   const Shape a = make_box({1, 1}), b = a;
   const auto pairs = stacked();
   std::vector<SatCache> caches(kPoses);
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     benchmark::DoNotOptimize(
         collide(a, pairs[i].a, b, pairs[i].b, 0.005, state.range(0) != 0 ? &caches[i] : nullptr));
   }
@@ -148,9 +164,9 @@ void BM_CollideNearMiss(benchmark::State& state) {
   const Shape box = make_box({1, 1});
   const auto pairs = near_misses();
   std::vector<SatCache> caches(kPoses);
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     benchmark::DoNotOptimize(
         collide(box, pairs[i].a, box, pairs[i].b, 0.0, state.range(0) != 0 ? &caches[i] : nullptr));
   }
@@ -250,10 +266,10 @@ void label_shares(benchmark::State& state, double hits, double evaluations) {
 void BM_TimeOfImpact(benchmark::State& state) {
   const Shape a = shape_of(static_cast<int>(state.range(0))), b = a;
   const Flights f = flights(static_cast<double>(state.range(1)));
-  std::size_t i = 0;
+  Order order;
   double hits = 0, runs = 0, evaluations = 0;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     const ImpactTime impact = time_of_impact(a, f.a[i], b, f.b[i], 1.0);
     hits += impact.hit ? 1 : 0;
     evaluations += impact.iterations;
@@ -280,9 +296,9 @@ void BM_ChainSegmentsNear(benchmark::State& state) {
   std::vector<double> places;
   for (std::size_t i = 0; i < kPoses; ++i) places.push_back(at(random));
   std::vector<int> near;
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     chain_segments_near(chain, {}, {{places[i] - 0.5, -0.5}, {places[i] + 0.5, 0.5}}, near);
     benchmark::DoNotOptimize(near.data());
   }
@@ -294,9 +310,9 @@ void BM_RayCast(benchmark::State& state) {
   const auto pairs = poses(2, 3);
   std::vector<Ray> rays;
   for (const PosePair& p : pairs) rays.push_back({p.b.p, 1.5 * (p.a.p - p.b.p), 1});
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     benchmark::DoNotOptimize(ray_cast(shape, pairs[i].a, rays[i]));
   }
 }
@@ -336,9 +352,9 @@ void BM_Box2DCollide(benchmark::State& state) {
   const b2PolygonShape polygon = b2_polygon(corners == 0 ? 4 : corners);
   b2CircleShape circle;
   circle.m_radius = 0.5f;
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     b2Manifold m;
     if (corners == 0) {
       b2CollideCircles(&m, &circle, a[i], &circle, b[i]);
@@ -369,9 +385,9 @@ void BM_Box2DCollideStacked(benchmark::State& state) {
   std::vector<b2Transform> b;
   for (const PosePair& p : stacked()) b.push_back(b2_pose(p.b, 0));
   const b2Transform a{b2Vec2(0, 0), b2Rot(0)};
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     b2Manifold m;
     b2CollidePolygons(&m, &polygon, a, &polygon, b[i]);
     benchmark::DoNotOptimize(m);
@@ -434,9 +450,9 @@ void BM_Box2DCollideNearMiss(benchmark::State& state) {
     a.push_back(b2_pose(p.a, p.angle_a));
     b.push_back(b2_pose(p.b, p.angle_b));
   }
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     b2Manifold m;
     b2CollidePolygons(&m, &polygon, a[i], &polygon, b[i]);
     benchmark::DoNotOptimize(m);
@@ -469,10 +485,10 @@ void BM_Box2DTimeOfImpact(benchmark::State& state) {
     inputs[k].sweepB = b2_sweep(f.b[k]);
     inputs[k].tMax = 1;
   }
-  std::size_t i = 0;
+  Order order;
   double hits = 0, runs = 0;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     b2TOIOutput out;
     b2TimeOfImpact(&out, &inputs[i]);
     hits += out.state == b2TOIOutput::e_touching ? 1 : 0;
@@ -504,9 +520,9 @@ void BM_Box2DRayCast(benchmark::State& state) {
                     {static_cast<float>(end.x), static_cast<float>(end.y)},
                     1});
   }
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     b2RayCastOutput out;
     benchmark::DoNotOptimize(shape.RayCast(&out, rays[i], a[i], 0));
     benchmark::DoNotOptimize(out);
@@ -542,9 +558,9 @@ void BM_ChipmunkCollide(benchmark::State& state) {
       shapes.push_back(shape);
     }
   }
-  std::size_t i = 0;
+  Order order;
   for (auto _ : state) {
-    i = (i + 1) & (kPoses - 1);
+    const std::size_t i = order.next();
     benchmark::DoNotOptimize(cpShapesCollide(shapes[2 * i], shapes[2 * i + 1]));
   }
   for (cpShape* shape : shapes) cpShapeFree(shape);
