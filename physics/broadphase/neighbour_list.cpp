@@ -39,7 +39,11 @@ constexpr double kStepsAhead = 20;
 constexpr float kStepsSoon = 6;
 /// Larger margins would only overflow.
 constexpr double kLargestMargin = 1e300;
-/// Lists that live for one step only are worth nothing: no margins for so many steps then.
+/// Lists that live for less than the first number of steps get margins wider by a factor, those that live for
+/// the second narrower ones again: faster boxes want wider ones. At most by so much in all.
+constexpr int kShortLife = 3, kLongLife = 8;
+constexpr double kWidening = 1.5, kWidest = 3;
+/// Lists that live for one step only even so are worth nothing: no margins for so many steps then.
 constexpr int kStepsWithoutMargin = 15;
 /// The list is made anew when one box of so many has left its margin since.
 constexpr std::size_t kShareThatLeft = 16;
@@ -77,7 +81,7 @@ class NeighbourList final : public PairFinder {
     if (many_left(boxes, left_.size())) {
       // The rest of those that move will follow soon: new margins for all of them.
       is_complete_ = false;
-      if (list_age_ < 2 && steps_without_margin_ == 0) steps_without_margin_ = kStepsWithoutMargin;
+      choose_width();
       for (const ProxyIndex proxy : dirty) {
         if (boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
       }
@@ -165,13 +169,21 @@ class NeighbourList final : public PairFinder {
                 found.end());
   }
 
+  /// Margins of the next list, after how long the last one lived.
+  void choose_width() {
+    if (steps_without_margin_ > 0) return;
+    if (list_age_ < 2 && width_ >= kWidest) steps_without_margin_ = kStepsWithoutMargin;
+    if (list_age_ < kShortLife) width_ = std::min(kWidest, width_ * kWidening);
+    if (list_age_ >= kLongLife) width_ = std::max(1.0, width_ / kWidening);
+  }
+
   /// The box with its margin; fixed boxes have none.
   Aabb fattened(const BoxSet& boxes, ProxyIndex proxy) const {
     const Aabb& box = boxes.box(proxy);
     if (boxes.is_fixed(proxy) || steps_without_margin_ > 0) return box;
     const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
     const double margin =
-        std::max(kMargin * std::sqrt(width * height), kThinMargin * std::max(width, height));
+        width_ * std::max(kMargin * std::sqrt(width * height), kThinMargin * std::max(width, height));
     const Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
     return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
   }
@@ -453,6 +465,7 @@ class NeighbourList final : public PairFinder {
   bool wide_tests_;
   int list_age_ = 2;  ///< reports from the list
   int steps_without_margin_ = 0;
+  double width_ = 1;  ///< of margins, times their usual width
   // Kept between calls.
   struct Leaver {
     ProxyIndex proxy;

@@ -123,7 +123,7 @@ class BlockSweeps {
   }
   double scaled(std::span<const double> lambda, int row) const;
   void set_joint(const JointBlock& joint, std::span<const double> lambda);
-  void get_joint(const JointBlock& joint, Impulses x, std::vector<double>& lambda) const;
+  void get_joint(const JointBlock& joint, const Impulses& from, std::vector<double>& lambda) const;
   double violation_of(const JointBlock& joint) const;
   void group();
   template <int N>

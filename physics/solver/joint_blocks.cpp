@@ -121,12 +121,15 @@ void BlockSweeps::set_joint(const JointBlock& joint, std::span<const double> lam
   }
 }
 
-void BlockSweeps::get_joint(const JointBlock& joint, Impulses x, std::vector<double>& lambda) const {
+void BlockSweeps::get_joint(const JointBlock& joint, const Impulses& from,
+                            std::vector<double>& lambda) const {
+  std::array<double, kRows> x{};
+  for (int r = 0; r < kRows; ++r) x[at(r)] = from.v[r];
   for (int r = blocks_[at(joint.block)].count - 1; r >= 0; --r) {
     const std::array<double, kRows>& L = joint.L[at(r)];
     const std::size_t row = at(joint.row[at(r)]);
-    const double own = L[at(r)] > 0 ? x.v[r] / L[at(r)] : 0;
-    for (int c = 0; c < r; ++c) x.v[c] -= L[at(c)] * own;
+    const double own = L[at(r)] > 0 ? x[at(r)] / L[at(r)] : 0;
+    for (int c = 0; c < r; ++c) x[at(c)] -= L[at(c)] * own;
     lambda[row] = root_[row] > 0 ? own / root_[row] : 0;
   }
 }

@@ -144,7 +144,7 @@ class IslandStep {
                                           : 0;
         if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
-        if (energy && island_.joints.empty()) energy->take_gain(state_, island_);
+        if (energy) energy->take_gain(state_, island_);
       }
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;
@@ -324,7 +324,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
   const double there = IslandStep(state, island, rule, result).run(0, h);
   result.step_memory.flow = restlessness(result);
-  if (there == h) return;
+  if (!(there < h)) return;
   step_island_in_flow(state, island, there, h, result);
   if (!island.joints.empty()) wait_after_failure(result.step_memory);
 }
