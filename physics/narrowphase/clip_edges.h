@@ -14,11 +14,9 @@ namespace skerry::narrow {
 /// Exchanging the shapes or the reference face does not exchange the points.
 inline bool in_order(std::uint32_t f, std::uint32_t g) {
   const auto key = [](std::uint32_t feature) {
-    const std::uint32_t high = feature >> 16, low = feature & 0xffffu;
-    return make_feature(std::min(high, low), std::max(high, low));
+    return std::uint64_t{std::min(feature, mirrored(feature))} << 32 | feature;
   };
-  const std::uint32_t first = key(f), second = key(g);
-  return first != second ? first < second : f <= g;
+  return key(f) <= key(g);
 }
 
 /// The reference edge p0 -> p1 and the incident edge q0 -> q1 of an axis, and where they lie on each other.
@@ -43,16 +41,21 @@ template <int N = 0>
   e.reference_is_a = axis.index >= 0;
   const int edge = e.reference_is_a ? axis.index : ~axis.index;
   // Which core is the reference is a coin toss, so it is selected by data and not by branches.
-  const Hull& ref = e.reference_is_a ? a : b;
-  const Hull& inc = e.reference_is_a ? b : a;
-  const Vec2* ref_v = e.reference_is_a ? a.v : placed.v;
-  const Vec2* inc_v = e.reference_is_a ? placed.v : a.v;
+  const Hull& ref = *chosen(e.reference_is_a, &a, &b);
+  const Hull& inc = *chosen(e.reference_is_a, &b, &a);
+  const Vec2* const placed_v = placed.v;
+  const Vec2* ref_v = chosen(e.reference_is_a, a.v, placed_v);
+  const Vec2* inc_v = chosen(e.reference_is_a, placed_v, a.v);
   e.n = axis.n;
   // Of the two edges at the deepest corner the one that faces the reference edge is incident.
-  const int last = (N > 0 ? N : inc.count) - 1, before = axis.support > 0 ? axis.support - 1 : last;
+  const int before = N > 0              ? (axis.support + N - 1) & (N - 1)
+                     : axis.support > 0 ? axis.support - 1
+                                        : inc.count - 1;
   const Vec2 back = inverse_rotate(placed.turn, e.n);
-  const Vec2 n_inc = {e.reference_is_a ? back.x : e.n.x, e.reference_is_a ? back.y : e.n.y};
-  const int incident = dot(n_inc, inc.n[before]) < dot(n_inc, inc.n[axis.support]) ? before : axis.support;
+  const Two n_inc = chosen(everywhere(e.reference_is_a), Two::of(back.x, back.y), Two::of(e.n.x, e.n.y));
+  const Two n_before = n_inc * load(inc.n[before]), n_support = n_inc * load(inc.n[axis.support]);
+  const bool take_before = n_before.low() + n_before.high() < n_support.low() + n_support.high();
+  const int incident = take_before ? before : axis.support;
   e.i0 = edge;
   e.i1 = after(edge, ref.count);
   e.j0 = incident;
@@ -82,7 +85,7 @@ inline std::uint32_t feature_of(const Edges& e, std::uint32_t ref_code, std::uin
 }
 
 inline void write_normal(const Edges& e, Vec2 n, NormalFrom from, Output& out) {
-  out.normal(e.reference_is_a ? n : -n, from);
+  out.normal(flipped(Two::of(n.x, n.y), everywhere(!e.reference_is_a)), from);
 }
 inline NormalFrom reference_of(const Edges& e) {
   return e.reference_is_a ? NormalFrom::First : NormalFrom::Second;
@@ -110,12 +113,16 @@ inline NormalFrom reference_of(const Edges& e) {
   // A corner of the reference edge unless only the other core has one here, and the other way round.
   const unsigned ref_corner = ~inc | both, inc_corner = inc | both;
   const std::uint32_t edge = edge_code(e.i0), incident = edge_code(e.j0);
-  const std::uint32_t at_start = feature_of(e, (ref_corner & 1) != 0 ? corner_code(e.i0) : edge,
-                                            (inc_corner & 1) != 0 ? corner_code(e.j1) : incident);
-  const std::uint32_t at_end = feature_of(e, (ref_corner & 2) != 0 ? corner_code(e.i1) : edge,
-                                          (inc_corner & 2) != 0 ? corner_code(e.j0) : incident);
+  const auto code = [](unsigned is_corner, int corner, std::uint32_t otherwise) {
+    return otherwise ^ ((otherwise ^ corner_code(corner)) & -(is_corner & 1));
+  };
+  const std::uint32_t at_start =
+      feature_of(e, code(ref_corner, e.i0, edge), code(inc_corner, e.j1, incident));
+  const std::uint32_t at_end =
+      feature_of(e, code(ref_corner >> 1, e.i1, edge), code(inc_corner >> 1, e.j0, incident));
   // Whether one or two are kept is hard to foresee, so both are written; one that is not counts for nothing.
-  const unsigned slot = keep == 3 ? (in_order(at_start, at_end) ? 0 : 1) : keep >> 1;
+  const unsigned swapped = in_order(at_start, at_end) ? 0 : 1;
+  const unsigned slot = keep >> 1 & (swapped | ~keep) & 1;
   out.m.count = static_cast<int>((keep & 1) + (keep >> 1));
   ManifoldPoint &start = out.m.points[slot], &end = out.m.points[slot ^ 1];
   lows(wx, wy).store(&start.position.x);
@@ -127,7 +134,8 @@ inline NormalFrom reference_of(const Edges& e) {
 }
 
 inline double overlap_of(const Edges& e) {
-  return std::min(e.len, e.x0) - std::max(0.0, e.x1);
+  const Two ends = lesser(Two::of(e.len, -e.x1), Two::of(e.x0, 0));
+  return ends.low() + ends.high();
 }
 inline double label_of(const Edges& e) {
   return kCornerOnCorner * std::min(e.len, e.x0 - e.x1);

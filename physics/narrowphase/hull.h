@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "physics/narrowphase/lanes.h"
 #include "physics/narrowphase/manifold.h"
 #include "physics/shape.h"
 
@@ -115,10 +116,9 @@ struct Output {
   bool exchange = false;  ///< the caller's a is the second core
   NormalFrom from = NormalFrom::First;
 
-  void normal(Vec2 n, NormalFrom origin) {
-    const Vec2 turned = rotate(frame.q, n);
-    const double sign = exchange ? -1 : 1;
-    m.normal = {sign * turned.x, sign * turned.y};
+  void normal(Vec2 n, NormalFrom origin) { normal(Two::of(n.x, n.y), origin); }
+  void normal(Two n, NormalFrom origin) {
+    flipped(turned(load(frame.q), n), everywhere(exchange)).store(&m.normal.x);
     from = origin;
   }
   void point(int slot, Vec2 position, double separation, std::uint32_t feature) {

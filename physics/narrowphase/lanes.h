@@ -151,6 +151,17 @@ inline Two load(const Vec2& v) {
 inline Two load(const Rot& q) {
   return Two::load(&q.c);
 }
+/// A mask for both lanes.
+inline Two everywhere(bool on) {
+  return Two::both(std::bit_cast<double>(-std::uint64_t{on}));
+}
+/// One of two places, without a branch; for what cannot be foreseen, where a wrong guess costs more than all
+/// of a disc's contact.
+template <class T>
+[[gnu::always_inline]] inline const T* chosen(bool on, const T* a, const T* b) {
+  const auto at_a = reinterpret_cast<std::uintptr_t>(a), at_b = reinterpret_cast<std::uintptr_t>(b);
+  return reinterpret_cast<const T*>(at_b ^ ((at_a ^ at_b) & -std::uintptr_t{on}));
+}
 /// Writes a pair in one piece: one that was written in two cannot be read in one without waiting for both to
 /// leave the processor's store buffer.
 inline void write_whole(Vec2& v) {
