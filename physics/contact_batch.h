@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Manifolds of many contacts: pairs of boxes and of discs wait until there are enough of them for the narrow
-// phase to take them together (narrowphase/collide_batch.h).
+// Manifolds of many contacts: pairs of boxes, of discs, and of either with a half-plane wait until there are
+// enough of them for the narrow phase to take them together (narrowphase/collide_batch.h).
 #pragma once
 
 #include <array>
@@ -87,9 +87,8 @@ class ManifoldRefresh {
   /// they are until then. @return false if nothing had to be done
   bool refresh(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
                const Transform& pose_b, double margin) {
-    const bool are_boxes = a.rectangle.half.x > 0 && b.rectangle.half.x > 0;
-    const bool are_discs = a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc;
-    if (!are_boxes && !are_discs) {
+    ContactBatch* const batch = batch_of(a, b);
+    if (batch == nullptr) {
       const bool made = refresh_manifold(contact, a, pose_a, b, pose_b, margin, skips_, stats_);
       finish_(contact);
       return made;
@@ -98,21 +97,32 @@ class ManifoldRefresh {
       finish_(contact);
       return false;
     }
-    ContactBatch& batch = are_boxes ? boxes_ : discs_;
-    batch.add(contact, a, pose_a, b, pose_b, margin);
-    if (batch.full()) batch.run(skips_, stats_, finish_);
+    batch->add(contact, a, pose_a, b, pose_b, margin);
+    if (batch->full()) batch->run(skips_, stats_, finish_);
     return true;
   }
   void finish() {
     boxes_.run(skips_, stats_, finish_);
     discs_.run(skips_, stats_, finish_);
+    planes_.run(skips_, stats_, finish_);
   }
 
  private:
+  /// Null for pairs that are done one by one.
+  ContactBatch* batch_of(const Shape& a, const Shape& b) {
+    const bool box_a = a.rectangle.half.x > 0, box_b = b.rectangle.half.x > 0;
+    const bool disc_a = a.kind == ShapeKind::Disc, disc_b = b.kind == ShapeKind::Disc;
+    if (box_a && box_b) return &boxes_;
+    if (disc_a && disc_b) return &discs_;
+    const bool with_plane = (a.kind == ShapeKind::HalfPlane && (box_b || disc_b)) ||
+                            (b.kind == ShapeKind::HalfPlane && (box_a || disc_a));
+    return with_plane ? &planes_ : nullptr;
+  }
+
   const Skips& skips_;
   NarrowPhaseStats& stats_;
   Finish finish_;
-  ContactBatch boxes_{collide_boxes}, discs_{collide_discs};
+  ContactBatch boxes_{collide_boxes}, discs_{collide_discs}, planes_{collide_half_planes};
 };
 
 }  // namespace skerry

@@ -25,6 +25,8 @@ namespace baseline {
 #include "physics/narrowphase/four_lanes.h"
 //
 #include "physics/narrowphase/batch_kernels.h"
+//
+#include "physics/narrowphase/plane_kernels.h"
 #undef SKERRY_FOUR_AVX2
 }  // namespace baseline
 #endif
@@ -36,6 +38,8 @@ namespace avx2 {
 #include "physics/narrowphase/four_lanes.h"
 //
 #include "physics/narrowphase/batch_kernels.h"
+//
+#include "physics/narrowphase/plane_kernels.h"
 #undef SKERRY_FOUR_AVX2
 }  // namespace avx2
 SKERRY_AVX2_END
@@ -118,13 +122,46 @@ void discs_by(const PairArrays& pairs, NarrowPhaseStats* stats) {
   add(counted, stats);
 }
 
+/// What meets the half-plane of a pair; null if none of the two is one.
+const Shape* beside_plane(const Shape& a, const Shape& b) {
+  return a.kind == ShapeKind::HalfPlane ? &b : b.kind == ShapeKind::HalfPlane ? &a : nullptr;
+}
+
+using PlaneGroups = BoxGroups;
+template <PlaneGroups kBoxes, PlaneGroups kDiscs>
+void planes_by(const PairArrays& pairs, NarrowPhaseStats* stats) {
+  NarrowPhaseStats counted;
+  std::uint32_t boxes[kBlock], discs[kBlock], left[kBlock];
+  for (std::size_t from = 0; from < pairs.shape_a.size(); from += kBlock) {
+    const std::size_t to = std::min(from + kBlock, pairs.shape_a.size());
+    std::size_t box_count = 0, disc_count = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      const Shape* const body = beside_plane(*pairs.shape_a[i], *pairs.shape_b[i]);
+      if (body != nullptr && is_box(*body)) {
+        boxes[box_count++] = static_cast<std::uint32_t>(i);
+      } else if (body != nullptr && body->kind == ShapeKind::Disc) {
+        discs[disc_count++] = static_cast<std::uint32_t>(i);
+      } else {
+        alone(pairs, i, nullptr, counted);
+      }
+    }
+    std::size_t rest = kBoxes(pairs, boxes, box_count, left, counted);
+    rest += kDiscs(pairs, discs, disc_count, left + rest, counted);
+    counted.pairs += box_count + disc_count - rest;
+    for (std::size_t i = 0; i < rest; ++i) alone(pairs, left[i], nullptr, counted);
+  }
+  add(counted, stats);
+}
+
 // The best first.
 constexpr BatchVersion kVersions[] = {
 #if defined(SKERRY_MAY_USE_AVX2)
-    {"AVX2", boxes_by<avx2::box_groups>, discs_by<avx2::disc_groups>},
+    {"AVX2", boxes_by<avx2::box_groups>, discs_by<avx2::disc_groups>,
+     planes_by<avx2::plane_groups<4>, avx2::plane_groups<1>>},
 #endif
 #if !defined(SKERRY_MUST_HAVE_AVX2)
-    {"baseline", boxes_by<baseline::box_groups>, discs_by<baseline::disc_groups>},
+    {"baseline", boxes_by<baseline::box_groups>, discs_by<baseline::disc_groups>,
+     planes_by<baseline::plane_groups<4>, baseline::plane_groups<1>>},
 #endif
 };
 
@@ -145,6 +182,10 @@ void collide_boxes(const PairArrays& pairs, NarrowPhaseStats* stats) {
 
 void collide_discs(const PairArrays& pairs, NarrowPhaseStats* stats) {
   narrow::batch_versions().front().discs(pairs, stats);
+}
+
+void collide_half_planes(const PairArrays& pairs, NarrowPhaseStats* stats) {
+  narrow::batch_versions().front().planes(pairs, stats);
 }
 
 }  // namespace skerry

@@ -35,6 +35,10 @@ void collide_boxes(const PairArrays& pairs, NarrowPhaseStats* stats = nullptr);
 /// The same for pairs of discs. Caches are not used.
 void collide_discs(const PairArrays& pairs, NarrowPhaseStats* stats = nullptr);
 
+/// The same for pairs of a half-plane, which may be either of the two, and a rectangle or disc. Caches are
+/// not used.
+void collide_half_planes(const PairArrays& pairs, NarrowPhaseStats* stats = nullptr);
+
 namespace narrow {
 
 /// The functions above for one set of instructions.
@@ -42,6 +46,7 @@ struct BatchVersion {
   const char* name;
   void (*boxes)(const PairArrays&, NarrowPhaseStats*);
   void (*discs)(const PairArrays&, NarrowPhaseStats*);
+  void (*planes)(const PairArrays&, NarrowPhaseStats*);
 };
 /// The versions that this processor can run, the one that is taken first; for tests and benchmarks.
 std::span<const BatchVersion> batch_versions();

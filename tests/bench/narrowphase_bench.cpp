@@ -228,6 +228,53 @@ BENCHMARK(BM_CollideBatch)
     ->Args({0, 80, 99, 0, 2})
     ->Args({4, 60, 95, 0, 2});
 
+/// Boxes and discs of 1 m that lie on level ground, nearly flat.
+std::vector<PosePair> grounded() {
+  std::mt19937_64 random(2028);
+  std::uniform_real_distribution<double> place(-50, 50), tilt(-0.005, 0.005), gap(-0.004, 0.002);
+  std::vector<PosePair> out;
+  for (std::size_t i = 0; i < kPoses; ++i) {
+    const double angle = tilt(random);
+    out.push_back({{}, {{place(random), 0.5 + gap(random)}, Rot::from_angle(angle)}, 0, angle});
+  }
+  return out;
+}
+
+/// On a half-plane. Arguments: corners (0 disc), batch: all poses in one call; the time is that of one pair.
+void BM_CollideGround(benchmark::State& state) {
+  const Shape shape = shape_of(static_cast<int>(state.range(0))), ground = make_half_plane({}, {0, 1});
+  const auto pairs = grounded();
+  if (state.range(1) == 0) {
+    Order order;
+    for (auto _ : state) {
+      const std::size_t i = order.next();
+      benchmark::DoNotOptimize(collide(ground, pairs[i].a, shape, pairs[i].b, 0.005));
+    }
+    return;
+  }
+  const std::vector<const Shape*> grounds(kPoses, &ground), shapes(kPoses, &shape);
+  const std::vector<double> margin(kPoses, 0.005);
+  std::vector<Transform> a, b;
+  std::vector<Manifold> results(kPoses);
+  std::vector<Manifold*> out;
+  for (std::size_t i = 0; i < kPoses; ++i) {
+    a.push_back(pairs[i].a);
+    b.push_back(pairs[i].b);
+    out.push_back(&results[i]);
+  }
+  while (state.KeepRunningBatch(kPoses)) {
+    collide_half_planes({grounds, shapes, a, b, margin, {}, out});
+    benchmark::DoNotOptimize(results.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(BM_CollideGround)
+    ->ArgNames({"corners", "batch"})
+    ->Args({0, 0})
+    ->Args({0, 1})
+    ->Args({4, 0})
+    ->Args({4, 1});
+
 struct Flights {
   std::vector<Motion> a, b;
 };
@@ -459,6 +506,58 @@ void BM_Box2DCollideNearMiss(benchmark::State& state) {
   }
 }
 BENCHMARK(BM_Box2DCollideNearMiss);
+
+/// On an edge, which is Box2D's ground. Arguments: corners; loop: 1 goes through all poses and keeps the
+/// results; `world` as above.
+void BM_Box2DCollideGround(benchmark::State& state) {
+  const bool polygons = state.range(0) != 0, with_points = state.range(2) != 0;
+  std::vector<b2Transform> b;
+  for (const PosePair& p : grounded()) b.push_back(b2_pose(p.b, p.angle_b));
+  const b2Transform a{b2Vec2(0, 0), b2Rot(0)};
+  const b2PolygonShape polygon = b2_polygon(4);
+  b2CircleShape circle;
+  circle.m_radius = 0.5f;
+  b2EdgeShape edge;
+  edge.SetTwoSided({-100, 0}, {100, 0});
+  const float radius = polygons ? polygon.m_radius : circle.m_radius;
+  const auto meet = [&](b2Manifold& m, b2WorldManifold& points, std::size_t i) {
+    if (polygons) {
+      b2CollideEdgeAndPolygon(&m, &edge, a, &polygon, b[i]);
+    } else {
+      b2CollideEdgeAndCircle(&m, &edge, a, &circle, b[i]);
+    }
+    if (with_points) points.Initialize(&m, a, edge.m_radius, b[i], radius);
+  };
+  if (state.range(1) == 0) {
+    Order order;
+    for (auto _ : state) {
+      b2Manifold m;
+      b2WorldManifold points;
+      meet(m, points, order.next());
+      benchmark::DoNotOptimize(m);
+      benchmark::DoNotOptimize(points);
+    }
+    return;
+  }
+  std::vector<b2Manifold> results(kPoses);
+  std::vector<b2WorldManifold> points(kPoses);
+  while (state.KeepRunningBatch(kPoses)) {
+    for (std::size_t i = 0; i < kPoses; ++i) meet(results[i], points[i], i);
+    benchmark::DoNotOptimize(results.data());
+    benchmark::DoNotOptimize(points.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(BM_Box2DCollideGround)
+    ->ArgNames({"corners", "loop", "world"})
+    ->Args({0, 0, 0})
+    ->Args({0, 0, 1})
+    ->Args({0, 1, 0})
+    ->Args({0, 1, 1})
+    ->Args({4, 0, 0})
+    ->Args({4, 0, 1})
+    ->Args({4, 1, 0})
+    ->Args({4, 1, 1});
 
 b2Sweep b2_sweep(const Motion& m) {
   b2Sweep s{};

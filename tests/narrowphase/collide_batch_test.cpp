@@ -144,6 +144,41 @@ TEST(CollideBatch, GivesTheBitsOfDiscsOneByOne) {
   }
 }
 
+TEST(CollideBatch, GivesTheBitsOfBoxesAndDiscsOnHalfPlanesOneByOne) {
+  const unsigned seed = 1240;
+  Scenes scenes(seed);
+  Batch batch;
+  for (int k = 0; k < test_scale(40000); ++k) {
+    const double size = scenes.size();
+    const Shape body =
+        scenes.below(3) == 0
+            ? make_disc(0.5 * size, scenes.below(2) == 0 ? Vec2{} : 0.3 * size * scenes.direction())
+            : rectangle(scenes, size);
+    auto [pose_a, pose_b] = scenes.poses(size, size, 1e6);
+    Shape plane = make_half_plane(0.1 * size * scenes.direction(), scenes.direction());
+    // Boxes that lie flat, or nearly, on level ground.
+    if (scenes.below(3) == 0) {
+      const double tilt = scenes.below(2) == 0 ? 0.0 : std::pow(10.0, scenes.uniform(-16, -3));
+      plane = make_half_plane({0, 0.1 * size * scenes.uniform(-1, 1)}, {0, 1});
+      pose_a.q = {};
+      pose_b = {pose_a.p + size * Vec2{scenes.uniform(-1, 1), 0.5 * (1 + 0.1 * scenes.below(3))},
+                Rot::from_angle(kPi / 2 * scenes.below(4) + tilt)};
+    }
+    const double margin = scenes.below(2) == 0 ? 0 : scenes.uniform(0, 0.2) * size;
+    if (scenes.below(2) == 0) {
+      batch.add(plane, pose_a, body, pose_b, margin);
+    } else {
+      batch.add(body, pose_b, plane, pose_a, margin);
+    }
+  }
+  // Bodies too far away for squares of their distance meet nothing.
+  batch.add(make_half_plane({}, {0, 1}), {}, make_disc(1), {{0, -1e101}, {}}, 0);
+  for (const narrow::BatchVersion& version : narrow::batch_versions()) {
+    SCOPED_TRACE(version.name);
+    expect_same(batch, version.planes, seed);
+  }
+}
+
 TEST(CollideBatch, MirrorsExactlyWhenTheShapesAreExchanged) {
   const unsigned seed = 1236;
   Scenes scenes(seed);
@@ -231,7 +266,7 @@ TEST(CollideBatch, SkipsPairsThatItKnowsToBeApartAndNeverAnother) {
 TEST(CollideBatch, TakesOtherShapesOneByOne) {
   const unsigned seed = 1239;
   Scenes scenes(seed);
-  for (const auto all : {collide_boxes, collide_discs}) {
+  for (const auto all : {collide_boxes, collide_discs, collide_half_planes}) {
     Batch batch;
     for (int k = 0; k < 2000; ++k) {
       const auto [pose_a, pose_b] = scenes.poses(1, 1, 0);
