@@ -34,6 +34,9 @@ constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
 // stays bounded, and limbs rather slip through each other than out of their joints.
 constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
+// Sweeps for positions that leave this share of the deepest overlap came to no answer: what they push on
+// lands in others.
+constexpr double kBlind = 0.5;
 // In flow there is a second round where joints are off by this share of a body's size: shifts are straight
 // lines.
 constexpr double kTorn = 0.05;
@@ -440,9 +443,10 @@ class OnePieceStep {
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     shift.assign(island_.bodies.size(), Velocity{});
     apply_impulses(system, solution.lambda, shift);
-    if (!island_.joints.empty()) limit_shift(shift);
-    // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const bool free = is_free(state_, island_);
+    if (!island_.joints.empty() || (!exact_ && solution.residual > kBlind))
+      limit_shift(*assembly, shift, free);
+    // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
@@ -458,13 +462,44 @@ class OnePieceStep {
     return true;
   }
 
-  void limit_shift(std::vector<Velocity>& shift) const {
+  /// Jointed bodies go no farther than half their size; others than what the next step finds, or than they
+  /// overlap themselves: what is passed on beyond that comes in later steps. The centre of mass of a free
+  /// island stays where it is.
+  void limit_shift(const Assembly& assembly, std::vector<Velocity>& shift, bool free) const {
+    Spare<std::vector<double>> most;
+    for (const std::uint32_t body : island_.bodies)
+      most->push_back(island_.joints.empty() ? room_of(body) : kFarthestShift * state_.radius[body]);
+    for (int i = 0; island_.joints.empty() && i < assembly.system.size(); ++i) {
+      for (const int k : {assembly.system.rows[i].a, assembly.system.rows[i].b}) {
+        if (k < 0) continue;
+        double& own = (*most)[static_cast<std::size_t>(k)];
+        own = std::max(own, -assembly.origin[i].error);
+      }
+    }
+    Vec2 moment;
+    double mass = 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
-      const double way = length_of_shift(state_, body, shift[k]), most = kFarthestShift * state_.radius[body];
-      if (!(way > most)) continue;
-      for (double& x : shift[k]) x *= most / way;
+      const double way = length_of_shift(state_, body, shift[k]);
+      if (way > (*most)[k]) {
+        for (double& x : shift[k]) x *= (*most)[k] / way;
+      }
+      mass += state_.bodies.mass[body];
+      moment += state_.bodies.mass[body] * Vec2{shift[k][0], shift[k][1]};
     }
+    if (!free || !(mass > 0)) return;
+    for (Velocity& one : shift) {
+      one[0] -= moment.x / mass;
+      one[1] -= moment.y / mass;
+    }
+  }
+
+  /// How much farther a body can be moved so that the next step finds whom it met.
+  double room_of(std::uint32_t body) const {
+    double room = state_.reach[body] - state_.travelled[body];
+    if (state_.flight[body] == FlightKind::Fast)
+      room = std::min(room, state_.allowance[body] - state_.strayed[body]);
+    return std::max(room, 0.0) + overrun(state_, body);
   }
 
   double size(std::uint32_t body) const {

@@ -117,6 +117,33 @@ TEST(Flow, KeepsMomentaAndGainsNoEnergyWhereNothingIsFixed) {
   EXPECT_GT(flowing, 10);
 }
 
+/// A crush in which sweeps leave most of the overlaps: bodies that were pushed on all the same, by up to
+/// their whole width, landed in others, for which the step was made again.
+TEST(Flow, PushesNothingIntoOthersWhereOverlapsAreTooManyToBeTakenOut) {
+  World world = make_world(200, {});
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 900; ++i) {
+    const Vec2 at{0.4 * (i / 30), 0.4 * (i % 30 - 14.5)};
+    bodies.push_back(test::add(world, at, test::rough(make_box({0.4, 0.4}), 0.6), 0.16));
+  }
+  bodies.push_back(test::add(world, {-2.5, 0}, test::rough(make_box({3, 3}), 0.6), 9, {60, 0}));
+  const auto moment = [&] {
+    Vec2 sum;
+    for (const BodyId body : bodies) sum += world.mass(body) * world.position(body);
+    return sum;
+  };
+  const Vec2 momentum = world.momentum(), start = moment();
+  int flowing = 0;
+  for (int k = 0; k < 30; ++k) {
+    const StepReport& report = world.step(kStep);
+    flowing += report.islands_in_flow;
+    EXPECT_EQ(report.island_retries, 0) << k;
+    EXPECT_LT(report.worst_penetration, 0.45);
+    EXPECT_LE(length(moment() - start - report.time * momentum), 1e-11 * length(momentum)) << k;
+  }
+  EXPECT_GT(flowing, 10);
+}
+
 TEST(Flow, GainsNoEnergyAndSinksLittleUnderGravity) {
   World world = heap_on_ground(200);
   double energy = world.kinetic_energy() + world.potential_energy(), deepest = 0;
