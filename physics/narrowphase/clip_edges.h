@@ -10,6 +10,11 @@
 
 namespace skerry::narrow {
 
+/// Without a branch.
+constexpr std::uint32_t mirrored_if(bool exchange, std::uint32_t feature) {
+  return feature ^ ((feature ^ mirrored(feature)) & -std::uint32_t{exchange});
+}
+
 /// Order of points: ascending by the pair of codes without regard to who is first, then by the first's code.
 /// Exchanging the shapes or the reference face does not exchange the points.
 inline bool in_order(std::uint32_t f, std::uint32_t g) {
@@ -36,7 +41,11 @@ template <int N = 0>
 [[gnu::always_inline]] inline Edges edges_of(const Hull& a, const Hull& b, const Placed& placed,
                                              const Axis& axis) {
   static_assert((N & (N - 1)) == 0);
-  const auto after = [](int i, int count) { return N > 0 ? (i + 1) & (N - 1) : i + 1 < count ? i + 1 : 0; };
+  // Masks instead of branches, here and below.
+  const auto if_set = [](bool on, int i) { return i & -static_cast<int>(on); };
+  const auto after = [&](int i, int count) {
+    return N > 0 ? (i + 1) & (N - 1) : if_set(i + 1 < count, i + 1);
+  };
   Edges e;
   e.reference_is_a = axis.index >= 0;
   const int edge = e.reference_is_a ? axis.index : ~axis.index;
@@ -48,14 +57,14 @@ template <int N = 0>
   const Vec2* inc_v = chosen(e.reference_is_a, placed_v, a.v);
   e.n = axis.n;
   // Of the two edges at the deepest corner the one that faces the reference edge is incident.
-  const int before = N > 0              ? (axis.support + N - 1) & (N - 1)
-                     : axis.support > 0 ? axis.support - 1
-                                        : inc.count - 1;
+  const int before =
+      N > 0 ? (axis.support + N - 1) & (N - 1) : axis.support - 1 + if_set(axis.support == 0, inc.count);
   const Vec2 back = inverse_rotate(placed.turn, e.n);
   const Two n_inc = chosen(everywhere(e.reference_is_a), Two::of(back.x, back.y), Two::of(e.n.x, e.n.y));
   const Two n_before = n_inc * load(inc.n[before]), n_support = n_inc * load(inc.n[axis.support]);
   const bool take_before = n_before.low() + n_before.high() < n_support.low() + n_support.high();
-  const int incident = take_before ? before : axis.support;
+  const int incident = N > 0 ? (take_before ? before : axis.support)
+                             : axis.support ^ if_set(take_before, axis.support ^ before);
   e.i0 = edge;
   e.i1 = after(edge, ref.count);
   e.j0 = incident;
@@ -80,8 +89,7 @@ template <int N = 0>
 }
 
 inline std::uint32_t feature_of(const Edges& e, std::uint32_t ref_code, std::uint32_t inc_code) {
-  const std::uint32_t feature = make_feature(ref_code, inc_code);
-  return e.reference_is_a ? feature : mirrored(feature);
+  return mirrored_if(!e.reference_is_a, make_feature(ref_code, inc_code));
 }
 
 inline void write_normal(const Edges& e, Vec2 n, NormalFrom from, Output& out) {
@@ -129,8 +137,8 @@ inline NormalFrom reference_of(const Edges& e) {
   highs(wx, wy).store(&end.position.x);
   start.separation = separation.low();
   end.separation = separation.high();
-  start.feature = out.exchange ? mirrored(at_start) : at_start;
-  end.feature = out.exchange ? mirrored(at_end) : at_end;
+  start.feature = mirrored_if(out.exchange, at_start);
+  end.feature = mirrored_if(out.exchange, at_end);
 }
 
 inline double overlap_of(const Edges& e) {

@@ -68,17 +68,24 @@ template <int NA, int NB>
   const Vec2 n = {on_a ? own.x : turned.x, on_a ? own.y : turned.y};
   const Vec2* const v = on_a ? placed.v : a.v;
   const double face = dot(n, (on_a ? a.v : placed.v)[edge]);
-  if constexpr (NA == 4 && NB == 4) {
+  if constexpr (NA == NB && NA > 0) {
+    static_assert(NA % 2 == 0);
     const Two x = Two::both(n.x), y = Two::both(n.y);
-    const Two v0 = load(v[0]), v1 = load(v[1]), v2 = load(v[2]), v3 = load(v[3]);
-    const Two front = x * lows(v0, v1) + y * highs(v0, v1), back = x * lows(v2, v3) + y * highs(v2, v3);
-    const double low = smallest(lesser(front, back));
-    const unsigned at = reached(Two::both(low), front) | reached(Two::both(low), back) << 2;
-    return {n, low - face, std::countr_zero(at | 8u)};
+    Two value[NA / 2];
+    for (int k = 0; k < NA / 2; ++k) {
+      const Two v0 = load(v[2 * k]), v1 = load(v[2 * k + 1]);
+      value[k] = x * lows(v0, v1) + y * highs(v0, v1);
+    }
+    Two lows_of_both = value[0];
+    for (int k = 1; k < NA / 2; ++k) lows_of_both = lesser(lows_of_both, value[k]);
+    const double low = smallest(lows_of_both);
+    // The last corner if nothing is a number.
+    unsigned at = 1u << (NA - 1);
+    for (int k = 0; k < NA / 2; ++k) at |= reached(Two::both(low), value[k]) << 2 * k;
+    return {n, low - face, std::countr_zero(at)};
   }
-  constexpr int same = NA == NB ? NA : 0;
   double low = kInfinity;
-  const int support = lowest_corner<same>(v, on_a ? nb : na, n, low);
+  const int support = lowest_corner<0>(v, on_a ? nb : na, n, low);
   return {n, low - face, support};
 }
 
