@@ -26,6 +26,8 @@ constexpr int kManyPieces = 16, kFewestPoints = 8;
 constexpr int kManyPoints = 100;
 // Share of the smaller body's size by which joints are off in what is jammed.
 constexpr double kDisplaced = 0.01;
+// The same that exact steps never leave where they find the places of the bodies.
+constexpr double kApart = 1e-5;
 // Restitution up to which a pile may flow: balls that keep more of their speed are no pile.
 constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
@@ -36,10 +38,13 @@ int few_points(int joints) {
   return std::max(kFewPoints - joints, kFewestPoints);
 }
 
+bool may_flow(const WorldState& state, const Island& island) {
+  return state.config.flow_work > 0 && !state.config.accuracy && !has_varying_forces(state, island);
+}
+
 /// Points of the island, or 0 where something bounces well or depends on the state.
 /// @param bounces  set to whether anything bounces
 int points_that_flow(const WorldState& state, const Island& island, bool& bounces) {
-  if (!(state.config.flow_work > 0) || state.config.accuracy) return 0;
   int points = 0;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
@@ -47,7 +52,7 @@ int points_that_flow(const WorldState& state, const Island& island, bool& bounce
     bounces = bounces || contact.restitution > 0;
     points += contact.manifold.count;
   }
-  return points > kFewestPoints && !has_varying_forces(state, island) ? points : 0;
+  return points > kFewestPoints && may_flow(state, island) ? points : 0;
 }
 
 }  // namespace
@@ -63,6 +68,10 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   const int usual = few_points(static_cast<int>(island.joints.size()));
   const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
   OnePieceRule rule;
+  if (flow == kParted && may_flow(state, island) && has_parted(state, island, 0)) {
+    rule.flows = true;
+    return rule;
+  }
   bool bounces = false;
   const int all = points_that_flow(state, island, bounces);
   if (all > usual)
@@ -98,6 +107,10 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
   rule.large = points > kManyPoints && island.joints.empty();
   return rule;
+}
+
+bool has_parted(const WorldState& state, const Island& island, double elapsed) {
+  return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
 }
 
 int restlessness(const IslandResult& result) {

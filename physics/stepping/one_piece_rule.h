@@ -11,6 +11,8 @@ namespace skerry {
 
 /// `StepMemory::flow` of bodies whose island flows in this step if it may at all.
 inline constexpr int kMustFlow = 3;
+/// The same of bodies whose joints an exact step left apart: their island flows until they are together.
+inline constexpr int kParted = 4;
 
 struct OnePieceRule {
   bool flows = false;  ///< with a bounded amount of work
@@ -28,13 +30,18 @@ struct OnePieceRule {
 /// than 16 pieces more than 8 points will do; what must flow (`kMustFlow`) does with more than 30. It is
 /// lightly disturbed if none is fast, but one strikes or more than 2 land. It is large from 100 points on,
 /// without joints. Joints count with the points for the 30, beside more than 8 points; an island that flowed
-/// goes on while joints are off by a hundredth of a body's size. Islands with restitution above 0.5 or forces
-/// that depend on the state are neither, those that bounce at all flow at most; with a solver that is not
-/// exact all of more than 8 points flow.
+/// goes on while joints are off by a hundredth of a body's size. Joints that an exact step could not keep
+/// together, those of a chain without slack between two walls, flow with or without contacts. Islands with
+/// restitution above 0.5 or forces that depend on the state are neither, those that bounce at all flow at
+/// most; with a solver that is not exact all of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
+
+/// True if a step left joints of the island off by more than 1e-5 of a body's size.
+/// @param elapsed  since the beginning of the step [s]
+bool has_parted(const WorldState& state, const Island& island, double elapsed);
 
 /// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.
 int restlessness(const IslandResult& result);

@@ -217,6 +217,39 @@ TEST(FlowWithJoints, LeavesMechanismsAloneThatMerelySwing) {
   EXPECT_LE(worst_gap(world, hinges), 1e-9);
 }
 
+TEST(FlowWithJoints, HoldsABridgeWithoutSlackAndSaysSo) {
+  // Planks between two walls that are as far apart as the planks are long: straight it can carry nothing, and
+  // in any other place it would have to be longer.
+  for (const int boxes : {0, 9}) {
+    World world;
+    std::vector<Hinge> hinges;
+    BodyId last;
+    for (int i = 0; i < 30; ++i) {
+      const BodyId plank = test::add(world, {i + 0.5, 0}, test::rough(make_box({0.9, 0.2}), 0.8), 5);
+      const JointId joint = world.create_joint({.a = last, .b = plank, .anchor_a = {1.0 * i, 0}});
+      if (last) hinges.push_back({joint, last, plank, {0.5, 0}, {-0.5, 0}});
+      last = plank;
+    }
+    world.create_joint({.b = last, .anchor_a = {30, 0}});
+    std::vector<BodyId> load;
+    for (int i = 0; i < boxes; ++i)
+      load.push_back(test::add(world, {2.5 + 3 * i, 0.4}, test::rough(make_box({0.6, 0.6}), 0.8), 1));
+    double highest = 0;
+    for (int k = 0; k < 400; ++k) {
+      const StepReport& report = world.step(kStep);
+      const double gap = worst_gap(world, hinges);
+      EXPECT_LE(gap, 0.02) << k;
+      if (gap > 1e-5) {
+        EXPECT_GT(report.inexact_islands, 0) << k;
+      }
+      highest = std::max(highest, world.kinetic_energy() + world.potential_energy());
+    }
+    for (const Hinge& hinge : hinges) EXPECT_GT(world.position(hinge.b).y, -1);
+    for (const BodyId box : load) EXPECT_GT(world.position(box).y, -0.7);
+    EXPECT_LE(highest, boxes * 9.81 * 0.4 + 0.5);
+  }
+}
+
 TEST(FlowWithJoints, ReportsTheForcesByWhichItMoves) {
   // A tray that is welded to the ground, and what falls into it: nothing else holds them.
   World world;
