@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "tests/support/free_motion.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -103,18 +104,7 @@ TEST(Flow, KeepsMomentaAndGainsNoEnergyWhereNothingIsFixed) {
   World world = make_world(200, {});
   add_heap(world, 100, 3);
   test::add(world, {-6, 5}, test::rough(make_box({4, 4}), 0.5), 300, {30, 0});
-  const Vec2 momentum = world.momentum();
-  const double turn = world.angular_momentum();
-  double energy = world.kinetic_energy();
-  int flowing = 0;
-  for (int k = 0; k < 60; ++k) {
-    flowing += world.step(kStep).islands_in_flow > 0;
-    EXPECT_LE(length(world.momentum() - momentum), 1e-12 * length(momentum));
-    EXPECT_LE(std::abs(world.angular_momentum() - turn), 1e-11 * length(momentum));
-    EXPECT_LE(world.kinetic_energy(), energy * (1 + 1e-12));
-    energy = world.kinetic_energy();
-  }
-  EXPECT_GT(flowing, 10);
+  EXPECT_GT(test::expect_free_motion(world, kStep, 60, 1e-11), 10);
 }
 
 /// A crush in which sweeps leave most of the overlaps: bodies that were pushed on all the same, by up to
