@@ -17,6 +17,12 @@ struct ContactRun {
   std::size_t from, to, count;
 };
 
+/// A contact that is new, and where it goes in the table.
+struct FreshContact {
+  ContactKey key;
+  std::size_t place;
+};
+
 /// Each contact moves once at most. A run that goes to the front lands behind where those before it were, so
 /// such runs can be moved first, from the front; the others then from the back.
 template <class Row>
@@ -185,9 +191,7 @@ void Step::merge_pairs(bool moved) {
   }
   // Contacts are large, so it is found out first where each of them goes, and runs of them move at once.
   Spare<std::vector<ContactRun>> runs;
-  Spare<std::vector<std::size_t>> fresh_places;
-  std::vector<Contact>& fresh = s_.scratch.fresh;
-  fresh.clear();
+  Spare<std::vector<FreshContact>> fresh;
   std::vector<Contact>& table = s_.contacts;
   std::vector<ContactLink>& links = s_.links;
   std::size_t old = 0, place = 0;
@@ -211,20 +215,19 @@ void Step::merge_pairs(bool moved) {
     if (old < links.size() && links[old].key() == key) {
       keep();
     } else {
-      fresh.push_back(make_contact(key));
-      fresh_places->push_back(place++);
+      fresh->push_back({key, place++});
     }
   }
   while (old < links.size()) pass();
-  if (place == table.size() && fresh.empty()) return;
+  if (place == table.size() && fresh->empty()) return;
   graph_changed_ = true;
   table.resize(std::max(place, table.size()));
   links.resize(table.size());
   move_runs(table, *runs);
   move_runs(links, *runs);
-  for (std::size_t k = 0; k < fresh.size(); ++k) {
-    table[(*fresh_places)[k]] = fresh[k];
-    links[(*fresh_places)[k]] = link_of(fresh[k]);
+  for (const FreshContact& contact : *fresh) {
+    table[contact.place] = make_contact(contact.key);
+    links[contact.place] = link_of(table[contact.place]);
   }
   table.resize(place);
   links.resize(place);

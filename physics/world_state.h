@@ -88,7 +88,6 @@ struct StepScratch {
   std::vector<std::uint8_t> dirty;        ///< by body, after the first round: its island steps again
   std::vector<std::uint32_t> others;      ///< active bodies that are not awake ones
   std::vector<ContactKey> wanted;         ///< contacts of the pairs
-  std::vector<Contact> fresh;             ///< of which new ones
   std::vector<Pair> distant;              ///< pairs of fast bodies that will not meet, as far as is known
   std::vector<Pair> more;                 ///< pairs of boxes that grew
   std::vector<PairLook> looks;            ///< at `WorldState::pairs`, in the first round

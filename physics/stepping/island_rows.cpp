@@ -57,7 +57,7 @@ class RowWriter {
   [[gnu::always_inline]] Row& add(const WorldState& state, double elapsed, const RowOrigin& origin,
                                   const Ends& ends, const std::array<double, 3>& Ja,
                                   const std::array<double, 3>& Jb, double drive, std::uint64_t source) {
-    if (count_ == size_) resize(2 * size_ + 8);
+    if (count_ == size_) resize(size_ + size_ / 8 + 8);
     Row& row = out_.system.rows[count_];
     row.kind = origin.kind;
     row.a = ends.a;

@@ -206,7 +206,6 @@ class OnePieceStep {
       result_.work += solution.work;
     }
     if (exact_ && solution.status != SolveStatus::Solved) return false;
-    note_hits(assembly, solution.lambda, before);
     apply_impulses(system, solution.lambda, after);
     for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
       if (solution.lambda[i] == 0 || assembly.origin[i].joint) continue;
@@ -214,7 +213,7 @@ class OnePieceStep {
       if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
     }
     if (!island_.joints.empty()) bind_jointed(state_, island_, h_, pushed, *lag_);
-    store(assembly, solution.lambda);
+    store(assembly, solution.lambda, before);
     note_status(result_, solution.status, solution.residual);
     result_.report.method = solution.method;
     result_.report.iterations = solution.iterations;
@@ -283,57 +282,65 @@ class OnePieceStep {
                                        : memory.rolling_impulse;
   }
 
-  /// Landings: contacts that carried nothing and were struck.
-  void note_hits(const Assembly& assembly, const std::vector<double>& lambda,
-                 const std::vector<Velocity>& before) {
-    // In flow what is slow, or carried load before, does not land.
-    const double slow = exact_ ? state_.config.rest_speed : slow_;
+  /// Impulses for the report and for the next step. Rows are in the order of the contacts, whose memory is
+  /// gone through once.
+  void store(const Assembly& assembly, const std::vector<double>& lambda,
+             const std::vector<Velocity>& before) {
+    store_joint_impulses(state_, island_, assembly, lambda, h_);
+    std::size_t i = 0;
+    while (i < lambda.size() && assembly.origin[i].joint) ++i;
     bool any = false;
-    for (int i = 0; i < assembly.system.size(); ++i) {
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.kind != RowKind::Normal || !(lambda[i] > 0)) continue;
-      Contact& contact = state_.contacts[origin.index];
-      PointMemory& memory = contact.points[origin.point];
-      const double u = row_velocity(assembly, i, before);
-      if ((memory.normal_impulse > 0 && !exact_) || u > -slow) {
-        memory.total_normal += lambda[i];
-        continue;
-      }
-      result_.impacts += !exact_ || !any;
-      any = true;
-      memory.total_impact += lambda[i];
-      memory.impact_position = contact.manifold.points[origin.point].position;
-      contact.hit = true;
-      if (-u <= contact.hit_speed) continue;
-      contact.hit_speed = -u;
-      contact.hit_time = from_ + std::min(h_, std::max(0.0, origin.error) / -u);
-      contact.hit_point = memory.impact_position;
-      contact.hit_normal = contact.manifold.normal;
-    }
-  }
-
-  void store(const Assembly& assembly, const std::vector<double>& lambda) {
     for (const std::uint32_t index : island_.contacts) {
-      for (PointMemory& memory : state_.contacts[index].points) {
+      Contact& contact = state_.contacts[index];
+      const std::size_t first = i;
+      while (i < lambda.size() && assembly.origin[i].index == index) ++i;
+      for (std::size_t row = first; row < i; ++row) {
+        if (assembly.origin[row].kind == RowKind::Normal && lambda[row] > 0)
+          note_hit(assembly, row, lambda[row], before, contact, any);
+      }
+      for (PointMemory& memory : contact.points) {
         memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
         memory.h = h_;
         memory.sticking = false;
       }
+      for (std::size_t row = first; row < i; ++row)
+        store_row(assembly.origin[row], assembly.system.rows[row].mu, lambda[row], contact);
     }
-    store_joint_impulses(state_, island_, assembly, lambda, h_);
-    for (std::size_t i = 0; i < lambda.size(); ++i) {
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) continue;
-      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
-      if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda[i];
-      if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda[i];
-      if (origin.kind != RowKind::Friction) continue;
-      memory.friction_impulse = lambda[i];
-      memory.total_friction += lambda[i];
-      memory.sticking =
-          memory.normal_impulse > 0 &&
-          std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
+  }
+
+  /// Landings: contacts that carried nothing and were struck.
+  void note_hit(const Assembly& assembly, std::size_t row, double lambda, const std::vector<Velocity>& before,
+                Contact& contact, bool& any) {
+    // In flow what is slow, or carried load before, does not land.
+    const double slow = exact_ ? state_.config.rest_speed : slow_;
+    const RowOrigin& origin = assembly.origin[row];
+    PointMemory& memory = contact.points[static_cast<std::size_t>(origin.point)];
+    const double u = row_velocity(assembly, static_cast<int>(row), before);
+    if ((memory.normal_impulse > 0 && !exact_) || u > -slow) {
+      memory.total_normal += lambda;
+      return;
     }
+    result_.impacts += !exact_ || !any;
+    any = true;
+    memory.total_impact += lambda;
+    memory.impact_position = contact.manifold.points[static_cast<std::size_t>(origin.point)].position;
+    contact.hit = true;
+    if (-u <= contact.hit_speed) return;
+    contact.hit_speed = -u;
+    contact.hit_time = from_ + std::min(h_, std::max(0.0, origin.error) / -u);
+    contact.hit_point = memory.impact_position;
+    contact.hit_normal = contact.manifold.normal;
+  }
+
+  static void store_row(const RowOrigin& origin, double mu, double lambda, Contact& contact) {
+    PointMemory& memory = contact.points[static_cast<std::size_t>(origin.point)];
+    if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda;
+    if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda;
+    if (origin.kind != RowKind::Friction) return;
+    memory.friction_impulse = lambda;
+    memory.total_friction += lambda;
+    memory.sticking =
+        memory.normal_impulse > 0 && std::abs(lambda) < mu * memory.normal_impulse * (1 - 1e-12);
   }
 
   /// Notes how far everything will go. @return whether a body will go so much farther than foreseen that the
