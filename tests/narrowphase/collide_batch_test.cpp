@@ -164,7 +164,14 @@ TEST(CollideBatch, GivesTheBitsOfBoxesAndDiscsOnHalfPlanesOneByOne) {
       pose_b = {pose_a.p + size * Vec2{scenes.uniform(-1, 1), 0.5 * (1 + 0.1 * scenes.below(3))},
                 Rot::from_angle(kPi / 2 * scenes.below(4) + tilt)};
     }
-    const double margin = scenes.below(2) == 0 ? 0 : scenes.uniform(0, 0.2) * size;
+    double margin = scenes.below(2) == 0 ? 0 : scenes.uniform(0, 0.2) * size;
+    // On a corner, with both edges of it in the same slope and their other ends in reach.
+    if (scenes.below(10) == 0) {
+      plane = make_half_plane({}, {0, 1});
+      pose_a.q = {};
+      pose_b.q = {std::sqrt(0.5), std::sqrt(0.5)};
+      margin = 2 * size;
+    }
     if (scenes.below(2) == 0) {
       batch.add(plane, pose_a, body, pose_b, margin);
     } else {
