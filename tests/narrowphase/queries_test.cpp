@@ -2,6 +2,7 @@
 #include "physics/narrowphase/queries.h"
 
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "tests/narrowphase/oracle.h"
 
@@ -53,8 +54,12 @@ TEST(RayCast, HitsWhereFineSamplingEntersTheShape) {
   Scenes scenes(seed);
   int hits = 0;
   for (int k = 0; k < test_scale(20000); ++k) {
-    const Shape shape =
-        scenes.below(8) == 0 ? make_half_plane(scenes.direction(), scenes.direction()) : scenes.shape(1);
+    const int kind = scenes.below(8);
+    // Also a box that is turned and moved within its body.
+    const Shape shape = kind == 0 ? make_half_plane(scenes.direction(), scenes.direction())
+                        : kind == 1
+                            ? make_box({1, scenes.uniform(0.1, 1)}, 0.3 * scenes.direction(), scenes.angle())
+                            : scenes.shape(1);
     const Transform pose{100 * scenes.direction(), Rot::from_angle(scenes.angle())};
     Ray ray;
     ray.origin = pose.p + 3 * scenes.direction();
@@ -129,8 +134,43 @@ TEST(RayCast, AlongTheSideOfABoxAndThroughACornerTouchesIt) {
   EXPECT_FALSE(ray_cast(triangle, {}, {{3, 0.5}, {1, 0}, 10})) << "behind it";
 }
 
-TEST(RayCast, RefusesAZeroDirection) {
-  EXPECT_THROW(ray_cast(make_disc(1), {}, {{0, 0}, {0, 0}, 1}), std::invalid_argument);
+TEST(RayCast, AlongEachSideOfABoxFromBothEndsHitsAtItsEndWithFiniteResults) {
+  const Shape box = make_box({2, 2});
+  for (const double side : {-1.0, 1.0}) {
+    for (const double way : {-1.0, 1.0}) {
+      for (const double zero : {-0.0, 0.0}) {
+        const Ray level{{-3 * way, side}, {way, zero}, 10}, upright{{side, -3 * way}, {zero, way}, 10};
+        const auto across = ray_cast(box, {}, level), along = ray_cast(box, {}, upright);
+        ASSERT_TRUE(across && along) << side << " " << way << " " << zero;
+        EXPECT_EQ(across->t, 2);
+        EXPECT_EQ(across->point, (Vec2{-way, side}));
+        EXPECT_EQ(across->normal, (Vec2{-way, 0}));
+        EXPECT_EQ(along->t, 2);
+        EXPECT_EQ(along->point, (Vec2{side, -way}));
+        EXPECT_EQ(along->normal, (Vec2{0, -way}));
+        // Beside it, and away from it.
+        EXPECT_FALSE(ray_cast(box, {}, {{-3 * way, 1.5 * side}, {way, zero}, kInfinity}));
+        EXPECT_FALSE(ray_cast(box, {}, {{3 * way, side}, {way, zero}, kInfinity}));
+        EXPECT_FALSE(ray_cast(box, {}, {{side, 3 * way}, {zero, way}, kInfinity}));
+      }
+    }
+  }
+}
+
+TEST(RayCast, RefusesAZeroDirectionAndNumbersThatAreNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Shape& shape :
+       {make_disc(1), make_disc(1, {0.1, 0}), make_box({1, 1}), make_box({1, 1}, {0.1, 0}),
+        make_polygon(std::vector<Vec2>{{-1, 0}, {1, 0}, {0, 1}})}) {
+    for (const Ray& ray :
+         {Ray{{0, 3}, {0, 0}, 1}, Ray{{nan, 3}, {0, -1}, 9}, Ray{{0, nan}, {0, -1}, 9},
+          Ray{{0, 3}, {nan, -1}, 9}, Ray{{0, 3}, {0, nan}, 9}, Ray{{0, 3}, {0, -1}, nan},
+          Ray{{0, 3}, {0, -1}, -1}, Ray{{kInfinity, 3}, {0, -1}, 9}, Ray{{0, 3}, {0, -kInfinity}, 9}}) {
+      EXPECT_THROW(ray_cast(shape, {}, ray), std::invalid_argument)
+          << ray.origin.x << " " << ray.origin.y << " " << ray.direction.x << " " << ray.direction.y << " "
+          << ray.t_max << " corners " << shape.vertices.size();
+    }
+  }
 }
 
 TEST(ShapeCast, StopsAtTheFirstTouch) {
