@@ -13,15 +13,18 @@
 #include "physics/solver/interior_point.h"
 #include "physics/solver/path_following.h"
 #include "physics/solver/proximal.h"
+#include "physics/solver/settling_sweeps.h"
 #include "physics/spare.h"
 
 namespace skerry {
 namespace {
 
 // Enough for the longest rung seen to succeed; beyond it, nothing was ever solved.
-constexpr int kFactorisationLimit = 400;
+constexpr int kFactorisationLimit = 1000;
 // Pivots of the last rung are factorisations, too, up to about half a second of them.
 constexpr double kPathVisits = 5e7;
+// Rows above which sweeps wander for longer than anybody waits.
+constexpr std::size_t kSettlingRows = 4096;
 // A warm active set that wins does so at once.
 constexpr int kWarmIterations = 8;
 // Changes that are few for a warm start, at most this and one in so many rows: they stay local, and cost less
@@ -167,6 +170,14 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     note(trace, "path following, one state at a time");
     if (!std::isfinite(active.best_residual())) active.offer(zero.data());
     solved = follow_paths(model, active, {.tolerance = options.tolerance}, rest, work, trace);
+    rest.visits = budget.visits;
+    // Not worth beginning where the work does not allow for all of it.
+    const SettlingOptions settling{.tolerance = options.tolerance};
+    const double all = settling.sweeps * static_cast<double>(n);
+    if (!solved && n <= kSettlingRows && work.visits + all <= budget.visits && !rest.spent(work)) {
+      note(trace, "sweeps until the states settle");
+      solved = settle_by_sweeps(system, active, settling, rest, work, trace);
+    }
   }
 
   if (std::isfinite(active.best_residual())) {

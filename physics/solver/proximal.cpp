@@ -17,7 +17,9 @@ constexpr double kEtaGreatest = 4;
 constexpr double kEtaSettled = 0.1;
 constexpr double kEtaFalls = 0.3;
 constexpr double kEtaRises = 4;
-constexpr int kFailures = 12;
+// Failures and moves without progress that are put up with; near the end the way is worth more of them.
+constexpr int kFailures = 12, kFailuresNear = 40, kMoves = 80;
+constexpr double kNear = 1e-4, kProgress = 0.8;
 constexpr int kStateIterations = 40;
 constexpr int kNewtonSteps = 20;
 constexpr int kHalvings = 5;
@@ -132,7 +134,8 @@ bool Proximal::run(const ProximalOptions& options, const SolveBudget& budget, So
   active_.set_impulses(centre_.data());
   active_.predict_states();
   std::vector<RowState> last = active_.states();
-  int failures = 0;
+  int failures = 0, moves = 0;
+  double least = kInfinity;
   for (int k = 0; k < options.max_iterations && !budget.spent(work); ++k) {
     // The states of the last centre are mostly right; changed all at once they settle in a few iterations.
     active_.states() = last;
@@ -154,7 +157,7 @@ bool Proximal::run(const ProximalOptions& options, const SolveBudget& budget, So
     }
     if (!solved) {
       eta_ *= kEtaRises;
-      if (eta_ > kEtaGreatest || ++failures > kFailures) return false;
+      if (eta_ > kEtaGreatest || ++failures > (least < kNear ? kFailuresNear : kFailures)) return false;
       continue;
     }
     int changes = 0;
@@ -165,6 +168,14 @@ bool Proximal::run(const ProximalOptions& options, const SolveBudget& budget, So
     const double residual = active_.offer(centre_.data());
     if (trace) trace->iterations.push_back({.residual = residual, .pivots = changes});
     if (residual <= options.tolerance) return true;
+    if (residual < kProgress * least) {
+      // Far from the end failures add up: what comes through only now and then seldom arrives.
+      if (residual < kNear) failures = 0;
+      least = residual;
+      moves = 0;
+    } else if (++moves > kMoves) {
+      return false;
+    }
     if (residual < kPolishResidual && (residual < kPolishProgress * polished_at || changes == 0)) {
       polished_at = residual;
       active_.set_impulses(centre_.data());

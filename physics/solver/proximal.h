@@ -10,7 +10,7 @@ namespace skerry {
 struct ProximalOptions {
   double tolerance = 1e-10;  ///< relative residual of the polished answer
   double eta = 0.1;          ///< first proximal weight relative to D; a large one decides the success
-  int max_iterations = 80;   ///< moves of the centre
+  int max_iterations = 400;  ///< moves of the centre
 };
 
 /// Solves a sequence of regularised problems, each with exact Coulomb friction,

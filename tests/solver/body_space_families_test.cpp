@@ -3,13 +3,16 @@
 // Families of cold problems, not favourites: every combination of scene, friction, mass ratio, load and
 // doubled contacts that the generator can draw. The share of problems solved is printed for each family, with
 // the failures by number; problem k is `draw(k)`. None of these was looked at while the solver was tuned.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "physics/solver/body_space.h"
 #include "tests/support/island_scenes.h"
@@ -83,10 +86,13 @@ TEST(BodySpaceFamilies, SolveNearlyEverythingCold) {
   const std::uint64_t problems = static_cast<std::uint64_t>(240 * (scale ? std::atof(scale) : 1.0));
   std::map<std::string, Count> counts;
   std::string failures;
+  std::vector<double> milliseconds;
   for (std::uint64_t k = 1; k <= problems; ++k) {
     const Problem problem = draw(k);
     const SceneOptions& o = problem.options;
+    const std::clock_t begin = std::clock();
     const Solution solution = solve_body_space(problem.scene.system, {}, {}, nullptr);
+    milliseconds.push_back(1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
     const double residual = natural_map_residual(problem.scene.system, solution.lambda);
     for (const double z : solution.lambda) ASSERT_TRUE(std::isfinite(z)) << "problem " << k;
     const bool solved = residual <= 1e-8;
@@ -115,6 +121,12 @@ TEST(BodySpaceFamilies, SolveNearlyEverythingCold) {
   for (const auto& [family, count] : counts)
     std::printf("%-55s %4d of %4d = %5.1f %%\n", family.c_str(), count.solved, count.total,
                 100 * count.share());
+  std::sort(milliseconds.begin(), milliseconds.end());
+  const auto share = [&](double part) {
+    return milliseconds[static_cast<std::size_t>(part * static_cast<double>(milliseconds.size() - 1))];
+  };
+  std::printf("processor time: median %.2f ms, p90 %.1f ms, p99 %.0f ms, largest %.0f ms\n", share(0.5),
+              share(0.9), share(0.99), share(1));
   std::printf("not solved to 1e-8:%s\n", failures.empty() ? " none" : failures.c_str());
   EXPECT_GE(counts["friction 0"].share(), 0.97);
   EXPECT_GE(counts["mass ratio to 1e3, friction to 0.5"].share(), 0.99);
