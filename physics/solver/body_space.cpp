@@ -25,6 +25,10 @@ constexpr int kFactorisationLimit = 1000;
 constexpr double kPathVisits = 5e7;
 // Rows above which sweeps wander for longer than anybody waits.
 constexpr std::size_t kSettlingRows = 4096;
+// Sweeps hardly move what is so many times heavier, or what friction above this locks: those few settle at
+// once or not at all.
+constexpr double kHeavy = 100, kRough = 1;
+constexpr int kBriefly = 20000;
 // A warm active set that wins does so at once.
 constexpr int kWarmIterations = 8;
 // Changes that are few for a warm start, at most this and one in so many rows: they stay local, and cost less
@@ -55,6 +59,20 @@ bool sweep_shortly(const IslandSystem& system, SolveWork& work, std::vector<doub
   sweeps->get(sweeps->impulses(), lambda);
   work.visits += kSweeps * static_cast<double>(system.size());
   return true;
+}
+
+SettlingOptions settling_options(const IslandSystem& system, double tolerance) {
+  SettlingOptions settling{.tolerance = tolerance};
+  double lightest = 0, heaviest = kInfinity;
+  for (const InverseMass& body : system.bodies) {
+    if (!(body.linear > 0)) continue;
+    lightest = std::max(lightest, body.linear);
+    heaviest = std::min(heaviest, body.linear);
+  }
+  const bool rough =
+      std::any_of(system.rows.begin(), system.rows.end(), [](const Row& row) { return row.mu > kRough; });
+  if (rough || lightest > kHeavy * heaviest) settling.sweeps = kBriefly;
+  return settling;
 }
 
 void note(SolveTrace* trace, const char* text) {
@@ -172,7 +190,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     solved = follow_paths(model, active, {.tolerance = options.tolerance}, rest, work, trace);
     rest.visits = budget.visits;
     // Not worth beginning where the work does not allow for all of it.
-    const SettlingOptions settling{.tolerance = options.tolerance};
+    const SettlingOptions settling = settling_options(system, options.tolerance);
     const double all = settling.sweeps * static_cast<double>(n);
     if (!solved && n <= kSettlingRows && work.visits + all <= budget.visits && !rest.spent(work)) {
       note(trace, "sweeps until the states settle");
