@@ -273,6 +273,7 @@ void Step::step_islands() {
   const auto step = [&](std::size_t k) {
     SteppedIsland& island = s_.islands[to_step[k]];
     s_.stepper->step(s_, island.island, h_, island.result);
+    note_parted(s_, island.island, h_, island.result);
   };
   if (s_.field && s_.field_threads == FieldThreads::One) {
     // A callback is asked in one order, by one thread.

@@ -489,10 +489,13 @@ inline unsigned next_lanes(const std::uint32_t* list, std::size_t count, std::ui
   return count < 4 ? (1u << count) - 1 : 15u;
 }
 
-/// Goes through a list of entries. @param left  gets the entries that have to be done one by one
-/// @return their number
-inline std::size_t box_groups(const PairArrays& pairs, const std::uint32_t* list, std::size_t count,
-                              std::uint32_t* left, NarrowPhaseStats& stats) {
+/// Goes through a list of entries, four at a time. @param left  gets the entries that have to be done one by
+/// one
+/// @param one_group  of entries and the bits of lanes that count; gives those that have to be done one by one
+/// @return how many those are
+template <class OneGroup>
+[[gnu::always_inline]] inline std::size_t by_fours(const std::uint32_t* list, std::size_t count,
+                                                   std::uint32_t* left, OneGroup one_group) {
   std::size_t rest = 0;
   for (std::size_t i = 0; i < count; i += 4) {
     // One alone is as fast by itself.
@@ -502,11 +505,19 @@ inline std::size_t box_groups(const PairArrays& pairs, const std::uint32_t* list
     }
     std::uint32_t at[4];
     const unsigned wanted = next_lanes(list + i, count - i, at);
-    for (unsigned bad = box_group({pairs, at}, wanted, stats); bad != 0; bad &= bad - 1) {
+    for (unsigned bad = one_group(at, wanted); bad != 0; bad &= bad - 1) {
       left[rest++] = at[std::countr_zero(bad)];
     }
   }
   return rest;
+}
+
+/// As `by_fours`.
+inline std::size_t box_groups(const PairArrays& pairs, const std::uint32_t* list, std::size_t count,
+                              std::uint32_t* left, NarrowPhaseStats& stats) {
+  return by_fours(list, count, left, [&](const std::uint32_t* at, unsigned wanted) {
+    return box_group({pairs, at}, wanted, stats);
+  });
 }
 
 /// Goes through neighbouring entries, from `from` to before `to`. Result as for box_groups.

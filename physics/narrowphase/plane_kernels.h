@@ -114,22 +114,11 @@ inline unsigned plane_group(const Group& group, unsigned wanted, NarrowPhaseStat
   return one_by_one;
 }
 
-/// Goes through a list of entries with bodies of one kind. Result as for box_groups.
+/// As `by_fours`, for bodies of one kind.
 template <int kCorners>
 std::size_t plane_groups(const PairArrays& pairs, const std::uint32_t* list, std::size_t count,
                          std::uint32_t* left, NarrowPhaseStats& stats) {
-  std::size_t rest = 0;
-  for (std::size_t i = 0; i < count; i += 4) {
-    // One alone is faster by itself.
-    if (i + 1 == count) {
-      left[rest++] = list[i];
-      break;
-    }
-    std::uint32_t at[4];
-    const unsigned wanted = next_lanes(list + i, count - i, at);
-    for (unsigned bad = plane_group<kCorners>({pairs, at}, wanted, stats); bad != 0; bad &= bad - 1) {
-      left[rest++] = at[std::countr_zero(bad)];
-    }
-  }
-  return rest;
+  return by_fours(list, count, left, [&](const std::uint32_t* at, unsigned wanted) {
+    return plane_group<kCorners>({pairs, at}, wanted, stats);
+  });
 }

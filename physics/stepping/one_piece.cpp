@@ -542,7 +542,6 @@ class OnePieceStep {
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result) {
   OnePieceStep(state, island, from, to, false, result).run();
-  if (has_parted(state, island, to)) note_status(result, SolveStatus::Inexact, 0);
   result.step_memory.flow = std::max(result.step_memory.flow, 1);
   for (const std::uint32_t i : island.bodies) {
     const int flow = state.step_memory[i].flow;

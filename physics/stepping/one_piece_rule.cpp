@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/island_notes.h"
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
@@ -53,6 +54,11 @@ int points_that_flow(const WorldState& state, const Island& island, bool& bounce
     points += contact.manifold.count;
   }
   return points > kFewestPoints && may_flow(state, island) ? points : 0;
+}
+
+/// @param elapsed  since the beginning of the step [s]
+bool has_parted(const WorldState& state, const Island& island, double elapsed) {
+  return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
 }
 
 }  // namespace
@@ -109,8 +115,11 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   return rule;
 }
 
-bool has_parted(const WorldState& state, const Island& island, double elapsed) {
-  return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
+void note_parted(const WorldState& state, const Island& island, double h, IslandResult& result) {
+  // What will be made again has not moved yet.
+  if (result.unmoved || !has_parted(state, island, h)) return;
+  note_status(result, SolveStatus::Inexact, 0);
+  if (!result.report.flowing) result.step_memory.flow = kParted;
 }
 
 int restlessness(const IslandResult& result) {

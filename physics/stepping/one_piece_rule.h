@@ -39,9 +39,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 
-/// True if a step left joints of the island off by more than 1e-5 of a body's size.
-/// @param elapsed  since the beginning of the step [s]
-bool has_parted(const WorldState& state, const Island& island, double elapsed);
+/// Reports an island inexact whose joints a step of `h` [s] left off by more than 1e-5 of a body's size;
+/// after an exact step its bodies are `kParted`.
+void note_parted(const WorldState& state, const Island& island, double h, IslandResult& result);
 
 /// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.
 int restlessness(const IslandResult& result);

@@ -210,8 +210,15 @@ TEST(FlowWithJoints, LeavesMechanismsAloneThatMerelySwing) {
 TEST(FlowWithJoints, HoldsABridgeWithoutSlackAndSaysSo) {
   // Planks between two walls that are as far apart as the planks are long: straight it can carry nothing, and
   // in any other place it would have to be longer.
-  for (const int boxes : {0, 9}) {
-    World world;
+  struct Kind {
+    const char* stepper;
+    int boxes;
+  };
+  for (const auto& [stepper, boxes] : {Kind{"time_stepping", 0}, Kind{"time_stepping", 9}, Kind{"auto", 9}}) {
+    SCOPED_TRACE(std::string(stepper) + " with " + std::to_string(boxes) + " boxes");
+    WorldConfig config;
+    config.stepper = stepper;
+    World world(config);
     std::vector<Hinge> hinges;
     BodyId last;
     for (int i = 0; i < 30; ++i) {
