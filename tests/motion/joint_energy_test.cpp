@@ -11,6 +11,7 @@ namespace skerry {
 namespace {
 
 using test::add;
+using test::rough;
 using test::smooth;
 
 WorldConfig by(const std::string& stepper) {
@@ -115,6 +116,37 @@ TEST(ChainEnergy, SparseAndDenseForcesAreTheSame) {
     ASSERT_EQ(joined.report().fallbacks, 0);
     for (std::size_t k = 0; k < 12; ++k)
       ASSERT_NEAR(length(alone.bodies().position[k] - joined.bodies().position[k]), 0, 1e-11) << i;
+  }
+}
+
+// Boxes fall on a rope bridge. Without flow, steps that are cut too often end with landings that are plastic.
+TEST(BridgeEnergy, DoesNotGrowWhereAStepEndsPlastically) {
+  for (const int impacts : {1, 4}) {
+    WorldConfig config;
+    config.flow_work = 0;
+    config.max_impacts_per_step = impacts;
+    World world(config);
+    const int planks = 12;
+    const auto post = [&](int i) { return Vec2{1.0 * i, 5 + 0.02 * i * (i - planks)}; };
+    BodyId last;
+    for (int i = 0; i < planks; ++i) {
+      const Vec2 from = post(i), along = post(i + 1) - from;
+      const BodyId plank = add(world, from + 0.5 * along, rough(make_box({0.9, 0.2}), 0.8), 5, {}, 0,
+                               std::atan2(along.y, along.x));
+      world.create_joint({.a = last, .b = plank, .anchor_a = from});
+      last = plank;
+    }
+    world.create_joint({.b = last, .anchor_a = post(planks)});
+    for (int i = 1; i < planks; ++i)
+      add(world, {i + 0.1 * (i % 3), 5.6 + 0.7 * (i % 2)}, rough(make_box({0.6, 0.6}), 0.8), 1,
+          {0.3 * (i % 4) - 0.5, -3}, 1);
+    double energy = world.kinetic_energy() + world.potential_energy();
+    for (int k = 0; k < 60; ++k) {
+      world.step(1.0 / 60);
+      const double now = world.kinetic_energy() + world.potential_energy();
+      EXPECT_LE(now, energy + 1e-9 * std::abs(energy)) << impacts << " impacts, step " << k;
+      energy = now;
+    }
   }
 }
 
