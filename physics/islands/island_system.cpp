@@ -34,6 +34,59 @@ double inverse_effective_mass(const IslandSystem& system, std::size_t i) {
   return sum;
 }
 
+// What the residual of every answer goes through, row by row: to be inlined.
+inline ImpulseBounds bounds_of(const Row& row, double normal_impulse) {
+  if (row.normal < 0) return {row.lower, row.upper};
+  const double bound = row.mu * std::max(normal_impulse, 0.0);
+  return {-bound, bound};
+}
+
+// Nothing moves: only a bound can explain a velocity, on the side from which it pushes.
+double violation_without_motion(ImpulseBounds bounds, double lambda, double w) {
+  const double outside = std::max({bounds.lower - lambda, lambda - bounds.upper, 0.0});
+  const bool explained = w == 0 || (w > 0 && lambda <= bounds.lower) || (w < 0 && lambda >= bounds.upper);
+  return std::max(outside, explained ? 0.0 : std::abs(w));
+}
+
+inline double violation_of(ImpulseBounds bounds, double diagonal, double lambda, double w) {
+  if (!(diagonal > 0)) return violation_without_motion(bounds, lambda, w);
+  // D (lambda - clamp(lambda - w / D, l, u)) without the cancellation of lambda - (lambda - w / D).
+  const double low = diagonal * (lambda - bounds.upper), high = diagonal * (lambda - bounds.lower);
+  return std::abs(std::min(std::max(w, low), high));
+}
+
+// The residual of impulses that give the bodies the velocities `change`.
+double residual_of(const IslandSystem& system, const std::vector<double>& lambda, const Velocities& change) {
+  const Row* const rows = system.rows.data();
+  const InverseMass* const bodies = system.bodies.data();
+  const std::array<double, 3>* const v = change.data();
+  const double* const compliance = system.compliance.empty() ? nullptr : system.compliance.data();
+  double worst = 0, scale = 0;
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = rows[i];
+    const double impulse = lambda[i], b = system.b[i];
+    double diagonal = compliance ? compliance[i] : 0;
+    double u = diagonal * impulse;
+    if (row.a >= 0) {
+      diagonal += inverse_mass_along(bodies[row.a], row.Ja);
+      u += along(row.Ja, v[row.a]);
+    }
+    if (row.b >= 0) {
+      diagonal += inverse_mass_along(bodies[row.b], row.Jb);
+      u += along(row.Jb, v[row.b]);
+    }
+    const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
+    const double violation = violation_of(bounds_of(row, normal_impulse), diagonal, impulse, u - b);
+    scale = std::max(scale, std::abs(b));
+    // A comparison that NaN fails must not hide it.
+    if (!(violation <= worst)) {
+      worst = violation;
+      if (std::isnan(worst)) return worst;
+    }
+  }
+  return scale > 0 ? worst / scale : worst;
+}
+
 [[noreturn]] void reject(std::size_t row, const char* what, double value) {
   throw std::invalid_argument("row " + std::to_string(row) + ": " + what + ", got " + std::to_string(value));
 }
@@ -73,21 +126,11 @@ void validate_row(const IslandSystem& system, std::size_t i) {
 }  // namespace
 
 ImpulseBounds impulse_bounds(const Row& row, double normal_impulse) {
-  if (row.normal < 0) return {row.lower, row.upper};
-  const double bound = row.mu * std::max(normal_impulse, 0.0);
-  return {-bound, bound};
+  return bounds_of(row, normal_impulse);
 }
 
 double natural_map_violation(ImpulseBounds bounds, double diagonal, double lambda, double w) {
-  if (!(diagonal > 0)) {
-    // Nothing moves: only a bound can explain a velocity, on the side from which it pushes.
-    const double outside = std::max({bounds.lower - lambda, lambda - bounds.upper, 0.0});
-    const bool explained = w == 0 || (w > 0 && lambda <= bounds.lower) || (w < 0 && lambda >= bounds.upper);
-    return std::max(outside, explained ? 0.0 : std::abs(w));
-  }
-  // D (lambda - clamp(lambda - w / D, l, u)) without the cancellation of lambda - (lambda - w / D).
-  const double low = diagonal * (lambda - bounds.upper), high = diagonal * (lambda - bounds.lower);
-  return std::abs(std::min(std::max(w, low), high));
+  return violation_of(bounds, diagonal, lambda, w);
 }
 
 void apply_impulses(const IslandSystem& system, const std::vector<double>& lambda,
@@ -131,19 +174,26 @@ double natural_map_residual(const IslandSystem& system, const std::vector<double
   Spare<Velocities> change;
   change->assign(system.bodies.size(), {0, 0, 0});
   apply_impulses(system, lambda, *change);
-  double worst = 0;
+  return residual_of(system, lambda, *change);
+}
+
+double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda) {
+  Spare<Velocities> change;
+  change->assign(system.bodies.size(), {0, 0, 0});
+  const InverseMass* const bodies = system.bodies.data();
+  std::array<double, 3>* const v = change->data();
   for (std::size_t i = 0; i < system.rows.size(); ++i) {
     const Row& row = system.rows[i];
     const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
-    const double violation =
-        natural_map_violation(impulse_bounds(row, normal_impulse), inverse_effective_mass(system, i),
-                              lambda[i], row_velocity(system, i, lambda[i], *change));
-    // A comparison that NaN fails must not hide it.
-    if (!(violation <= worst)) worst = violation;
-    if (std::isnan(worst)) return worst;
+    const ImpulseBounds bounds = bounds_of(row, normal_impulse);
+    double impulse = std::isfinite(lambda[i]) ? lambda[i] : 0;
+    impulse = std::clamp(impulse, bounds.lower, bounds.upper);
+    lambda[i] = impulse;
+    if (impulse == 0) continue;
+    if (row.a >= 0) push(bodies[row.a], row.Ja, impulse, v[row.a]);
+    if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
   }
-  const double scale = largest_magnitude(system.b);
-  return scale > 0 ? worst / scale : worst;
+  return residual_of(system, lambda, *change);
 }
 
 double residual_floor(const IslandSystem& system, const std::vector<double>& lambda) {

@@ -93,6 +93,10 @@ std::vector<double> inverse_effective_masses(const IslandSystem& system);
 /// (nothing moves) count their |w| where lambda is not at a bound that explains it.
 double natural_map_residual(const IslandSystem& system, const std::vector<double>& lambda);
 
+/// Puts each impulse into its bounds (what is not finite becomes 0 first), row by row, and returns
+/// `natural_map_residual` of the result: one pass over the rows less than the two calls.
+double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda);
+
 /// Returns the residual that rounding alone explains at `lambda`: about one unit of rounding of the largest
 /// sum |W| |lambda|, relative as in `natural_map_residual`. Solvers accept a few times this in place of the
 /// tolerance; there is nothing to gain below it.

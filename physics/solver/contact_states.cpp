@@ -14,16 +14,19 @@ double scaling_impulse(const Row& row, const std::vector<double>& lambda) {
   return is_scaled(row) ? lambda[static_cast<std::size_t>(row.normal)] : 0;
 }
 
+double clamp_and_judge(const ContactProblem& problem, std::vector<double>& lambda) {
+  clamp_to_bounds(problem.rows, lambda);
+  return natural_map_residual(problem, lambda);
+}
+
 template <typename Problem>
 void judge(const Problem& problem, const SolveOptions& options, Solution& solution) {
   solution.lambda.resize(problem.rows.size(), 0.0);
-  clamp_to_bounds(problem.rows, solution.lambda);
-  solution.residual = natural_map_residual(problem, solution.lambda);
+  solution.residual = clamp_and_judge(problem, solution.lambda);
   if (!std::isfinite(solution.residual)) {
     // Impulses so large that the velocities overflow: the clamped zero is the only answer left.
     std::fill(solution.lambda.begin(), solution.lambda.end(), 0.0);
-    clamp_to_bounds(problem.rows, solution.lambda);
-    solution.residual = natural_map_residual(problem, solution.lambda);
+    solution.residual = clamp_and_judge(problem, solution.lambda);
     solution.status = SolveStatus::Failed;
     return;
   }

@@ -5,7 +5,8 @@
 //
 // Contacts that only push, with couplings below zero (W is an M-matrix: discs in a row): one pass from the
 // left. What is free stays free, so a row that approaches joins the run on its left, and a row at its bound
-// between two runs joins both when their impulses make it approach [Chandrasekaran 1970; for equal discs this
+// between two runs joins both when their impulses make it approach; runs are known by their two ends, so that
+// joining them takes O(1) [Chandrasekaran 1970; for equal discs this
 // pools adjacent violators of the order of velocities, Barlow et al. 1972].
 //
 // Everything else by active set: rows at a bound cut the path into pieces. All violated rows change at once;
@@ -15,6 +16,7 @@
 
 #include "physics/archive.h"
 #include "physics/solver/contact_states.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -23,6 +25,11 @@ namespace {
 struct Path {
   std::vector<int> row;  ///< rows in path order
   std::vector<double> diagonal, next, b, lower, upper;
+
+  void resize(int n) {
+    row.resize(n);
+    for (auto* values : {&diagonal, &next, &b, &lower, &upper}) values->resize(n);
+  }
 };
 
 double body_product(const IslandSystem& system, int body, const std::array<double, 3>& x,
@@ -110,25 +117,46 @@ bool order_rows(const Neighbours& neighbours, int n, std::vector<int>& order) {
   return static_cast<int>(order.size()) == n;
 }
 
+/// The block of `row` that acts on `body`, one of its two.
+const std::array<double, 3>& block_of(const Row& row, int body) {
+  return row.a == body ? row.Ja : row.Jb;
+}
+
 /// The path whose rows stand in their order already, in one pass over them; false for any other.
 bool make_natural_path(const IslandSystem& system, Path& path) {
   const int n = system.size();
-  path.row.resize(n);
-  for (auto* values : {&path.diagonal, &path.next, &path.b, &path.lower, &path.upper}) values->resize(n);
+  path.resize(n);
   // Twice the last row of each body, plus one if it is its second.
-  std::vector<int> last(system.bodies.size(), -1);
+  Spare<std::vector<int>> last_rows;
+  last_rows->assign(system.bodies.size(), -1);
+  int* const last = last_rows->data();
   for (int k = 0; k < n; ++k) {
     const Row& row = system.rows[k];
     if (is_scaled(row)) return false;
+    double diagonal = 0;
+    int shared = 0, with = -1;
     for (const int body : {row.a, row.b}) {
-      if (body < 0 || (system.bodies[body].linear == 0 && system.bodies[body].angular == 0)) continue;
-      if (last[body] >= 0 && last[body] != 2 * (k - 1)) return false;
-      last[body] = last[body] < 0 ? 2 * k : 2 * k + 1;
+      if (body < 0) continue;
+      const InverseMass& mass = system.bodies[body];
+      if (mass.linear == 0 && mass.angular == 0) continue;
+      diagonal += inverse_mass_along(mass, block_of(row, body));
+      if (last[body] < 0) {
+        last[body] = 2 * k;
+        continue;
+      }
+      if (last[body] != 2 * (k - 1)) return false;
+      last[body] = 2 * k + 1;
+      ++shared;
+      with = body;
+    }
+    path.diagonal[k] = diagonal + (system.compliance.empty() ? 0 : system.compliance[k]);
+    path.next[k] = 0;
+    if (shared > 0) {
+      const Row& before = system.rows[k - 1];
+      path.next[k - 1] = shared == 1 ? body_product(system, with, block_of(before, with), block_of(row, with))
+                                     : coupling(system, before, row);
     }
     path.row[k] = k;
-    path.diagonal[k] = coupling(system, row, row) + (system.compliance.empty() ? 0 : system.compliance[k]);
-    path.next[k] = 0;
-    if (k > 0) path.next[k - 1] = coupling(system, system.rows[k - 1], row);
     path.b[k] = system.b[k];
     path.lower[k] = row.lower;
     path.upper[k] = row.upper;
@@ -145,7 +173,7 @@ bool make_path(const IslandSystem& system, Path& path) {
   }
   const Neighbours neighbours(system);
   if (!neighbours.found_path() || !order_rows(neighbours, n, path.row)) return false;
-  for (auto* values : {&path.diagonal, &path.next, &path.b, &path.lower, &path.upper}) values->resize(n);
+  path.resize(n);
   for (int k = 0; k < n; ++k) {
     const int i = path.row[k];
     const Row& row = system.rows[i];
@@ -213,9 +241,6 @@ RowState wanted_state(const Path& path, RowState state, const std::vector<double
   return held || path.lower[k] == path.upper[k] ? state : RowState::Free;
 }
 
-/// Work of `pool_rows` in rows eliminated, relative to the length of the path, at which it gives up.
-constexpr std::int64_t kMostEliminations = 30;
-
 /// Whether W is an M-matrix as far as signs tell, and all bounds are those of contacts.
 bool only_pushes(const Path& path) {
   bool pushes = true;
@@ -225,58 +250,104 @@ bool only_pushes(const Path& path) {
   return pushes;
 }
 
-/// Finds states and impulses in one pass over a path that only pushes; rows that approach by less than
-/// `slack` are at rest. @return false if it took too long or met a pivot that is not positive to rounding
-bool pool_rows(const Path& path, double slack, std::vector<RowState>& states, std::vector<double>& lambda) {
-  // The impulse at the left end of a run is offset + share * (that at its right end).
-  struct Run {
-    int first;
-    double offset, share;
-  };
+/// Neighbouring free rows, seen from their two ends: with nothing pushing from outside, `g` are the impulses
+/// of the first and the last row, and `inverse` the entries of W^-1 between these two.
+struct Run {
+  int first = 0, last = 0;
+  double g_first = 0, g_last = 0;
+  double inverse_first = 0, inverse_across = 0, inverse_last = 0;
+};
+
+/// A run of one row. @return false at a pivot that is not positive
+bool make_run(const Path& path, int k, Run& run) {
+  if (!(path.diagonal[k] > 0)) return false;
+  const double inverse = 1 / path.diagonal[k];
+  run = {k, k, path.b[k] * inverse, path.b[k] * inverse, inverse, inverse, inverse};
+  return true;
+}
+
+/// Joins two runs side by side in O(1): each feels the end of the other through their coupling.
+/// @return false at a pivot that is not positive to rounding: the rows are dependent
+bool join(const Path& path, const Run& left, Run& run) {
+  const Run right = run;
+  const double c = path.next[left.last];
+  const double pivot = 1 - c * c * left.inverse_last * right.inverse_first;
+  if (!(pivot > 1e-14)) return false;
+  const double s = 1 / pivot;
+  // The impulses on both sides of the seam.
+  const double l = s * (left.g_last - left.inverse_last * c * right.g_first);
+  const double r = s * (right.g_first - right.inverse_first * c * left.g_last);
+  run.first = left.first;
+  run.g_first = left.g_first - left.inverse_across * c * r;
+  run.g_last = right.g_last - right.inverse_across * c * l;
+  const double from_left = left.inverse_across * c, from_right = right.inverse_across * c;
+  run.inverse_first = left.inverse_first + s * from_left * from_left * right.inverse_first;
+  run.inverse_last = right.inverse_last + s * from_right * from_right * left.inverse_last;
+  run.inverse_across = -s * from_left * right.inverse_across;
+  return true;
+}
+
+/// Finds the states in one pass over a path that only pushes; rows that approach by less than `slack` are at
+/// rest. Each row joins a run at most once, so the pass takes O(n).
+/// @return false at a pivot that is not positive to rounding
+bool pool_rows(const Path& path, double slack, std::vector<RowState>& states) {
   const int n = static_cast<int>(path.row.size());
-  std::vector<Run> runs;
-  std::vector<double> inverse(n, 0.0), y(n, 0.0);  // of the pivots; zero at bounds
-  std::int64_t left = kMostEliminations * n + 1000;
-  const auto append = [&](int k) {
-    double d = path.diagonal[k], right = path.b[k];
+  Spare<std::vector<Run>> spare;
+  std::vector<Run>& runs = *spare;
+  for (int k = 0; k < n; ++k) {
+    const bool beside = !runs.empty() && runs.back().last == k - 1;
+    double w = -path.b[k];
+    if (beside) w += path.next[k - 1] * runs.back().g_last;
+    states[k] = RowState::Lower;
+    if (!(w < -slack)) continue;
+    states[k] = RowState::Free;
+    Run run;
+    if (!make_run(path, k, run)) return false;
+    if (beside) {
+      if (!join(path, runs.back(), run)) return false;
+      runs.pop_back();
+    }
+    // Its impulse reaches the row before its run, which may have to join.
+    while (run.first > 0) {
+      const int before = run.first - 1;
+      const bool meets = !runs.empty() && runs.back().last == before - 1;
+      w = path.next[before] * run.g_first - path.b[before];
+      if (meets) w += path.next[before - 1] * runs.back().g_last;
+      if (!(w < -slack)) break;
+      states[before] = RowState::Free;
+      Run joining;
+      if (!make_run(path, before, joining) || !join(path, joining, run)) return false;
+      if (!meets) continue;
+      if (!join(path, runs.back(), run)) return false;
+      runs.pop_back();
+    }
+    runs.push_back(run);
+  }
+  return true;
+}
+
+/// Impulses of a path that only pushes: free rows are solved run by run, the others push nothing.
+/// @return false at a pivot that is not positive to rounding
+bool solve_runs(const Path& path, const std::vector<RowState>& states, std::vector<double>& lambda) {
+  const int n = static_cast<int>(path.row.size());
+  Spare<std::vector<double>> spare;
+  spare->resize(n);
+  double* const inverse = spare->data();  // of the pivots; zero at bounds
+  for (int k = 0; k < n; ++k) {
+    inverse[k] = lambda[k] = 0;
+    if (states[k] != RowState::Free) continue;
+    double d = path.diagonal[k], y = path.b[k];
     if (k > 0 && inverse[k - 1] != 0) {
       const double factor = path.next[k - 1] * inverse[k - 1];
       d -= factor * path.next[k - 1];
-      right -= factor * y[k - 1];
-      Run& run = runs.back();
-      run.offset += run.share * y[k - 1] * inverse[k - 1];
-      run.share *= -factor;
-    } else {
-      runs.push_back({k, 0, 1});
+      y -= factor * lambda[k - 1];
     }
-    if (!(d > 1e-14 * path.diagonal[k]) || --left < 0) return false;
+    if (!(d > 1e-14 * path.diagonal[k])) return false;
     inverse[k] = 1 / d;
-    y[k] = right;
-    return true;
-  };
-  for (int k = 0; k < n; ++k) {
-    double w = -path.b[k];
-    if (k > 0) w += path.next[k - 1] * y[k - 1] * inverse[k - 1];
-    if (!(w < -slack)) continue;
-    if (!append(k)) return false;
-    // Its impulse reaches the row before its run, which may have to join.
-    while (runs.back().first > 0) {
-      const Run run = runs.back();
-      const int before = run.first - 1;
-      w = path.next[before] * (run.offset + run.share * y[k] * inverse[k]) - path.b[before];
-      if (before > 0) w += path.next[before - 1] * y[before - 1] * inverse[before - 1];
-      if (!(w < -slack)) break;
-      runs.pop_back();
-      for (int i = before; i <= k; ++i) {
-        inverse[i] = 0;
-        if (!append(i)) return false;
-      }
-    }
+    lambda[k] = y;
   }
-  for (int k = n - 1; k >= 0; --k) {
-    states[k] = inverse[k] != 0 ? RowState::Free : RowState::Lower;
-    lambda[k] = inverse[k] * (k + 1 < n ? y[k] - path.next[k] * lambda[k + 1] : y[k]);
-  }
+  double after = 0;
+  for (int k = n - 1; k >= 0; --k) after = lambda[k] = inverse[k] * (lambda[k] - path.next[k] * after);
   return true;
 }
 
@@ -287,25 +358,22 @@ struct TridiagonalMemory : SolverMemory {
   void archive(Archive& a) override { a(states); }
 };
 
-/// @param warm  whether `states` are worth starting from
-bool search(const Path& path, const SolveOptions& options, bool warm, std::vector<RowState>& states,
+/// Active set from `states`.
+/// @return false at a pivot that is not positive to rounding
+bool search(const Path& path, const SolveOptions& options, double slack, std::vector<RowState>& states,
             std::vector<double>& lambda, Solution& solution) {
   const int n = static_cast<int>(path.row.size());
   std::vector<double> pivot(n, 0.0);
-  const double slack = 4 * kRoundingUnit * largest_magnitude(path.b);
   const int rounds = options.max_iterations > 0 ? options.max_iterations : 100 + 2 * n;
   int fewest = n + 1, patience = 8;
   std::vector<std::pair<int, RowState>> changes, applied;
   std::vector<std::pair<int, int>> spans;
-  bool solved = !warm && only_pushes(path) && pool_rows(path, slack, states, lambda);
-  if (!solved && !warm) std::fill(states.begin(), states.end(), RowState::Free);
   while (solution.iterations < rounds) {
     ++solution.iterations;
     ++solution.work.factorisations;
     changes.clear();
     if (applied.empty() || patience == 0) {
-      if (!solved && !solve_pieces(path, states, 0, n - 1, pivot, lambda)) return false;
-      solved = false;
+      if (!solve_pieces(path, states, 0, n - 1, pivot, lambda)) return false;
       for (int k = 0; k < n; ++k) {
         const RowState wanted = wanted_state(path, states[k], lambda, k, slack);
         if (wanted != states[k]) changes.emplace_back(k, wanted);
@@ -354,26 +422,53 @@ Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, 
   Solution solution;
   solution.method = "tridiagonal";
   solution.lambda.assign(system.rows.size(), 0.0);
-  Path path;
+  Spare<Path> spare_path;
+  Path& path = *spare_path;
   if (!make_path(system, path)) {
     clamp_to_bounds(system.rows, solution.lambda);
     solution.status = SolveStatus::Unsupported;
     solution.residual = natural_map_residual(system, solution.lambda);
     return solution;
   }
-  const auto* kept = memory ? dynamic_cast<const TridiagonalMemory*>(memory->get()) : nullptr;
-  std::vector<RowState> states(path.row.size(), RowState::Free);
-  const bool warm = kept && kept->states.size() == states.size();
-  if (warm) states = kept->states;
-  std::vector<double> lambda(path.row.size(), 0.0);
-  const bool regular = search(path, options, warm, states, lambda, solution);
-  for (std::size_t k = 0; k < lambda.size(); ++k) solution.lambda[path.row[k]] = regular ? lambda[k] : 0;
-  conclude(system, options, solution);
-  if (!regular && solution.status != SolveStatus::Solved) solution.status = SolveStatus::Singular;
+  const std::size_t n = path.row.size();
+  auto* kept = memory ? dynamic_cast<TridiagonalMemory*>(memory->get()) : nullptr;
+  Spare<std::vector<RowState>> spare_states;
+  std::vector<RowState>& states = *spare_states;
+  Spare<std::vector<double>> spare_lambda;
+  std::vector<double>& lambda = *spare_lambda;
+  lambda.resize(n);
+  const auto judge = [&] {
+    for (std::size_t k = 0; k < n; ++k) solution.lambda[path.row[k]] = lambda[k];
+    conclude(system, options, solution);
+  };
+  const double slack = 4 * kRoundingUnit * largest_magnitude(path.b);
+  const bool warm = kept && kept->states.size() == n;
+  bool pooled = false;
+  if (warm) {
+    states = kept->states;
+  } else {
+    states.assign(n, RowState::Free);
+    pooled = only_pushes(path) && pool_rows(path, slack, states);
+    if (!pooled) states.assign(n, RowState::Free);
+  }
+  if (pooled && solve_runs(path, states, lambda)) {
+    solution.iterations = solution.work.factorisations = 1;
+    judge();
+  }
+  if (solution.status != SolveStatus::Solved) {
+    const bool regular = search(path, options, slack, states, lambda, solution);
+    if (!regular) lambda.assign(n, 0.0);
+    judge();
+    if (!regular && solution.status != SolveStatus::Solved) solution.status = SolveStatus::Singular;
+  }
   if (memory && solution.status == SolveStatus::Solved) {
-    auto fresh = std::make_unique<TridiagonalMemory>();
-    fresh->states = std::move(states);
-    *memory = std::move(fresh);
+    if (kept) {
+      kept->states = states;
+    } else {
+      auto fresh = std::make_unique<TridiagonalMemory>();
+      fresh->states = states;
+      *memory = std::move(fresh);
+    }
   }
   return solution;
 }

@@ -226,6 +226,7 @@ TEST(Solvers, TridiagonalEndsWithTheNearestVelocitiesThatDoNotFall) {
       for (std::size_t i = 0; i < system.b.size(); ++i) system.b[i] = velocity[i] - velocity[i + 1];
       const Solution solution = find_solver("tridiagonal").solve(system, {}, {}, nullptr);
       EXPECT_EQ(solution.status, SolveStatus::Solved) << "kind " << kind;
+      EXPECT_EQ(solution.iterations, 1) << "kind " << kind << ": more than the one pass";
       std::vector<std::array<double, 3>> change(velocity.size(), {0, 0, 0});
       apply_impulses(system, solution.lambda, change);
       const std::vector<double> expected = isotonic(velocity, mass);
