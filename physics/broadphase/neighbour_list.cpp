@@ -7,6 +7,11 @@
 // hierarchical grid over the fat boxes makes the list; a box that leaves its margin gets a new one and its
 // new pairs join the list; where many leave, the list is made anew.
 //
+// What falls or flies together does not meet by that: margins go along with the common motion of the boxes,
+// which is predicted from the last step. They live in a frame of their own, and what does not move leaves its
+// margin there. Going over to the frame, a difference of doubles, keeps the order of numbers, so boxes that
+// overlap overlap in the frame.
+//
 // While few boxes move, the list has the pairs of these only, and their margins reach ahead in the direction
 // of their flight, so that a few of them leave in each step.
 #include <algorithm>
@@ -49,6 +54,16 @@ constexpr int kStepsWithoutMargin = 15;
 constexpr std::size_t kShareThatLeft = 16;
 /// Below so many candidates a second thread costs more than it tests.
 constexpr std::size_t kCandidatesPerThread = 50000;
+/// The margins go along with the boxes where that takes away so much of the sum of the squares of their
+/// shifts, and no farther than this [m]: a finite number less the frame is finite.
+constexpr double kCommon = 0.8, kFarthestFrame = 1e9;
+/// And where the square of the mean shift's change is no larger share of its own.
+constexpr double kSteady = 0.25;
+/// Steps for which fixed boxes have margins in a frame that moves.
+constexpr double kFixedAhead = 8;
+/// Where some boxes move once more in a step in which most did, the list serves for them, too, if it has
+/// fewer candidates for each of them.
+constexpr std::size_t kWorthList = 100;
 /// So many boxes in single precision stay in the second-level cache, wherever they are (512 KiB).
 constexpr std::size_t kBoxesInCache = 1u << 15;
 /// So many changes ahead the processor is told which box will be needed.
@@ -76,16 +91,29 @@ class NeighbourList final : public PairFinder {
     was_moving_.resize(boxes.limit(), 0);
     left_.clear();
     leaving_.clear();
+    const bool in_mass = moves_in_mass(boxes, dirty.size());
+    const bool drifts = in_mass && drift_ != Vec2{};
+    if (drifts) {
+      frame_ += drift_;
+      forget_few();
+    }
     follow(boxes, dirty);
+    if (drifts) look_for_left(boxes);
+    if (in_mass) predict_drift(boxes, dirty);
     updates_.clear();
     if (many_left(boxes, left_.size())) {
       // The rest of those that move will follow soon: new margins for all of them.
       is_complete_ = false;
       choose_width();
-      for (const ProxyIndex proxy : dirty) {
+      const bool all = frame_ != Vec2{} || drift_ != Vec2{};
+      frame_ = {};
+      for (ProxyIndex proxy = 0; all && proxy < boxes.limit(); ++proxy) {
         if (boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
       }
-    } else if (moves_in_mass(boxes, dirty.size())) {
+      for (const ProxyIndex proxy : dirty) {
+        if (!all && boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
+      }
+    } else if (in_mass) {
       for (const Leaver& l : left_) updates_.push_back({l.proxy, fattened(boxes, l.proxy)});
     } else if (!left_.empty()) {
       find_leaving(boxes, dirty);
@@ -105,7 +133,11 @@ class NeighbourList final : public PairFinder {
 
   void find(const PairRequest& request, std::vector<PairBuffer>& parts, BroadPhaseStats& stats) override {
     const BoxSet& boxes = request.boxes;
-    if (!request.all && !moves_in_mass(boxes, boxes.moved().size())) {
+    const bool in_mass = moves_in_mass(boxes, boxes.moved().size());
+    const bool again = after_mass_ && is_complete_ && !many_left(boxes, fat_.moved().size()) &&
+                       list_.size() < kWorthList * boxes.moved().size();
+    if (!request.all) after_mass_ = in_mass;
+    if (!request.all && !in_mass && !again) {
       return find_moved(request, parts.front(), stats);
     }
     // From here on boxes may leave their margins unseen by the list of the few.
@@ -115,7 +147,7 @@ class NeighbourList final : public PairFinder {
     } else if (!fat_.moved().empty()) {
       list_more(parts, stats);
     }
-    if (!request.all) {
+    if (!request.all && in_mass) {
       ++list_age_;
       steps_without_margin_ -= steps_without_margin_ > 0;
     }
@@ -126,7 +158,7 @@ class NeighbourList final : public PairFinder {
   void query(const BoxSet& boxes, const Aabb& region, std::vector<ProxyIndex>& found) const override {
     refresh_grid();
     const std::size_t before = found.size();
-    grid_->query(fat_, region, found);
+    grid_->query(fat_, in_frame(region), found);
     keep(found, before, [&](ProxyIndex proxy) { return overlap(boxes.box(proxy), region); });
   }
 
@@ -134,7 +166,11 @@ class NeighbourList final : public PairFinder {
     refresh_grid();
     const std::size_t before = found.size();
     const RayTest test(ray);
-    grid_->ray_cast(fat_, ray, found);
+    // A shifted ray would be another one after rounding.
+    if (frame_ == Vec2{})
+      grid_->ray_cast(fat_, ray, found);
+    else
+      grid_->query(fat_, in_frame(test.bounds()), found);
     keep(found, before, [&](ProxyIndex proxy) { return test.meets(boxes.box(proxy)); });
   }
 
@@ -150,7 +186,9 @@ class NeighbourList final : public PairFinder {
 
   void visit_structure(const BoxSet&, StructureVisitor& visitor) const override {
     for (ProxyIndex proxy = 0; proxy < fat_.limit(); ++proxy) {
-      if (fat_.is_present(proxy)) visitor.cell(fat_.box(proxy), 0, 1);
+      if (!fat_.is_present(proxy)) continue;
+      const Aabb& fat = fat_.box(proxy);
+      visitor.cell({fat.lower + frame_, fat.upper + frame_}, 0, 1);
     }
   }
 
@@ -177,10 +215,18 @@ class NeighbourList final : public PairFinder {
     if (list_age_ >= kLongLife) width_ = std::max(1.0, width_ / kWidening);
   }
 
-  /// The box with its margin; fixed boxes have none.
+  /// Where a box is for the margins. Each number goes over by a function that keeps their order.
+  Aabb in_frame(const Aabb& box) const { return {box.lower - frame_, box.upper - frame_}; }
+
+  /// The box with its margin; fixed boxes have none, but for how the frame will go over them.
   Aabb fattened(const BoxSet& boxes, ProxyIndex proxy) const {
-    const Aabb& box = boxes.box(proxy);
-    if (boxes.is_fixed(proxy) || steps_without_margin_ > 0) return box;
+    const Aabb box = in_frame(boxes.box(proxy));
+    if (steps_without_margin_ > 0) return box;
+    if (boxes.is_fixed(proxy)) {
+      const Vec2 way = -kFixedAhead * drift_;
+      return {box.lower + Vec2{std::min(way.x, 0.0), std::min(way.y, 0.0)},
+              box.upper + Vec2{std::max(way.x, 0.0), std::max(way.y, 0.0)}};
+    }
     const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
     const double margin =
         width_ * std::max(kMargin * std::sqrt(width * height), kThinMargin * std::max(width, height));
@@ -198,7 +244,8 @@ class NeighbourList final : public PairFinder {
   }
 
   /// The box with a small margin that reaches ahead. @param shift  how far the box moved in the last step
-  static Aabb with_margin_ahead(const Aabb& box, Vec2 shift) {
+  Aabb with_margin_ahead(const Aabb& world_box, Vec2 shift) const {
+    const Aabb box = in_frame(world_box);
     const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
     const double size = std::sqrt(width * height);
     const double margin = std::max(kSmallMargin * size, kThinMargin * std::max(width, height));
@@ -217,6 +264,7 @@ class NeighbourList final : public PairFinder {
     const BoxSet::View view(boxes);
     FloatBox *const tight = tight_.data(), *const before = before_.data();
     const FloatBox* const margin = margin_.data();
+    const bool moves_along = frame_ != Vec2{};
     for (std::size_t i = 0; i < dirty.size(); ++i) {
       const ProxyIndex ahead = dirty[std::min(i + kAhead, dirty.size() - 1)];
       prefetch(&margin[ahead]);
@@ -225,9 +273,51 @@ class NeighbourList final : public PairFinder {
       before[i] = tight[proxy];
       if (view.is_moving(proxy)) {
         store(tight[proxy], view.box(proxy), {});
-        if (is_within(margin[proxy], tight[proxy])) continue;
+        if (is_within(margin[proxy], moves_along ? float_in_frame(view.box(proxy)) : tight[proxy])) continue;
       }
       follow_closely(boxes, proxy, before[i]);
+    }
+  }
+  FloatBox float_in_frame(const Aabb& box) const {
+    FloatBox there;
+    store(there, box, frame_);
+    return there;
+  }
+  /// The same but for rounding, where nothing but time hangs on it.
+  FloatBox about_in_frame(const FloatBox& box) const {
+    const auto x = static_cast<float>(frame_.x), y = static_cast<float>(frame_.y);
+    return {{box.v[0] - x, box.v[1] - y, box.v[2] + x, box.v[3] + y}};
+  }
+  /// Where the frame moved, boxes that did not move can have left their margins.
+  void look_for_left(const BoxSet& boxes) {
+    left_.clear();
+    const BoxSet::View view(boxes);
+    for (ProxyIndex proxy = 0; proxy < boxes.limit(); ++proxy) {
+      if (view.is_moving(proxy) && is_within(margin_[proxy], float_in_frame(view.box(proxy)))) continue;
+      if (boxes.is_present(proxy) && !encloses(fat_.box(proxy), in_frame(boxes.box(proxy))))
+        left_.push_back({proxy, {}});
+    }
+  }
+  /// The mean shift of the last step, where it is most of what moved and about that of the step before.
+  void predict_drift(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
+    drift_ = {};
+    if (steps_without_margin_ > 0) return;
+    Vec2 sum;
+    double squares = 0;
+    for (std::size_t i = 0; i < dirty.size(); ++i) {
+      const FloatBox &before = before_[i], &now = tight_[dirty[i]];
+      if (before.v[0] == kNoFloatBox.v[0] || now.v[0] == kNoFloatBox.v[0]) continue;
+      const Vec2 shift = 0.5 * Vec2{(double{now.v[0]} - before.v[0]) - (double{now.v[2]} - before.v[2]),
+                                    (double{now.v[1]} - before.v[1]) - (double{now.v[3]} - before.v[3])};
+      sum += shift;
+      squares += dot(shift, shift);
+    }
+    const Vec2 mean = sum / static_cast<double>(boxes.size() - boxes.fixed_count());
+    const Vec2 there = frame_ + mean, change = mean - last_mean_;
+    last_mean_ = mean;
+    if (dot(sum, mean) > kCommon * squares && dot(change, change) < kSteady * dot(mean, mean) &&
+        std::abs(there.x) < kFarthestFrame && std::abs(there.y) < kFarthestFrame) {
+      drift_ = mean;
     }
   }
   /// Says in `leaving_` which boxes are still in their margins, and will not be soon.
@@ -235,7 +325,8 @@ class NeighbourList final : public PairFinder {
     for (std::size_t i = 0; i < dirty.size(); ++i) {
       const ProxyIndex proxy = dirty[i];
       const FloatBox &now = tight_[proxy], &margin = margin_[proxy];
-      if (is_within(margin, now) && !is_within(margin, ahead_of(before_[i], now, kStepsSoon))) {
+      const FloatBox soon = ahead_of(before_[i], now, kStepsSoon);
+      if (is_within(margin, about_in_frame(now)) && !is_within(margin, about_in_frame(soon))) {
         leaving_.push_back({proxy, shift_of(boxes.box(proxy), before_[i])});
       }
     }
@@ -256,7 +347,7 @@ class NeighbourList final : public PairFinder {
     store(tight_[proxy], box, {});
     if (fat_.is_present(proxy)) {
       if (fat_.is_fixed(proxy) == boxes.is_fixed(proxy)) {
-        if (!encloses(fat_.box(proxy), box)) left_.push_back({proxy, shift_of(box, before)});
+        if (!encloses(fat_.box(proxy), in_frame(box))) left_.push_back({proxy, shift_of(box, before)});
         return;
       }
       rest(proxy);
@@ -390,7 +481,7 @@ class NeighbourList final : public PairFinder {
     keys.clear();
     grid_->find_around(fat_, anew_, keys, stats);
     stats.false_pairs += keys.size();
-    keep_few(keys);
+    keep_few(boxes, keys);
     sort_pairs(few_keys_, boxes.limit(), scratch_, found_);
     found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
     // What the list had of these boxes goes, and what was found joins it.
@@ -420,9 +511,10 @@ class NeighbourList final : public PairFinder {
   }
 
   /// Drops pairs of a margin with a box at rest that lies in that box's margin only.
-  void keep_few(PairBuffer& keys) const {
+  void keep_few(const BoxSet& boxes, PairBuffer& keys) const {
     std::uint64_t* to = keys.data();
     const std::uint64_t* const last = keys.data() + keys.size();
+    const bool moves_along = frame_ != Vec2{};
     for (const std::uint64_t* k = keys.data(); k < last; ++k) {
       const std::uint64_t ahead = k[std::min<std::ptrdiff_t>(kAhead, last - 1 - k)];
       prefetch(&tight_[ahead >> 32]);
@@ -431,7 +523,8 @@ class NeighbourList final : public PairFinder {
       // By masks: which of the two it is cannot be predicted.
       const ProxyIndex exchange = in_motion_[low] == kAnew ? 0 : low ^ high;
       const ProxyIndex from = low ^ exchange, other = high ^ exchange;
-      const bool meets = FloatLimits(fat_.box(from), {}).compare(tight_[other]).maybe;
+      const FloatLimits reach(fat_.box(from), {});
+      const bool meets = reach.compare(moves_along ? float_in_frame(boxes.box(other)) : tight_[other]).maybe;
       *to = *k;
       to += static_cast<unsigned>(meets) | static_cast<unsigned>(in_motion_[other] != kAtRest);
     }
@@ -463,9 +556,13 @@ class NeighbourList final : public PairFinder {
   std::vector<std::uint8_t> was_moving_;  ///< by proxy: the kind with which it was inserted last
   bool is_complete_ = false;              ///< false: the list has to be made anew
   bool wide_tests_;
-  int list_age_ = 2;  ///< reports from the list
+  bool after_mass_ = false;  ///< most boxes moved in the last report
+  int list_age_ = 2;         ///< reports from the list
   int steps_without_margin_ = 0;
   double width_ = 1;  ///< of margins, times their usual width
+  Vec2 frame_;        ///< how far the margins went since all of them were made [m]
+  Vec2 last_mean_;    ///< of the shifts in the last step in which most moved [m]
+  Vec2 drift_;        ///< how far they go in the next step [m]
   // Kept between calls.
   struct Leaver {
     ProxyIndex proxy;

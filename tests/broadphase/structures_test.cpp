@@ -114,6 +114,130 @@ TEST_P(NeighbourListOfTheFew, KeepsThePairsWhateverElseHappens) {
   }
 }
 
+/// Boxes that fall and fly together, as bodies do: margins go along with them.
+class NeighbourListOfTheMany : public testing::TestWithParam<Place> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    Places, NeighbourListOfTheMany,
+    testing::Values(Place{"NearTheOrigin", 1, {}}, Place{"FarAway", 1, {1e9, -1e9}},
+                    Place{"InTheLastPlaces", 2e-7, {1e9, 1e9}}, Place{"FarOnOneAxis", 1e-3, {1e9, 0}},
+                    Place{"BelowSinglePrecision", 1e-42, {}}, Place{"AboveSinglePrecision", 1e200, {}},
+                    Place{"AtTheEndOfDoubles", 1e305, {}}),
+    [](const testing::TestParamInfo<Place>& place) { return std::string(place.param.name); });
+
+TEST_P(NeighbourListOfTheMany, KeepsThePairsAndAnswersWhileAllDrift) {
+  const auto tested = make_broad_phase("neighbour_list"), oracle = make_broad_phase("brute_force");
+  const unsigned seed = 1967;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  Random random(seed);
+  const auto placed = [&](const Aabb& box) {
+    const Place& place = GetParam();
+    return Aabb{place.unit * box.lower + place.origin, place.unit * box.upper + place.origin};
+  };
+  const auto both = [&](auto call) {
+    call(*tested);
+    call(*oracle);
+  };
+  const ProxyIndex count = 300;
+  std::vector<Aabb> boxes;
+  std::vector<Vec2> flights;
+  std::vector<bool> present(count, true);
+  const auto is_fixed = [](ProxyIndex i) { return i % 15 == 7; };
+  for (ProxyIndex i = 0; i < count; ++i) {
+    const double length = is_fixed(i) ? 9 : uniform(random, 0.5, 1.5);
+    boxes.push_back(box_at(uniform(random, 0, 25), uniform(random, 0, 25), length, 1));
+    flights.push_back({uniform(random, -0.02, 0.02), uniform(random, -0.02, 0.02)});
+    const ProxyKind kind = is_fixed(i) ? ProxyKind::Fixed : ProxyKind::Moving;
+    both([&](BroadPhase& b) { b.insert(i, placed(boxes[i]), kind); });
+  }
+  std::vector<Pair> pairs, expected;
+  std::vector<ProxyIndex> found, wanted;
+  const auto compare = [&](int step) {
+    tested->moved_pairs(pairs);
+    oracle->moved_pairs(expected);
+    EXPECT_EQ(pairs, expected) << "step " << step;
+  };
+  Vec2 drift;
+  const int steps = static_cast<int>(300 * test_scale());
+  for (int step = 0; step < steps && !HasFailure(); ++step) {
+    // They fall ever faster, are thrown up again, or stop, some of them or all.
+    drift.y -= 0.01;
+    if (random() % 20 == 0) drift = {uniform(random, -0.2, 0.2), uniform(random, 0, 0.5)};
+    const bool still = step % 60 >= 50;
+    const auto rests = [&](ProxyIndex i) { return step % 90 > 40 && i % 3 == 0; };
+    std::vector<BoxUpdate> moved;
+    for (ProxyIndex i = 0; i < count; ++i) {
+      if (!present[i] || is_fixed(i)) continue;
+      Vec2 shift = flights[i];
+      if (!rests(i)) shift += drift;
+      if (boxes[i].lower.y + shift.y < -3) shift.y += 30;
+      if (boxes[i].lower.y + shift.y > 28) shift.y -= 30;
+      if (still && i % 8 != 0) continue;
+      boxes[i] = shifted(boxes[i], shift);
+      moved.push_back({i, placed(boxes[i])});
+    }
+    both([&](BroadPhase& b) { b.update(moved); });
+    compare(step);
+    // Some change once more, as the boxes of bodies that were struck do, come, or go.
+    moved.clear();
+    for (std::uint64_t k = random() % 12; k > 0; --k) {
+      const auto i = static_cast<ProxyIndex>(random() % count);
+      if (!present[i]) {
+        present[i] = true;
+        both([&](BroadPhase& b) {
+          b.insert(i, placed(boxes[i]), is_fixed(i) ? ProxyKind::Fixed : ProxyKind::Moving);
+        });
+      } else if (random() % 10 == 0) {
+        present[i] = false;
+        both([&](BroadPhase& b) { b.remove(i); });
+      } else {
+        boxes[i].upper.x += boxes[i].upper.x - boxes[i].lower.x < 2 ? 0.3 : -0.3;
+        both([&](BroadPhase& b) { b.update(std::vector<BoxUpdate>{{i, placed(boxes[i])}}); });
+      }
+    }
+    if (random() % 4 != 0) compare(step);
+    if (random() % 8 == 0) {
+      tested->all_pairs(pairs);
+      oracle->all_pairs(expected);
+      EXPECT_EQ(pairs, expected) << "step " << step;
+    }
+    const Aabb region = placed(box_at(uniform(random, 0, 25), uniform(random, 0, 25), 3, 2));
+    tested->query(region, found);
+    oracle->query(region, wanted);
+    EXPECT_EQ(found, wanted) << "step " << step;
+    const Ray ray{region.lower, region.upper - region.lower, 4};
+    tested->ray_cast(ray, found);
+    oracle->ray_cast(ray, wanted);
+    EXPECT_EQ(found, wanted) << "step " << step;
+  }
+}
+
+TEST(NeighbourList, FallsWithTheBoxes) {
+  const auto tested = make_broad_phase("neighbour_list");
+  const int count = 2500, side = 50;
+  std::vector<Aabb> boxes;
+  for (ProxyIndex i = 0; i < count; ++i) {
+    boxes.push_back(box_at(1.1 * (i % side), 1.1 * (i / side), 0.5, 0.5));
+    tested->insert(i, boxes[i], ProxyKind::Moving);
+  }
+  tested->insert(count, {{-100, -101}, {200, -100}}, ProxyKind::Fixed);
+  std::vector<Pair> pairs;
+  std::uint64_t tests = 0;
+  const int steps = 60;
+  for (int step = 0; step < steps; ++step) {
+    std::vector<BoxUpdate> moved;
+    for (ProxyIndex i = 0; i < count; ++i) {
+      boxes[i] = shifted(boxes[i], {0, -0.011 * step});
+      moved.push_back({i, boxes[i]});
+    }
+    tested->update(moved);
+    tested->moved_pairs(pairs);
+    tests += tested->stats().box_tests;
+  }
+  // Of each box a list has four partners; margins that stay behind take 30 tests of each in every step.
+  EXPECT_LT(static_cast<double>(tests) / (steps * count), 7);
+}
+
 TEST(NeighbourList, TestsOnlyThePartnersOfTheFewThatMove) {
   const auto tested = make_broad_phase("neighbour_list");
   Random random(5);
