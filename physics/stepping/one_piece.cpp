@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "physics/solver/block_sweeps.h"
+#include "physics/solver/cone_interior_point.h"
 #include "physics/spare.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -28,6 +29,11 @@ constexpr double kJointWork = 2;
 constexpr double kVelocityShare = 0.8;
 // Packing an island for the sweeps, in sweeps.
 constexpr double kSetUp = 5;
+// Sweeps before an interior point goes on from where they came, and how many times as many before it does
+// again.
+constexpr int kInteriorFrom = 40, kInteriorAgain = 5;
+// Residual at which nothing more is done after it.
+constexpr double kGoodEnough = 1e-8;
 // Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
 constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // What joints and contacts beside them give of a shift of positions, as shares of what one alone would want,
@@ -260,10 +266,18 @@ class OnePieceStep {
     sweeps->soften(joint_give, contact_give);
     sweeps->set(warm);
     const double rows = static_cast<double>(system.rows.size());
-    const double scale = largest_magnitude(system.b), target = options.tolerance * scale;
+    const double scale = largest_magnitude(system.b);
+    double target = options.tolerance * scale;
     solution.work.visits = kSetUp * rows;
     double worst = sweeps->violation();
+    int attempt = kInteriorFrom;
     while (worst > target && solution.work.visits < options.work_limit) {
+      if (solution.iterations == attempt) {
+        attempt *= kInteriorAgain;
+        if (improve_by_interior_point(system, options.work_limit, *sweeps, worst, solution.work))
+          target = std::max(target, kGoodEnough * scale);
+        if (worst <= target) break;
+      }
       ++solution.iterations;
       solution.work.visits += rows;
       // The change underestimates the violation.
@@ -272,7 +286,7 @@ class OnePieceStep {
     }
     sweeps->get(sweeps->impulses(), solution.lambda);
     solution.residual = scale > 0 ? worst / scale : worst;
-    solution.status = worst <= target ? SolveStatus::Solved : SolveStatus::Inexact;
+    solution.status = worst <= options.tolerance * scale ? SolveStatus::Solved : SolveStatus::Inexact;
     return solution;
   }
 

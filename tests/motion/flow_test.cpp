@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Islands in flow: who counts as such, what they may cost, and what they keep.
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -67,6 +68,42 @@ TEST(Flow, OfAFallingHeapIsBoundedInWorkAndSaysWhatIsLeft) {
   }
   EXPECT_GT(flowing, 60);
   EXPECT_LT(sum_rich, sum_poor);
+}
+
+/// With ten times the usual work sweeps alone leave some 1e-3.
+TEST(Flow, ObeysCoulombsLawWhereItMayTakeLonger) {
+  World world = heap_on_ground(4000);
+  int flowing = 0, close = 0;
+  double worst = 0;
+  for (int k = 0; k < 90; ++k) {
+    for (const IslandReport& island : world.step(kStep).islands_list) {
+      if (!island.flowing) continue;
+      ++flowing;
+      close += island.residual <= 1e-6;
+      worst = std::max(worst, island.residual);
+    }
+  }
+  std::printf("seed 3: %d steps in flow, %d with at most 1e-6, worst %.1e\n", flowing, close, worst);
+  EXPECT_GT(flowing, 30);
+  EXPECT_GE(close, 0.9 * flowing);
+  EXPECT_LE(worst, 1e-2);
+}
+
+TEST(Flow, GivesTheSameBitsForAnyThreadsWhereItMayTakeLonger) {
+  std::array<std::uint64_t, 2> hashes{};
+  for (const int threads : {1, 3}) {
+    WorldConfig config;
+    config.flow_work = 4000;
+    config.threads = threads;
+    World world(config);
+    test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
+    add_heap(world, 80, 2);
+    int flowing = 0;
+    for (int k = 0; k < 60; ++k) flowing += world.step(kStep).islands_in_flow;
+    EXPECT_GT(flowing, 20);
+    hashes[threads > 1 ? 1 : 0] = world.state_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
 }
 
 TEST(Flow, IsNotSeenInStacksAtRestOrPushed) {

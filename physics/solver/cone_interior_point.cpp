@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/cone_interior_point.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/spare.h"
+
+namespace skerry {
+namespace {
+
+std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+// Where the central path is joined, of the largest |b| and of the violation at least, and where it ends.
+constexpr double kStart = 0.1, kFarStart = 5, kEnd = 1e-8;
+// The products end no faster than the gaps between the slacks and what they stand for: their mean is at least
+// so many times the mean square of the gaps that are left.
+constexpr double kFollow = 3;
+// Proximal weight, so that rows that say the same do not take the last digits.
+constexpr double kProximal = 1e-13;
+// Of the step to the boundary.
+constexpr double kToBoundary = 0.99;
+// Smoothing of the sign of sliding, of the centre; share of its slope that is taken after steps shorter than
+// this.
+constexpr double kSmoothing = 0.1, kDamped = 0.8, kLong = 0.9;
+// Costs in visits, measured: each row that is packed and each block whose place is found; in a step each
+// contact, each block of the factor and each of its updates.
+constexpr double kSetUpRow = 15, kSetUpBlock = 40, kContactCost = 18, kBlockCost = 13, kUpdateCost = 3;
+// Fewer steps than this lead nowhere, more do not either; with this many short ones one after the other the
+// path is lost.
+constexpr int kFewSteps = 10, kManySteps = 30, kShortSteps = 4;
+constexpr double kShort = 0.05;
+// Sweeps that take the small errors out of the answer.
+constexpr int kSmoothingSweeps = 10;
+
+double sum(const Vec4& x) {
+  return (x[0] + x[1]) + (x[2] + x[3]);
+}
+
+}  // namespace
+
+struct ConeInteriorPoint::Kernels {
+  using Vectors = std::vector<BodyVector>;
+
+  static SKERRY_ALWAYS_INLINE void raise(Vec4& x, const Vec4& to) { x = x < to ? to : x; }
+  static SKERRY_ALWAYS_INLINE void magnitude(const Vec4& x, Vec4& size) { size = x < Vec4{} ? -x : x; }
+
+  /// Sums of the lanes of four vectors.
+  static SKERRY_ALWAYS_INLINE void sums(const Vec4& p, const Vec4& q, const Vec4& r, const Vec4& s,
+                                        Vec4& out) {
+    const Vec4 pq = __builtin_shufflevector(p, q, 0, 4, 2, 6) + __builtin_shufflevector(p, q, 1, 5, 3, 7);
+    const Vec4 rs = __builtin_shufflevector(r, s, 0, 4, 2, 6) + __builtin_shufflevector(r, s, 1, 5, 3, 7);
+    out = __builtin_shufflevector(pq, rs, 0, 1, 4, 5) + __builtin_shufflevector(pq, rs, 2, 3, 6, 7);
+  }
+
+  /// Velocities along the rows of four contacts.
+  static SKERRY_ALWAYS_INLINE void along_rows(const Contact* c, const Group& g, const Vectors& y, Vec4& u_n,
+                                              Vec4& u_t) {
+    Vec4 n[4], t[4];
+    for (int i = 0; i < 4; ++i) {
+      const Vec4 low = y[at(c[i].low)].v, high = y[at(c[i].high)].v;
+      n[i] = c[i].n_low * low + c[i].n_high * high;
+      t[i] = c[i].t_low * low + c[i].t_high * high;
+    }
+    sums(n[0], n[1], n[2], n[3], u_n);
+    sums(t[0], t[1], t[2], t[3], u_t);
+    u_n *= g.unit;
+    u_t *= g.unit;
+  }
+
+  /// y += J' of what acts along the two edges of four contacts.
+  static SKERRY_ALWAYS_INLINE void push(const Contact* c, const Group& g, const Vec4& plus, const Vec4& minus,
+                                        Vectors& y) {
+    const Vec4 n = (plus + minus) / g.unit, t = g.mu * (plus - minus) / g.unit;
+    for (int i = 0; i < 4; ++i) {
+      y[at(c[i].low)].v += c[i].n_low * n[i] + c[i].t_low * t[i];
+      y[at(c[i].high)].v += c[i].n_high * n[i] + c[i].t_high * t[i];
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void velocities(ConeInteriorPoint& p) {
+    std::fill(p.y_.begin(), p.y_.end(), BodyVector{});
+    const Contact* c = p.contacts_.data();
+    for (const Group& g : p.groups_) {
+      push(c, g, g.l[0], g.l[1], p.y_);
+      c += 4;
+    }
+    c = p.contacts_.data();
+    for (Group& g : p.groups_) {
+      along_rows(c, g, p.y_, g.u_n, g.u_t);
+      g.u_n -= g.b_n;
+      g.u_t -= g.b_t;
+      magnitude(g.u_t, g.shift);
+      g.shift *= g.mu;
+      c += 4;
+    }
+  }
+  static void velocities_portable(ConeInteriorPoint& p) { velocities(p); }
+  SKERRY_AVX2 static void velocities_avx2(ConeInteriorPoint& p) { velocities(p); }
+
+  static SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
+    for (int k = 0; k < 3; ++k) B.column[k] += x * y[k];
+  }
+
+  static SKERRY_ALWAYS_INLINE void assemble(ConeInteriorPoint& p) {
+    BlockFactor& f = p.factor_;
+    f.clear(true);
+    for (int k = 0; k < p.nodes_; ++k) {
+      Block3& D = f.diagonal(k);
+      for (int i = 0; i < 3; ++i) D.column[i][i] = 1;
+    }
+    for (std::size_t k = 0; k < p.contacts_.size(); ++k) {
+      const Contact& c = p.contacts_[k];
+      if (c.low == p.nodes_) continue;
+      const Group& g = p.groups_[k / 4];
+      const std::size_t lane = k % 4;
+      const double mu = g.mu[lane];
+      for (int edge = 0; edge < 2; ++edge) {
+        const double weight = g.l[edge][lane] * g.inverse[edge][lane], side = edge == 0 ? mu : -mu;
+        const double slope = side + mu * g.theta[lane];
+        const Vec4 low = (c.n_low + side * c.t_low) * weight, along_low = c.n_low + slope * c.t_low;
+        add_outer(f.diagonal(c.low), low, along_low);
+        if (c.high == p.nodes_) continue;
+        const Vec4 high = (c.n_high + side * c.t_high) * weight, along_high = c.n_high + slope * c.t_high;
+        add_outer(f.diagonal(c.high), high, along_high);
+        add_outer(f.lower(c.block), high, along_low);
+        add_outer(f.upper(c.block), low, along_high);
+      }
+    }
+  }
+
+  /// Direction towards l s = target - rest. @return by how much the fastest falls, of what there is
+  static SKERRY_ALWAYS_INLINE double direct(ConeInteriorPoint& p, double target) {
+    std::fill(p.y_.begin(), p.y_.end(), BodyVector{});
+    const Contact* c = p.contacts_.data();
+    for (Group& g : p.groups_) {
+      Vec4 k[2];
+      for (int e = 0; e < 2; ++e) k[e] = ((target - g.rest[e]) - g.l[e] * (g.s[e] + g.gap[e])) * g.inverse[e];
+      push(c, g, k[0], k[1], p.y_);
+      c += 4;
+    }
+    p.factor_.solve(p.y_.data());
+    p.y_[at(p.nodes_)].v = Vec4{};
+    c = p.contacts_.data();
+    Vec4 fall{};
+    for (Group& g : p.groups_) {
+      Vec4 n, t;
+      along_rows(c, g, p.y_, n, t);
+      g.du_t = t;
+      const Vec4 with = g.mu * t, shift = g.theta * with;
+      for (int e = 0; e < 2; ++e) {
+        g.ds[e] = (n + shift) + (e == 0 ? with : -with) + g.gap[e];
+        g.dl[e] = ((target - g.rest[e]) - g.l[e] * (g.s[e] + g.ds[e])) * g.inverse[e];
+        raise(fall, -g.dl[e] * g.inverse_l[e]);
+        raise(fall, -g.ds[e] * g.inverse_s[e]);
+      }
+      c += 4;
+    }
+    return std::max(std::max(fall[0], fall[1]), std::max(fall[2], fall[3]));
+  }
+
+  static SKERRY_ALWAYS_INLINE double mean_product(const ConeInteriorPoint& p, double length) {
+    Vec4 all{};
+    for (const Group& g : p.groups_)
+      for (int e = 0; e < 2; ++e) all += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]);
+    return sum(all) / (8 * static_cast<double>(p.groups_.size()));
+  }
+
+  static SKERRY_ALWAYS_INLINE double step(ConeInteriorPoint& p) {
+    velocities(p);
+    for (Group& g : p.groups_) {
+      for (int e = 0; e < 2; ++e) g.dl[e] = g.ds[e] = g.rest[e] = Vec4{};
+    }
+    const double tau = mean_product(p, 0), smoothing = kSmoothing * std::sqrt(tau);
+    const double share = p.last_length_ < kLong ? kDamped : 1;
+    for (Group& g : p.groups_) {
+      Vec4 size;
+      magnitude(g.u_t, size);
+      g.theta = share * g.u_t / (size + smoothing);
+      for (int e = 0; e < 2; ++e) {
+        const Vec4 with = g.mu * g.u_t;
+        g.gap[e] = (g.u_n + g.shift) + (e == 0 ? with : -with) - g.s[e];
+        g.inverse_s[e] = 1 / g.s[e];
+        g.inverse[e] = 1 / (g.s[e] + kProximal * g.l[e]);
+        g.inverse_l[e] = 1 / g.l[e];
+      }
+    }
+    Vec4 squares{};
+    for (Group& g : p.groups_) squares += g.gap[0] * g.gap[0] + g.gap[1] * g.gap[1];
+    const double off = sum(squares) / (8 * static_cast<double>(p.groups_.size()));
+    assemble(p);
+    if (!p.factor_.factor()) return 0;
+
+    // Straight to the end: how far that comes tells how much to centre.
+    double fall = direct(p, 0);
+    double length = fall > 1 ? 1 / fall : 1;
+    const double reached = std::max(0.0, mean_product(p, length)) / tau;
+    for (Group& g : p.groups_) {
+      const Vec4 change = length * g.du_t;
+      Vec4 size;
+      magnitude(g.u_t + change, size);
+      const Vec4 more = (g.mu * size - g.shift) - g.mu * (g.theta * change);
+      for (int e = 0; e < 2; ++e) {
+        g.gap[e] += more;
+        g.rest[e] = g.dl[e] * g.ds[e];
+      }
+    }
+    const double left = (1 - length) * (1 - length) * off;
+    fall = direct(p, std::max(reached * reached * reached * tau, kFollow * left));
+    length = kToBoundary * (fall > kToBoundary ? 1 / fall : 1 / kToBoundary);
+    for (Group& g : p.groups_) {
+      for (int e = 0; e < 2; ++e) {
+        g.l[e] += length * g.dl[e];
+        g.s[e] += length * g.ds[e];
+      }
+    }
+    return length;
+  }
+  static double step_portable(ConeInteriorPoint& p) { return step(p); }
+  SKERRY_AVX2 static double step_avx2(ConeInteriorPoint& p) { return step(p); }
+};
+
+bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
+  if (!system.compliance.empty()) return false;
+  rows_ = system.size();
+  nodes_ = static_cast<int>(system.bodies.size());
+  edges_.clear();
+  for (int i = 0; i < rows_; ++i) {
+    const Row& row = system.rows[at(i)];
+    if (row.kind == RowKind::Friction) {
+      if (row.normal != i - 1) return false;
+      continue;
+    }
+    if (row.kind != RowKind::Normal || row.lower != 0 || row.upper != kInfinity) return false;
+    if (row.a < 0 || row.b < 0) continue;
+    if (edges_.empty() || edges_.back()[0] != row.a || edges_.back()[1] != row.b)
+      edges_.push_back({row.a, row.b});
+  }
+  pattern_.analyse(nodes_, edges_);
+  factor_.set_pattern(pattern_);
+  ++work.symbolic_analyses;
+  mass_.assign(at(nodes_) + 1, BodyVector{});
+  y_.assign(at(nodes_) + 1, BodyVector{});
+  for (int k = 0; k < nodes_; ++k) {
+    const InverseMass& m = system.bodies[at(k)];
+    const double linear = std::sqrt(m.linear), angular = std::sqrt(m.angular);
+    mass_[at(pattern_.position(k))].v = Vec4{linear, linear, angular, 0};
+  }
+  contacts_.clear();
+  for (int i = 0; i < rows_; ++i) {
+    const Row& row = system.rows[at(i)];
+    if (row.kind == RowKind::Friction) continue;
+    const int a = row.a < 0 ? nodes_ : pattern_.position(row.a);
+    const int b = row.b < 0 ? nodes_ : pattern_.position(row.b);
+    Contact c{};
+    c.low = std::min(a, b);
+    c.high = std::max(a, b);
+    c.block = c.high < nodes_ ? pattern_.block(c.low, c.high) : -1;
+    c.row = i;
+    c.rough = i + 1 < rows_ && system.rows[at(i + 1)].kind == RowKind::Friction;
+    const auto put = [&](const Row& r, Vec4& low, Vec4& high) {
+      const Vec4 Ja{r.Ja[0], r.Ja[1], r.Ja[2], 0}, Jb{r.Jb[0], r.Jb[1], r.Jb[2], 0};
+      low = (a <= b ? Ja : Jb) * mass_[at(c.low)].v;
+      high = (a <= b ? Jb : Ja) * mass_[at(c.high)].v;
+      const double root = std::sqrt(sum(low * low) + sum(high * high));
+      if (root > 0) {
+        low /= root;
+        high /= root;
+      }
+      return root;
+    };
+    c.n_root = put(row, c.n_low, c.n_high);
+    if (c.rough) c.t_root = put(system.rows[at(i + 1)], c.t_low, c.t_high);
+    // What nothing moves has no impulse.
+    if (c.n_root > 0) contacts_.push_back(c);
+  }
+  const std::size_t count = contacts_.size();
+  Contact none{};
+  none.low = none.high = nodes_;
+  none.block = none.row = -1;
+  contacts_.resize((count + 3) / 4 * 4, none);
+  groups_.resize(contacts_.size() / 4);
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    const Contact& c = contacts_[k];
+    Group& g = groups_[k / 4];
+    const std::size_t lane = k % 4;
+    const bool is = k < count;
+    g.unit[lane] = is ? c.n_root : 1;
+    g.mu[lane] = is && c.rough ? system.rows[at(c.row + 1)].mu * c.t_root / c.n_root : 0;
+    g.b_n[lane] = is ? system.b[at(c.row)] : 0;
+    g.b_t[lane] = is && c.rough && c.t_root > 0 ? system.b[at(c.row + 1)] * c.n_root / c.t_root : 0;
+  }
+  const double blocks = nodes_ + pattern_.blocks();
+  work.visits += kSetUpRow * rows_ + kSetUpBlock * blocks;
+  step_cost_ = kContactCost * static_cast<double>(contacts_.size()) + kBlockCost * blocks +
+               kUpdateCost * static_cast<double>(pattern_.updates());
+  return true;
+}
+
+void ConeInteriorPoint::start(std::span<const double> lambda, double centre) {
+  last_length_ = 1;
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    const Contact& c = contacts_[k];
+    Group& g = groups_[k / 4];
+    const std::size_t lane = k % 4;
+    g.l[0][lane] = g.l[1][lane] = 0;
+    if (c.row < 0) {
+      g.b_n[lane] = -centre;
+      continue;
+    }
+    const double normal = lambda[at(c.row)] * c.n_root * c.n_root;
+    const double mu = g.mu[lane];
+    const double friction = mu > 0 ? lambda[at(c.row) + 1] * c.t_root * c.n_root / mu : 0;
+    g.l[0][lane] = 0.5 * (normal + friction);
+    g.l[1][lane] = 0.5 * (normal - friction);
+  }
+  if (cpu_has_avx2())
+    Kernels::velocities_avx2(*this);
+  else
+    Kernels::velocities_portable(*this);
+  const double square = centre * centre;
+  for (Group& g : groups_) {
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      for (int e = 0; e < 2; ++e) {
+        const double with = g.mu[lane] * g.u_t[lane];
+        const double s = g.u_n[lane] + g.shift[lane] + (e == 0 ? with : -with);
+        const double z = g.l[e][lane] - s, size = std::sqrt(z * z + 4 * square);
+        const double larger = 0.5 * (std::abs(z) + size), smaller = square / larger;
+        g.l[e][lane] = z > 0 ? larger : smaller;
+        g.s[e][lane] = z > 0 ? smaller : larger;
+      }
+    }
+  }
+}
+
+double ConeInteriorPoint::step(SolveWork& work) {
+  ++work.factorisations;
+  work.resolves += 2;
+  work.visits += step_cost_;
+  last_length_ = cpu_has_avx2() ? Kernels::step_avx2(*this) : Kernels::step_portable(*this);
+  return last_length_;
+}
+
+double ConeInteriorPoint::centre() const {
+  double all = 0;
+  for (const Group& g : groups_) all += sum(g.l[0] * g.s[0]) + sum(g.l[1] * g.s[1]);
+  return std::sqrt(all / (8 * static_cast<double>(groups_.size())));
+}
+
+void ConeInteriorPoint::get(std::vector<double>& lambda) const {
+  lambda.assign(at(rows_), 0.0);
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    const Contact& c = contacts_[k];
+    if (c.row < 0) continue;
+    const Group& g = groups_[k / 4];
+    const std::size_t lane = k % 4;
+    const double plus = g.l[0][lane], minus = g.l[1][lane];
+    lambda[at(c.row)] = (plus + minus) / (c.n_root * c.n_root);
+    if (c.rough && c.t_root > 0) lambda[at(c.row) + 1] = g.mu[lane] * (plus - minus) / (c.n_root * c.t_root);
+  }
+}
+
+bool improve_by_interior_point(const IslandSystem& system, double limit, BlockSweeps& sweeps,
+                               double& violation, SolveWork& work) {
+  const double rows = static_cast<double>(system.size()), last = kSmoothingSweeps * rows;
+  // Not even packed where a chain of as many bodies would not fit.
+  const double blocks = 2 * static_cast<double>(system.bodies.size());
+  const double set_up = kSetUpRow * rows + kSetUpBlock * blocks;
+  const double step = 0.5 * kContactCost * rows + kBlockCost * blocks;
+  if (work.visits + set_up + kFewSteps * step + last > limit) return false;
+  Spare<ConeInteriorPoint> spare;
+  ConeInteriorPoint& path = *spare;
+  if (!path.assign(system, work) || work.visits + kFewSteps * path.step_cost() + last > limit) return false;
+  Spare<std::vector<double>> before, after;
+  violation = sweeps.violation();
+  sweeps.get(sweeps.impulses(), *before);
+  const double scale = largest_magnitude(system.b);
+  path.start(*before, std::max(kStart * scale, kFarStart * violation));
+  int failures = 0;
+  for (int k = 0; k < kManySteps && failures < kShortSteps && path.centre() > kEnd * scale; ++k) {
+    if (work.visits + path.step_cost() + last > limit) break;
+    failures = path.step(work) < kShort ? failures + 1 : 0;
+  }
+  path.get(*after);
+  sweeps.set(*after);
+  for (int k = 0; k < kSmoothingSweeps; ++k) sweeps.sweep();
+  work.visits += last;
+  const double left = sweeps.violation();
+  if (left < violation)
+    violation = left;
+  else
+    sweeps.set(*before);
+  return true;
+}
+
+}  // namespace skerry
