@@ -52,6 +52,8 @@ constexpr int kSeparations = 8;
 // What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
 // nobody asks for one after attempts that failed.
 constexpr double kExactWork = 30;
+// Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
+constexpr double kNearly = 1e-3;
 constexpr int kLongestWait = 64;
 
 /// Rows for positions, without friction. They have their own spare memory: rows are written over those that
@@ -60,9 +62,17 @@ struct PositionRows : Assembly {};
 
 class OnePieceStep {
  public:
-  OnePieceStep(WorldState& state, const Island& island, double from, double to, bool exact,
+  enum class Answer { Exact, NearlyExact, Swept };
+
+  OnePieceStep(WorldState& state, const Island& island, double from, double to, Answer answer,
                IslandResult& result)
-      : state_(state), island_(island), from_(from), h_(to - from), exact_(exact), result_(result) {
+      : state_(state),
+        island_(island),
+        from_(from),
+        h_(to - from),
+        exact_(answer != Answer::Swept),
+        nearly_(answer == Answer::NearlyExact && state.config.flow_work > 0),
+        result_(result) {
     // Without flow, sweeps for positions still want a bound.
     const double work = state.config.flow_work > 0 ? state.config.flow_work : WorldConfig{}.flow_work;
     slow_ = slow_speed(state, island, h_);
@@ -70,7 +80,7 @@ class OnePieceStep {
     limit_ = bodies_work_ + work * kJointWork * static_cast<double>(island.joints.size());
   }
 
-  /// @return false, and nothing has happened, if an exact answer was wanted and there is none
+  /// @return false, and nothing has happened, if an exact answer, or nearly one, was wanted and there is none
   bool run() {
     std::vector<Velocity> before = island_velocities(state_, island_);
     std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
@@ -211,7 +221,10 @@ class OnePieceStep {
       solution = exact_ ? solve_exactly(system, *warm, options) : sweep_until_done(system, *warm, options);
       result_.work += solution.work;
     }
-    if (exact_ && solution.status != SolveStatus::Solved) return false;
+    if (exact_ && solution.status != SolveStatus::Solved) {
+      if (!nearly_ || solution.residual > kNearly) return false;
+      exact_ = false;
+    }
     apply_impulses(system, solution.lambda, after);
     for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
       if (solution.lambda[i] == 0 || assembly.origin[i].joint) continue;
@@ -543,7 +556,8 @@ class OnePieceStep {
   WorldState& state_;
   const Island& island_;
   double from_, h_;
-  bool exact_;
+  bool exact_;   ///< no flow
+  bool nearly_;  ///< what is nearly exact serves, too: then the island flows
   IslandResult& result_;
   double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
   double bodies_work_ = 0;        ///< of the step, without joints
@@ -551,11 +565,19 @@ class OnePieceStep {
   Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
 };
 
+bool make_step(WorldState& state, const Island& island, double from, double to, OnePieceStep::Answer answer,
+               IslandResult& result) {
+  const double before = result.work.visits;
+  const bool made = OnePieceStep(state, island, from, to, answer, result).run();
+  if (result.work_limit > 0) result.work_limit += result.work.visits - before;
+  return made;
+}
+
 }  // namespace
 
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result) {
-  OnePieceStep(state, island, from, to, false, result).run();
+  OnePieceStep(state, island, from, to, OnePieceStep::Answer::Swept, result).run();
   result.step_memory.flow = std::max(result.step_memory.flow, 1);
   for (const std::uint32_t i : island.bodies) {
     const int flow = state.step_memory[i].flow;
@@ -565,10 +587,7 @@ void step_island_in_flow(WorldState& state, const Island& island, double from, d
 
 bool step_island_exactly(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result) {
-  const double before = result.work.visits;
-  const bool made = OnePieceStep(state, island, from, to, true, result).run();
-  if (result.work_limit > 0) result.work_limit += result.work.visits - before;
-  return made;
+  return make_step(state, island, from, to, OnePieceStep::Answer::NearlyExact, result);
 }
 
 bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result) {
@@ -577,7 +596,7 @@ bool step_island_lightly(WorldState& state, const Island& island, double h, Isla
     --memory.light_wait;
     return false;
   }
-  if (step_island_exactly(state, island, 0, h, result)) {
+  if (make_step(state, island, 0, h, OnePieceStep::Answer::Exact, result)) {
     memory.light_failures = 0;
     return true;
   }

@@ -28,13 +28,14 @@ namespace skerry {
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result);
 
-/// The same with an exact answer. Where it cannot be had for 30 times the work of flow, nothing has happened.
-/// The work does not count in `IslandResult::work_limit`. @return whether the step was made
+/// The same with an exact answer. Where it cannot be had for 30 times the work of flow, the best that was
+/// found serves as flow if it leaves no more than 1e-3; else nothing has happened. The work does not count in
+/// `IslandResult::work_limit`. @return whether the step was made
 bool step_island_exactly(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result);
 
-/// The same for a whole step of an island that is but lightly disturbed; after calls that failed the next 1,
-/// 2, 4 ... 64 do not try.
+/// The same, exact or not at all, for a whole step of an island that is but lightly disturbed; after calls
+/// that failed the next 1, 2, 4 ... 64 do not try.
 bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result);
 
 /// An exact step failed: the next 1, 2, 4 ... 64 calls do not try.

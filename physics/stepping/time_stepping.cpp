@@ -323,7 +323,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   // What a vain attempt took does not count.
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
   const double there = IslandStep(state, island, rule, result).run(0, h);
-  result.step_memory.flow = restlessness(result);
+  result.step_memory.flow = std::max(restlessness(result), result.report.flowing ? 1 : 0);
   if (!(there < h)) return;
   step_island_in_flow(state, island, there, h, result);
   if (!island.joints.empty()) wait_after_failure(result.step_memory);
