@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Islands in flow: scenes in which hundreds of contacts change a step, with unlimited work (0: exact in
-// pieces) and with so many row visits for each body (400 are some 4 us). One line a scene and amount: the
-// share of steps whose every solve reached 1e-8 and 1e-4, the residuals, the time of the whole step, the
-// largest work, and the deepest penetration.
-//   solver_flow_bench [--csv] [--steps N] [--work N]... [FILTER]
+// pieces) and with so many row visits for each body; at last with as many as a step of so many microseconds
+// a body in the world allows (4 unless told, 0: not), which the steps before tell. One line a scene and
+// amount: the share of steps whose every solve reached 1e-8 and 1e-4, the residuals, the time of the whole
+// step, the largest work, and the deepest penetration.
+//   solver_flow_bench [--csv] [--steps N] [--work N]... [--us T] [FILTER]
 // friction 0.5, 1/60 s.
 #include <cstdio>
 #include <cstring>
@@ -81,7 +82,12 @@ const Scene kScenes[] = {
     {"pyramid 100 struck", 5, 8, [](double l) { return struck_pyramid(100, l); }},
 };
 
-void measure(const Scene& scene, double flow_work, int steps, bool csv) {
+/// Work and what it takes: median of the steps, by body [us].
+struct Price {
+  double work, us;
+};
+
+Price measure(const Scene& scene, double flow_work, int steps, bool csv) {
   World world = scene.make(flow_work);
   world.observe({.stage_times = true});
   for (int k = 0; k < scene.first; ++k) world.step(1.0 / 60);
@@ -106,6 +112,15 @@ void measure(const Scene& scene, double flow_work, int steps, bool csv) {
               100.0 * static_cast<double>(close) / steps, residuals[half], residuals.back(),
               1e3 * seconds[half], 1e3 * seconds.back(), visits, deepest);
   std::fflush(stdout);
+  return {flow_work, 1e6 * seconds[half] / static_cast<double>(world.bodies().position.size())};
+}
+
+/// The work that takes `us` microseconds a body, if the time grows evenly with it; 0 where most steps rest.
+double work_for(double us, const std::vector<Price>& prices) {
+  const Price low = prices.front(), high = prices.back();
+  if (!(high.us > low.us && high.us > 0.1 * us)) return 0;
+  const double work = low.work + (us - low.us) * (high.work - low.work) / (high.us - low.us);
+  return std::round(std::clamp(work, 100.0, 20000.0));
 }
 
 }  // namespace
@@ -113,6 +128,7 @@ void measure(const Scene& scene, double flow_work, int steps, bool csv) {
 int main(int argc, char** argv) {
   bool csv = false;
   int steps = 0;
+  double us = 4;
   const char* filter = "";
   std::vector<double> works;
   for (int i = 1; i < argc; ++i) {
@@ -122,6 +138,8 @@ int main(int argc, char** argv) {
       steps = std::max(1, std::atoi(argv[++i]));
     else if (std::strcmp(argv[i], "--work") == 0 && i + 1 < argc)
       works.push_back(std::max(0.0, std::atof(argv[++i])));
+    else if (std::strcmp(argv[i], "--us") == 0 && i + 1 < argc)
+      us = std::max(0.0, std::atof(argv[++i]));
     else
       filter = argv[i];
   }
@@ -135,6 +153,13 @@ int main(int argc, char** argv) {
                 "% 1e-4", "median", "worst", "ms step", "worst", "visits", "deepest");
   for (const Scene& scene : kScenes) {
     if (std::strstr(scene.name, filter) == nullptr) continue;
-    for (const double flow_work : works) measure(scene, flow_work, steps > 0 ? steps : scene.steps, csv);
+    const int measured = steps > 0 ? steps : scene.steps;
+    std::vector<Price> prices;
+    for (const double flow_work : works) {
+      const Price price = measure(scene, flow_work, measured, csv);
+      if (flow_work > 0) prices.push_back(price);
+    }
+    const double work = us > 0 && prices.size() > 1 ? work_for(us, prices) : 0;
+    if (work > 0) measure(scene, work, measured, csv);
   }
 }
