@@ -17,14 +17,18 @@
 
 namespace skerry {
 
-/// What a contact point carries from sub-step to sub-step and from step to step.
-struct PointMemory {
+/// What acted on a contact point in the last force solve.
+struct PointForces {
   std::uint32_t feature = ~0u;  ///< none yet
-  double normal_impulse = 0;    ///< of the last force solve [N s]; divided by `h` it is the force
+  bool sticking = false;        ///< the friction impulse was strictly inside its bounds
+  double normal_impulse = 0;    ///< [N s]; divided by `h` it is the force
   double friction_impulse = 0;
   double rolling_impulse = 0;
-  double h = 0;           ///< length of the sub-step of that solve [s]
-  bool sticking = false;  ///< the friction impulse was strictly inside its bounds
+  double h = 0;  ///< length of the sub-step of that solve [s]
+};
+
+/// What a contact point carries from sub-step to sub-step and from step to step.
+struct PointMemory : PointForces {
   // Sums over the step, for the report.
   double total_normal = 0, total_friction = 0, total_impact = 0;
   Vec2 impact_position;  ///< where the last impact of the step acted, world frame [m]
@@ -45,17 +49,17 @@ struct Contact {
   bool touched = false;          ///< touched at the end of the last step
   bool woken = false;            ///< came back from sleep and was not looked at since
   bool hit = false;              ///< took part in an impact in this step
+  bool manifold_reused = false;  ///< at the beginning of this step: both bodies are where they were
   double hit_speed = 0;          ///< largest approach speed of those impacts [m/s]
   Vec2 hit_point, hit_normal;    ///< of the fastest of them, world frame
   double hit_time = 0;           ///< and when, since the beginning of the step [s]
   double margin = 0;             ///< largest separation that the manifold reports [m]
   Transform pose_a, pose_b;      ///< at which the manifold was made
-  bool manifold_reused = false;  ///< at the beginning of this step: both bodies are where they were
   std::uint64_t begun = 0;       ///< number of the step (from 1) in which its sums were set to zero
   SatCache cache;
   Manifold manifold;
   std::array<PointMemory, 2> points;
-  std::array<PointMemory, 2> points_at_start;  ///< of the step, should its island have to be stepped again
+  std::array<PointForces, 2> points_at_start;  ///< of the step, should its island have to be stepped again
 
   ContactKey key() const { return {shape_a, shape_b, child}; }
   /// A number that names point `i` and is equal in the next step if the same features meet.

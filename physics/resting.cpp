@@ -21,7 +21,7 @@ bool body_unchanged(const WorldState& s, std::uint32_t i) {
 bool impulses_unchanged(const Contact& contact) {
   for (int i = 0; i < 2; ++i) {
     const PointMemory& now = contact.points[i];
-    const PointMemory& before = contact.points_at_start[i];
+    const PointForces& before = contact.points_at_start[i];
     if (now.feature != before.feature || now.normal_impulse != before.normal_impulse ||
         now.friction_impulse != before.friction_impulse || now.rolling_impulse != before.rolling_impulse ||
         now.h != before.h || now.sticking != before.sticking) {

@@ -104,11 +104,14 @@ inline void fields(Archive& a, JointRecord& v) {
 
 // --- Contacts
 // ---------------------------------------------------------------------------------------------------------
+inline void fields(Archive& a, PointForces& v) {
+  auto& [feature, sticking, normal_impulse, friction_impulse, rolling_impulse, h] = v;
+  a(feature, sticking, normal_impulse, friction_impulse, rolling_impulse, h);
+}
 inline void fields(Archive& a, PointMemory& v) {
-  auto& [feature, normal_impulse, friction_impulse, rolling_impulse, h, sticking, total_normal,
-         total_friction, total_impact, impact_position] = v;
-  a(feature, normal_impulse, friction_impulse, rolling_impulse, h, sticking, total_normal, total_friction,
-    total_impact, impact_position);
+  static_assert(sizeof(PointMemory) == sizeof(PointForces) + 3 * sizeof(double) + sizeof(Vec2));
+  fields(a, static_cast<PointForces&>(v));
+  a(v.total_normal, v.total_friction, v.total_impact, v.impact_position);
 }
 inline void fields(Archive& a, SatCache& v) {
   auto& [axis, partner, state, exchanged, slack, reach, reach_b, offset, turn, turn_b] = v;
@@ -124,11 +127,11 @@ inline void fields(Archive& a, Manifold& v) {
 }
 inline void fields(Archive& a, Contact& v) {
   auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-         static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, hit_time,
-         margin, pose_a, pose_b, manifold_reused, begun, cache, manifold, points, points_at_start] = v;
+         static_friction, sensor, linked, touched, woken, hit, manifold_reused, hit_speed, hit_point,
+         hit_normal, hit_time, margin, pose_a, pose_b, begun, cache, manifold, points, points_at_start] = v;
   a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
-    static_friction, sensor, linked, touched, woken, hit, hit_speed, hit_point, hit_normal, hit_time, margin,
-    pose_a, pose_b, manifold_reused, begun, cache, manifold, points, points_at_start);
+    static_friction, sensor, linked, touched, woken, hit, manifold_reused, hit_speed, hit_point, hit_normal,
+    hit_time, margin, pose_a, pose_b, begun, cache, manifold, points, points_at_start);
 }
 
 // --- What is kept of islands

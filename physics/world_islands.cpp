@@ -338,7 +338,8 @@ void Step::prepare_again(SteppedIsland& island) {
   for (const std::uint32_t i : island.island.contacts) {
     Contact& contact = s_.contacts[i];
     if (contact.begun != s_.steps + 1) begin(contact);
-    contact.points = contact.points_at_start;
+    for (std::size_t k = 0; k < contact.points.size(); ++k)
+      contact.points[k] = {contact.points_at_start[k], 0, 0, 0, {}};
     match_points(contact);
     contact.hit = false;
     contact.hit_speed = 0;

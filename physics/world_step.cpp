@@ -210,7 +210,7 @@ void Step::begin(std::uint32_t i) {
 void Step::begin(Contact& contact) const {
   for (PointMemory& memory : contact.points)
     memory.total_normal = memory.total_friction = memory.total_impact = 0;
-  contact.points_at_start = contact.points;
+  std::copy(contact.points.begin(), contact.points.end(), contact.points_at_start.begin());
   contact.hit = false;
   contact.hit_speed = 0;
   contact.begun = s_.steps + 1;
