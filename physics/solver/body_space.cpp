@@ -93,8 +93,9 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   const bool warm = warm_start.size() == n &&
                     std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
   if (n == 0 || warm) {
-    solution.lambda = starting_impulses(system.rows, warm_start);
-    solution.residual = natural_map_residual(system, solution.lambda);
+    solution.lambda = take_spare<std::vector<double>>();
+    solution.lambda.assign(warm_start.begin(), warm_start.begin() + static_cast<std::ptrdiff_t>(n));
+    solution.residual = clamp_and_judge(system, solution.lambda);
     solution.work.visits = static_cast<double>(n);
     if (solution.residual <= options.tolerance) {
       solution.status = SolveStatus::Solved;
