@@ -59,7 +59,7 @@ inline void fields(Archive& a, BroadPhaseOptions& v) {
   a(cell_size, axes, threads);
 }
 inline void fields(Archive& a, SolveOptions& v) {
-  auto& [tolerance, max_iterations, work_limit, time_budget, trace] = v;
+  [[maybe_unused]] auto& [tolerance, max_iterations, work_limit, time_budget, trace, threads] = v;
   a(tolerance, max_iterations, work_limit, time_budget, trace);
 }
 inline void fields(Archive& a, Skips& v) {
@@ -249,12 +249,12 @@ inline void fields(WorldArchives a, WorldState& v) {
   // (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
          thickness, stray_guess, free_bodies, drag, prescribed, field, shapes, free_shapes, joints,
-         free_joints, broad_phase, pool, island_builder, islands, graph_bodies, graph_joints, links, contacts,
-         memories, resting, step_memory, step_paths, sleepers, ledger, field_threads, graph_known,
-         table_changed, joints_changed, paths_known, springs, awake, kinematic, touched, last_h, rests, kept,
-         active, active_joints, acceleration, angular_acceleration, paths, reach, travelled, way, allowance,
-         strayed, flight, rerouted, start_box, local_index, backup, pairs, box_updates, shape_moved,
-         loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
+         free_joints, broad_phase, pool, island_threads, island_builder, islands, graph_bodies, graph_joints,
+         links, contacts, memories, resting, step_memory, step_paths, sleepers, ledger, field_threads,
+         graph_known, table_changed, joints_changed, paths_known, springs, awake, kinematic, touched, last_h,
+         rests, kept, active, active_joints, acceleration, angular_acceleration, paths, reach, travelled, way,
+         allowance, strayed, flight, rerouted, start_box, local_index, backup, pairs, box_updates,
+         shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, thickness,
            stray_guess, free_bodies, touched, reach, drag);

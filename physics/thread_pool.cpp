@@ -11,13 +11,20 @@
 #include <vector>
 
 namespace skerry {
+namespace {
+
+// Some 50 us.
+constexpr int kPatience = 1000;
+
+}  // namespace
 
 struct ThreadPool::State {
   std::mutex mutex;
   std::condition_variable wake, done;
-  std::uint64_t loop = 0;  ///< number of the present loop; workers wait for it to change
-  int busy = 0;            ///< workers that have not finished the present loop
+  std::atomic<std::uint64_t> loop = 0;  ///< number of the present loop; workers wait for it to change
+  std::atomic<int> busy = 0;            ///< workers that have not finished the present loop
   bool stop = false;
+  int patience = 0;  ///< looks at what it waits for before a thread goes to sleep
 
   std::size_t count = 0;
   Call call = nullptr;
@@ -43,9 +50,16 @@ struct ThreadPool::State {
     }
   }
 
+  /// Loops follow each other within microseconds, waking a thread takes tens of them.
+  template <class Ready>
+  void spin(Ready&& ready) const {
+    for (int i = 0; i < patience && !ready(); ++i) pause_briefly();
+  }
+
   void live() {
     std::uint64_t seen = 0;
     for (;;) {
+      spin([&] { return loop.load(std::memory_order_relaxed) != seen; });
       {
         std::unique_lock lock(mutex);
         wake.wait(lock, [&] { return stop || loop != seen; });
@@ -63,6 +77,9 @@ ThreadPool::ThreadPool(int threads) : state_(std::make_unique<State>()) {
   if (threads < 1 || threads > 256) {
     throw std::invalid_argument("threads must be between 1 and 256, got " + std::to_string(threads));
   }
+  // More threads than processors would only keep each other from work.
+  const bool own = static_cast<unsigned>(threads) <= std::thread::hardware_concurrency();
+  state_->patience = own ? kPatience : 0;
   for (int i = 1; i < threads; ++i) state_->workers.emplace_back([state = state_.get()] { state->live(); });
 }
 
@@ -106,6 +123,7 @@ void ThreadPool::run(std::size_t count, Call call, const void* item) {
   }
   s.wake.notify_all();
   s.work();
+  s.spin([&] { return s.busy.load(std::memory_order_relaxed) == 0; });
   std::unique_lock lock(s.mutex);
   s.done.wait(lock, [&] { return s.busy == 0; });
   if (s.error != nullptr) std::rethrow_exception(s.error);

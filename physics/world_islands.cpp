@@ -16,6 +16,9 @@ namespace {
 // Enough manifolds to be worth a thread's attention: about 50 us of work.
 constexpr std::size_t kContactsPerChunk = 256;
 
+// Contacts from which on an island may have all threads to itself.
+constexpr std::size_t kLargeIsland = 1000;
+
 // Rounds of a step after which islands that may flow do, and how many times the work of flow a round may cost
 // for the next one to be exact, too.
 constexpr int kExactRounds = 3;
@@ -89,10 +92,7 @@ void Step::link_contacts() {
   if (!first) s_.scratch.dirty.assign(s_.bodies.size(), 0);
   for (const LinkCount& count : counts) {
     s_.report.manifolds_reused += count.reused;
-    s_.report.narrow.pairs += count.narrow.pairs;
-    s_.report.narrow.axes_tested += count.narrow.axes_tested;
-    s_.report.narrow.axes_skipped += count.narrow.axes_skipped;
-    s_.report.narrow.manifolds += count.narrow.manifolds;
+    s_.report.narrow += count.narrow;
     graph_changed_ |= count.relinked;
     for (const std::uint32_t body : count.newly) s_.scratch.dirty[body] = 1;
     newly_linked_ |= !count.newly.empty();
@@ -279,9 +279,27 @@ void Step::step_islands() {
     // A callback is asked in one order, by one thread.
     for (std::size_t k = 0; k < to_step.size(); ++k) step(k);
   } else {
-    s_.pool->run(to_step.size(), step);
+    const std::size_t large = put_large_ones_first(to_step);
+    s_.island_threads = s_.pool.get();
+    for (std::size_t k = 0; k < large; ++k) step(k);
+    s_.island_threads = nullptr;
+    s_.pool->run(to_step.size() - large, [&](std::size_t k) { step(large + k); });
   }
   s_.graph_known = true;
+}
+
+/// Islands with more contacts than a thread's share of all would keep the others waiting: they go first, one
+/// after the other, and threads share their loops. @return how many there are
+std::size_t Step::put_large_ones_first(std::vector<std::size_t>& to_step) const {
+  const auto threads = static_cast<std::size_t>(s_.pool->threads());
+  if (threads == 1) return 0;
+  const auto contacts = [this](std::size_t n) { return s_.islands[n].island.contacts.size(); };
+  std::size_t all = 0;
+  for (const std::size_t n : to_step) all += contacts(n);
+  const auto end = std::stable_partition(to_step.begin(), to_step.end(), [&](std::size_t n) {
+    return contacts(n) >= kLargeIsland && contacts(n) * threads > all;
+  });
+  return static_cast<std::size_t>(end - to_step.begin());
 }
 
 /// A later round found nothing that met but what is known already: the islands are right as they are.

@@ -264,10 +264,7 @@ void write_report(WorldState& s, double h) {
     }
     r.worst_residual = std::max(r.worst_residual, result.report.residual);
     r.inexact_islands += result.report.status != SolveStatus::Solved;
-    r.narrow.pairs += result.narrow.pairs;
-    r.narrow.axes_tested += result.narrow.axes_tested;
-    r.narrow.axes_skipped += result.narrow.axes_skipped;
-    r.narrow.manifolds += result.narrow.manifolds;
+    r.narrow += result.narrow;
     r.work += result.work;
     if (s.observe.stage_times) {
       for (int k = 0; k < kStageCount; ++k) r.stage_seconds[k] += result.stage_seconds[k];

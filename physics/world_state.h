@@ -140,6 +140,8 @@ struct WorldState {
 
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ThreadPool> pool;
+  /// The same while one large island steps alone and its loops are shared; null while islands are.
+  ThreadPool* island_threads = nullptr;
   IslandBuilder island_builder;
   std::vector<SteppedIsland> islands;  ///< of the last step, if `graph_known`
   std::vector<std::uint32_t> graph_bodies, graph_joints;

@@ -84,6 +84,7 @@ class Step {
   double make_manifold(Contact& contact, LinkCount& count) const;
   void find_islands();
   void step_islands();
+  std::size_t put_large_ones_first(std::vector<std::size_t>& to_step) const;
   bool is_through() const;
   void give_exact_rounds_up();
   bool stays(const SteppedIsland& island) const;

@@ -84,6 +84,14 @@ struct NarrowPhaseStats {
   std::uint64_t axes_tested = 0;
   std::uint64_t axes_skipped = 0;  ///< axes that the cached one made needless
   std::uint64_t manifolds = 0;     ///< pairs with at least one point
+
+  NarrowPhaseStats& operator+=(const NarrowPhaseStats& other) {
+    pairs += other.pairs;
+    axes_tested += other.axes_tested;
+    axes_skipped += other.axes_skipped;
+    manifolds += other.manifolds;
+    return *this;
+  }
 };
 
 }  // namespace skerry

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/spare.h"
+
 namespace skerry {
 namespace {
 
@@ -13,6 +15,8 @@ std::size_t at(int i) {
 
 // Fewer blocks leave too many lanes empty.
 constexpr std::size_t kFewBlocks = 12;
+// Blocks, or batches of them, that a thread takes at a time where each is by itself.
+constexpr std::size_t kBlocksAPiece = 1024, kBatchesAPiece = 64;
 
 double dot3(const BodyVector& x, const BodyVector& y) {
   return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
@@ -227,13 +231,19 @@ struct BlockSweeps::Kernels {
   /// that the task found
   template <class Task, class Sweeps>
   static SKERRY_ALWAYS_INLINE double visit(Sweeps& s) {
+    if (!s.batches_.empty()) return visit<Task>(s, 0, s.batches_.size());
     double largest = 0;
-    if (s.batches_.empty()) {
-      for (std::size_t k = 0; k < s.blocks_.size(); ++k) Task::one(s, k, largest);
-      return largest;
-    }
+    for (std::size_t k = 0; k < s.blocks_.size(); ++k) Task::one(s, k, largest);
+    return largest;
+  }
+
+  /// The same with some batches.
+  template <class Task, class Sweeps>
+  static SKERRY_ALWAYS_INLINE double visit(Sweeps& s, std::size_t from, std::size_t to) {
+    double largest = 0;
     Vec4 four{};
-    for (const Batch& batch : s.batches_) {
+    for (std::size_t i = from; i < to; ++i) {
+      const Batch& batch = s.batches_[i];
       switch (batch.kind) {
         case Kind::Rough4:
           visit_groups<Task, 4, Pattern::Rough>(s, s.groups4_, batch, four);
@@ -257,8 +267,8 @@ struct BlockSweeps::Kernels {
           visit_groups<Task, 1, Pattern::Held>(s, s.groups1_, batch, four);
           break;
         case Kind::Single:
-          for (int i = batch.first; i < batch.first + batch.count; ++i)
-            Task::one(s, at(s.levels_.order()[at(i)]), largest);
+          for (int k = batch.first; k < batch.first + batch.count; ++k)
+            Task::one(s, at(s.levels_.order()[at(k)]), largest);
           break;
       }
     }
@@ -314,13 +324,19 @@ struct BlockSweeps::Kernels {
     }
   }
 
-  static SKERRY_ALWAYS_INLINE void close_all(BlockSweeps& s, const IslandSystem& system) {
-    for (std::size_t k = 0; k < s.blocks_.size(); ++k) {
+  static SKERRY_ALWAYS_INLINE void close_some(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+                                              std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
       if (s.first_[k] >= 0) close(s, system, k);
     }
   }
-  static void close_portable(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
-  SKERRY_AVX2 static void close_avx2(BlockSweeps& s, const IslandSystem& system) { close_all(s, system); }
+  static void close_portable(BlockSweeps& s, const IslandSystem& system, std::size_t from, std::size_t to) {
+    close_some(s, system, from, to);
+  }
+  SKERRY_AVX2 static void close_avx2(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+                                     std::size_t to) {
+    close_some(s, system, from, to);
+  }
 
   /// The largest violation, of four blocks and of one.
   struct Violation {
@@ -379,9 +395,16 @@ struct BlockSweeps::Kernels {
   };
   static double violation_portable(const BlockSweeps& s) { return visit<Violation>(s); }
   SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s) { return visit<Violation>(s); }
+  static double violation_portable(const BlockSweeps& s, std::size_t from, std::size_t to) {
+    return visit<Violation>(s, from, to);
+  }
+  SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s, std::size_t from, std::size_t to) {
+    return visit<Violation>(s, from, to);
+  }
 };
 
-bool BlockSweeps::assign(const IslandSystem& system, bool joints) {
+bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* threads) {
+  threads_ = threads;
   blocks_.clear();
   bounds_.clear();
   first_.clear();
@@ -405,10 +428,12 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints) {
     blocks_.clear();
     return false;
   }
-  if (cpu_has_avx2())
-    Kernels::close_avx2(*this, system);
-  else
-    Kernels::close_portable(*this, system);
+  share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
+    if (cpu_has_avx2())
+      Kernels::close_avx2(*this, system, from, to);
+    else
+      Kernels::close_portable(*this, system, from, to);
+  });
   for (JointBlock& joint : joints_) close_joint(system, joint);
   rows_ = n;
   velocities_.assign(at(ground + 2), BodyVector{});
@@ -495,31 +520,44 @@ void BlockSweeps::group() {
   levels_.start(mass_.size() - 1, kKinds);
   for (const Block& block : blocks_) levels_.add(block.a, block.b_body, static_cast<int>(kind_of(block)));
   levels_.finish();
+  // Where the groups of a kind stand.
+  const auto with_groups = [this](Kind kind, auto&& visit) {
+    if (kind == Kind::Rough4)
+      visit(groups4_);
+    else if (kind == Kind::Held3)
+      visit(groups3_);
+    else if (kind == Kind::Smooth1 || kind == Kind::Held1)
+      visit(groups1_);
+    else
+      visit(groups2_);
+  };
   for (const SweepLevels::Run& run : levels_.runs()) {
     const Kind kind = static_cast<Kind>(run.kind);
-    const auto groups = [&](auto& of_kind) {
-      const std::size_t first = of_kind.size();
-      add_groups(run, of_kind);
-      batches_.push_back({kind, static_cast<int>(first), static_cast<int>(of_kind.size() - first)});
-    };
-    if (kind == Kind::Single)
-      batches_.push_back({kind, static_cast<int>(run.begin), static_cast<int>(run.end - run.begin)});
-    else if (kind == Kind::Rough4)
-      groups(groups4_);
-    else if (kind == Kind::Held3)
-      groups(groups3_);
-    else if (kind == Kind::Smooth1 || kind == Kind::Held1)
-      groups(groups1_);
-    else
-      groups(groups2_);
+    const std::size_t blocks = run.end - run.begin;
+    if (kind == Kind::Single) {
+      batches_.push_back({kind, static_cast<int>(run.begin), static_cast<int>(blocks)});
+      continue;
+    }
+    with_groups(kind, [&](auto& groups) {
+      const std::size_t first = groups.size(), count = (blocks + 3) / 4;
+      groups.resize(first + count);
+      batches_.push_back({kind, static_cast<int>(first), static_cast<int>(count)});
+    });
   }
+  share(threads_, batches_.size(), kBatchesAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      if (batches_[i].kind == Kind::Single) continue;
+      with_groups(batches_[i].kind,
+                  [&](auto& groups) { fill_groups(levels_.runs()[i], groups.data() + batches_[i].first); });
+    }
+  });
 }
 
 template <int N>
-void BlockSweeps::add_groups(const SweepLevels::Run& run, std::vector<Group<N>>& groups) {
+void BlockSweeps::fill_groups(const SweepLevels::Run& run, Group<N>* to) const {
   const int ground = static_cast<int>(mass_.size()) - 1;
   for (std::size_t i = run.begin; i < run.end; i += 4) {
-    Group<N>& group = groups.emplace_back();
+    Group<N>& group = *to++;
     for (std::size_t lane = 0; lane < 4; ++lane) {
       const bool none = i + lane >= run.end;  // then the impulses behind the last are its
       const int k = none ? static_cast<int>(blocks_.size()) : levels_.order()[i + lane];
@@ -560,27 +598,31 @@ double BlockSweeps::scaled(std::span<const double> lambda, int row) const {
 }
 
 void BlockSweeps::set(std::span<const double> lambda) {
-  for (std::size_t k = 0; k < blocks_.size(); ++k) {
-    impulses_[k].v = Vec4{};
-    if (first_[k] < 0) continue;
-    for (int r = 0; r < blocks_[k].count; ++r) {
-      const ImpulseBounds bounds = bounds_of(blocks_[k], bounds_[k], impulses_[k], r);
-      impulses_[k].v[r] = Kernels::clamp(scaled(lambda, first_[k] + r), bounds.lower, bounds.upper);
+  share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      impulses_[k].v = Vec4{};
+      if (first_[k] < 0) continue;
+      for (int r = 0; r < blocks_[k].count; ++r) {
+        const ImpulseBounds bounds = bounds_of(blocks_[k], bounds_[k], impulses_[k], r);
+        impulses_[k].v[r] = Kernels::clamp(scaled(lambda, first_[k] + r), bounds.lower, bounds.upper);
+      }
     }
-  }
+  });
   for (const JointBlock& joint : joints_) set_joint(joint, lambda);
   restart();
 }
 
 void BlockSweeps::get(const std::vector<Impulses>& from, std::vector<double>& lambda) const {
   lambda.resize(at(rows_));
-  for (std::size_t k = 0; k < blocks_.size(); ++k) {
-    if (first_[k] < 0) continue;
-    for (int r = 0; r < blocks_[k].count; ++r) {
-      const std::size_t row = at(first_[k] + r);
-      lambda[row] = root_[row] > 0 ? from[k].v[r] / root_[row] : 0;
+  share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (first_[k] < 0) continue;
+      for (int r = 0; r < blocks_[k].count; ++r) {
+        const std::size_t row = at(first_[k] + r);
+        lambda[row] = root_[row] > 0 ? from[k].v[r] / root_[row] : 0;
+      }
     }
-  }
+  });
   for (const JointBlock& joint : joints_) get_joint(joint, from[at(joint.block)], lambda);
 }
 
@@ -609,8 +651,16 @@ ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, c
 }
 
 double BlockSweeps::violation() const {
-  return std::max(contradiction_,
-                  cpu_has_avx2() ? Kernels::violation_avx2(*this) : Kernels::violation_portable(*this));
+  if (batches_.empty() || threads_ == nullptr)
+    return std::max(contradiction_,
+                    cpu_has_avx2() ? Kernels::violation_avx2(*this) : Kernels::violation_portable(*this));
+  Spare<std::vector<double>> found;
+  found->assign(batches_.size() / kBatchesAPiece + 1, 0);
+  share(threads_, batches_.size(), kBatchesAPiece, [&](std::size_t from, std::size_t to) {
+    (*found)[from / kBatchesAPiece] = cpu_has_avx2() ? Kernels::violation_avx2(*this, from, to)
+                                                     : Kernels::violation_portable(*this, from, to);
+  });
+  return std::max(contradiction_, *std::max_element(found->begin(), found->end()));
 }
 
 }  // namespace skerry

@@ -26,6 +26,7 @@
 #include "physics/islands/island_system.h"
 #include "physics/solver/simd.h"
 #include "physics/solver/sweep_levels.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 
@@ -35,9 +36,10 @@ class BlockSweeps {
   using Impulses = BodyVector;
 
   /// Packs `system`. @param joints  rows of joints, and compliant ones among them, are taken
+  /// @param threads  share packing, but not the sweeps, until the next `assign`; null: the caller alone
   /// @return false, with nothing packed, if there are such rows that are not, compliant contacts, or a row
   /// that stands apart from the normal row that scales its bounds
-  bool assign(const IslandSystem& system, bool joints = false);
+  bool assign(const IslandSystem& system, bool joints = false, ThreadPool* threads = nullptr);
   /// Rows give by so many times their own part of W, which bounds their impulses where what they want
   /// contradicts the rest: rows of joints, and of contacts. From the next `assign` on they do not.
   void soften(double joints, double contacts) {
@@ -127,7 +129,7 @@ class BlockSweeps {
   double violation_of(const JointBlock& joint) const;
   void group();
   template <int N>
-  void add_groups(const SweepLevels::Run& run, std::vector<Group<N>>& groups);
+  void fill_groups(const SweepLevels::Run& run, Group<N>* group) const;
   static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
 
   int rows_ = 0;
@@ -147,6 +149,7 @@ class BlockSweeps {
   std::vector<Group<3>> groups3_;
   std::vector<Group<2>> groups2_;  ///< rough, smooth and held ones
   std::vector<Group<1>> groups1_;
+  ThreadPool* threads_ = nullptr;
 };
 
 }  // namespace skerry

@@ -44,7 +44,7 @@ Solution sweep_until_done(const typename Operator::Problem& problem, std::span<c
 bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
                   Solution& solution) {
   Spare<BlockSweeps> sweeps;
-  if (options.trace || !sweeps->assign(system)) return false;
+  if (options.trace || !sweeps->assign(system, false, options.threads)) return false;
   solution.method = "pgs";
   sweeps->set(warm_start);
   const double target = options.tolerance * largest_magnitude(system.b);

@@ -26,6 +26,8 @@ enum class SolveStatus : std::uint8_t {
 };
 std::string_view to_string(SolveStatus status);
 
+class ThreadPool;
+
 struct SolveOptions {
   double tolerance = 1e-10;  ///< on the relative residual; the rounding floor is accepted in its place
   int max_iterations = 0;    ///< sweeps, pivots or factorisations; 0: the method's own limit
@@ -36,6 +38,8 @@ struct SolveOptions {
   double time_budget =
       0;               ///< [s]; 0: unlimited. Only for methods that say so: results then depend on the clock
   bool trace = false;  ///< fill `Solution::trace`
+  /// Threads that methods with loops to share may use; null: the caller's alone. The answer is the same bits.
+  ThreadPool* threads = nullptr;
 };
 
 /// What happened in one iteration; kept only when asked for.

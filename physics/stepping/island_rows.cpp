@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/island_rows.h"
 
+#include <bit>
+#include <numeric>
+
 #include "physics/contact_batch.h"
 #include "physics/joint_rows.h"
 #include "physics/spare.h"
@@ -11,6 +14,14 @@ namespace {
 
 // Contacts from which on the narrow phase takes them in groups of four.
 constexpr std::size_t kBatch = 4;
+// Contacts that a thread takes at a time: some 50 us.
+constexpr std::size_t kContactsAPiece = 512;
+
+/// What one piece of the contacts found.
+struct PieceCount {
+  int reused = 0;
+  NarrowPhaseStats stats;
+};
 
 Velocity body_velocity(const WorldState& state, std::uint32_t body) {
   return {state.bodies.velocity[body].x, state.bodies.velocity[body].y, state.bodies.omega[body]};
@@ -44,8 +55,9 @@ Ends ends_of(const WorldState& state, std::uint32_t body_a, std::uint32_t body_b
 /// constructed.
 class RowWriter {
  public:
-  /// @param out  whose lists are as long as each other, or who has no rows
-  explicit RowWriter(Assembly& out) : out_(out), size_(out.system.rows.size()) {
+  /// @param out  whose lists are as long as each other, or who has no rows @param first  row to write
+  explicit RowWriter(Assembly& out, std::size_t first = 0)
+      : out_(out), size_(out.system.rows.size()), count_(first) {
     if (size_ == 0) resize(0);
   }
 
@@ -80,8 +92,6 @@ class RowWriter {
   void finish() {
     if (count_ != size_) resize(count_);
   }
-
- private:
   void resize(std::size_t size) {
     out_.system.rows.resize(size);
     out_.system.b.resize(size);
@@ -90,8 +100,9 @@ class RowWriter {
     size_ = size;
   }
 
+ private:
   Assembly& out_;
-  std::size_t size_, count_ = 0;
+  std::size_t size_, count_;
 };
 
 /// Where the body of number `local` is that a request asks for.
@@ -160,6 +171,22 @@ void add_joint(const WorldState& state, const AssemblyRequest& request, std::uin
   }
 }
 
+bool rubs(const WorldState& state, const AssemblyRequest& request, const Contact& contact) {
+  return request.friction && (contact.friction > 0 || !state.config.skips.smooth_rows);
+}
+
+bool resists(const AssemblyRequest& request, const Contact& contact) {
+  return request.friction && contact.rolling_resistance > 0;
+}
+
+/// How many rows `add_contact` adds.
+std::size_t rows_of(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
+                    std::uint32_t index, std::uint8_t points) {
+  const Contact& contact = state.contacts[index];
+  const auto asked = static_cast<unsigned>(std::popcount(points & ((1u << manifold.count) - 1u)));
+  return asked * (1u + rubs(state, request, contact) + resists(request, contact));
+}
+
 /// The points of a contact that are asked for. @param points  their bits
 void add_contact(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
                  std::uint32_t index, std::uint8_t points, RowWriter& rows) {
@@ -169,8 +196,7 @@ void add_contact(const WorldState& state, const AssemblyRequest& request, const 
   const Vec2 pb = centre_of(state, request, ends.body_b, ends.b);
   const Vec2 n = manifold.normal;
   const Vec2 t = perp(n);
-  const bool rubs = request.friction && (contact.friction > 0 || !state.config.skips.smooth_rows);
-  const bool resists = request.friction && contact.rolling_resistance > 0;
+  const bool with_friction = rubs(state, request, contact), with_rolling = resists(request, contact);
   for (int i = 0; i < manifold.count; ++i) {
     if ((points >> i & 1) == 0) continue;
     const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
@@ -190,13 +216,13 @@ void add_contact(const WorldState& state, const AssemblyRequest& request, const 
       scaled.normal = normal;
       scaled.mu = mu;
     };
-    if (rubs) {
+    if (with_friction) {
       bound(
           rows.add(state, request.elapsed, {RowKind::Friction, false, index, i, 0}, ends,
                    {-t.x, -t.y, -cross(ra, t)}, {t.x, t.y, cross(rb, t)}, -contact.surface_velocity, source),
           contact.friction);
     }
-    if (resists) {
+    if (with_rolling) {
       bound(rows.add(state, request.elapsed, {RowKind::Rolling, false, index, i, 0}, ends, {0, 0, -1},
                      {0, 0, 1}, 0, source),
             contact.rolling_resistance);
@@ -218,15 +244,43 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
   }
   RowWriter rows(out);
   for (const std::uint32_t joint : island.joints) add_joint(state, request, joint, rows);
-  for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-    const std::uint32_t index = island.contacts[k];
-    const std::uint8_t points = (*request.points)[k];
-    if (points == 0) continue;
-    const Manifold& manifold =
-        request.manifolds != nullptr ? (*request.manifolds)[k] : state.contacts[index].manifold;
-    add_contact(state, request, manifold, index, points, rows);
+  // Calls `visit(manifold, contact, points)` for the contacts that are asked for among some.
+  const auto for_contacts = [&](std::size_t from, std::size_t to, auto&& visit) {
+    for (std::size_t k = from; k < to; ++k) {
+      const std::uint32_t index = island.contacts[k];
+      const std::uint8_t points = (*request.points)[k];
+      if (points == 0) continue;
+      visit(request.manifolds != nullptr ? (*request.manifolds)[k] : state.contacts[index].manifold, index,
+            points);
+    }
+  };
+  const auto add = [&](std::size_t from, std::size_t to, RowWriter& writer) {
+    for_contacts(from, to, [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
+      add_contact(state, request, manifold, index, points, writer);
+    });
+  };
+  const std::size_t contacts = island.contacts.size();
+  if (state.island_threads == nullptr || contacts <= kContactsAPiece) {
+    add(0, contacts, rows);
+    rows.finish();
+    return;
   }
-  rows.finish();
+  // Where the rows of each piece begin is counted first.
+  Spare<std::vector<std::size_t>> begin;
+  begin->assign((contacts + kContactsAPiece - 1) / kContactsAPiece + 1, 0);
+  share(state.island_threads, contacts, kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    std::size_t& rows_here = (*begin)[from / kContactsAPiece + 1];
+    for_contacts(from, to, [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
+      rows_here += rows_of(state, request, manifold, index, points);
+    });
+  });
+  begin->front() = static_cast<std::size_t>(rows.count());
+  std::partial_sum(begin->begin(), begin->end(), begin->begin());
+  if (begin->back() != out.system.rows.size()) rows.resize(begin->back());
+  share(state.island_threads, contacts, kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    RowWriter writer(out, (*begin)[from / kContactsAPiece]);
+    add(from, to, writer);
+  });
 }
 
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island) {
@@ -257,9 +311,9 @@ void store_velocities(WorldState& state, const Island& island, const std::vector
 }
 
 int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {
-  int reused = 0;
   // A few contacts are no batch.
   if (island.contacts.size() < kBatch) {
+    int reused = 0;
     for (const std::uint32_t index : island.contacts) {
       Contact& contact = state.contacts[index];
       reused += !refresh_manifold(
@@ -269,14 +323,31 @@ int update_manifolds(WorldState& state, const Island& island, double elapsed, Na
     }
     return reused;
   }
-  ManifoldRefresh manifolds(state.config.skips, stats, [](Contact&) {});
-  for (const std::uint32_t index : island.contacts) {
-    Contact& contact = state.contacts[index];
-    reused += !manifolds.refresh(contact, state.shapes[contact.shape_a].shape,
-                                 pose_at(state, contact.body_a, elapsed), state.shapes[contact.shape_b].shape,
-                                 pose_at(state, contact.body_b, elapsed), contact.margin);
+  const auto refresh = [&](std::size_t from, std::size_t to, NarrowPhaseStats& counts) {
+    int reused = 0;
+    ManifoldRefresh manifolds(state.config.skips, counts, [](Contact&) {});
+    for (std::size_t k = from; k < to; ++k) {
+      Contact& contact = state.contacts[island.contacts[k]];
+      reused += !manifolds.refresh(
+          contact, state.shapes[contact.shape_a].shape, pose_at(state, contact.body_a, elapsed),
+          state.shapes[contact.shape_b].shape, pose_at(state, contact.body_b, elapsed), contact.margin);
+    }
+    manifolds.finish();
+    return reused;
+  };
+  const std::size_t contacts = island.contacts.size();
+  if (state.island_threads == nullptr || contacts <= kContactsAPiece) return refresh(0, contacts, stats);
+  Spare<std::vector<PieceCount>> counts;
+  counts->assign((contacts + kContactsAPiece - 1) / kContactsAPiece, PieceCount{});
+  share(state.island_threads, contacts, kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    PieceCount& count = (*counts)[from / kContactsAPiece];
+    count.reused = refresh(from, to, count.stats);
+  });
+  int reused = 0;
+  for (const PieceCount& count : *counts) {
+    reused += count.reused;
+    stats += count.stats;
   }
-  manifolds.finish();
   return reused;
 }
 

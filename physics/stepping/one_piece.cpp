@@ -2,6 +2,7 @@
 #include "physics/stepping/one_piece.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 
@@ -55,6 +56,8 @@ constexpr double kExactWork = 30;
 // Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
 constexpr double kNearly = 1e-3;
 constexpr int kLongestWait = 64;
+// Contacts or rows that a thread takes at a time.
+constexpr std::size_t kItemsAPiece = 1024;
 
 /// Rows for positions, without friction. They have their own spare memory: rows are written over those that
 /// are there, and a list that changes its length costs as much as its rows.
@@ -135,7 +138,7 @@ class OnePieceStep {
   /// them; for an exact answer all near ones, which are the same from step to step.
   void choose_points(std::vector<std::uint8_t>& points) const {
     points.assign(island_.contacts.size(), 0);
-    for (std::size_t k = 0; k < points.size(); ++k) {
+    for_each(points.size(), [&](std::size_t k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       const Vec2 fall = h_ * (acceleration(contact.body_b) - acceleration(contact.body_a));
       const bool off_the_way = from_ == 0 && (is_rerouted(contact.body_a) || is_rerouted(contact.body_b));
@@ -149,7 +152,16 @@ class OnePieceStep {
         const double nearest = exact_ ? std::min(end, point.separation) : end;
         if (nearest <= state_.config.contact_margin) points[k] |= 1u << i;
       }
-    }
+    });
+  }
+
+  /// Calls `item(i)` for all i below `count`, which share nothing that is written, on the threads that this
+  /// island has to itself.
+  template <class Item>
+  void for_each(std::size_t count, Item&& item) const {
+    share(state_.island_threads, count, kItemsAPiece, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) item(i);
+    });
   }
 
   bool is_rerouted(std::uint32_t body) const {
@@ -198,18 +210,18 @@ class OnePieceStep {
     Spare<std::vector<double>> warm;
     warm->resize(system.rows.size());
     aim_joints(state_, from_, h_, after, assembly, *warm);
-    for (int i = 0; i < system.size(); ++i) {
+    for_each(system.rows.size(), [&](std::size_t i) {
       const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) continue;
+      if (origin.joint) return;
       const Contact& contact = state_.contacts[origin.index];
       const PointMemory& memory = contact.points[origin.point];
       const double target =
           origin.kind == RowKind::Normal ? least_speed(assembly, i, contact.restitution, before) : 0;
-      system.b[i] = target - row_velocity(assembly, i, after);
+      system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
       if (origin.kind == RowKind::Friction && memory.sticking)
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
       (*warm)[i] = memory.h > 0 ? impulse_of(memory, origin.kind) * (h_ / memory.h) : 0;
-    }
+    });
     Solution solution;
     {
       StageTimer timer(state_, result_, Stage::Solve);
@@ -218,6 +230,7 @@ class OnePieceStep {
                            : state_.config.flow_work > 0 ? kExactWork * bodies_work_
                                                          : work_left(state_, result_);
       options.trace = state_.observe.systems && state_.observe.solve_traces;
+      options.threads = state_.island_threads;
       solution = exact_ ? solve_exactly(system, *warm, options) : sweep_until_done(system, *warm, options);
       result_.work += solution.work;
     }
@@ -249,10 +262,10 @@ class OnePieceStep {
 
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,
   /// but what lands within it, faster than resting contacts are shaken, bounces.
-  double least_speed(const Assembly& assembly, int row, double restitution,
+  double least_speed(const Assembly& assembly, std::size_t row, double restitution,
                      const std::vector<Velocity>& before) const {
     const double gap = std::max(0.0, assembly.origin[row].error);
-    const double approach = restitution > 0 ? -row_velocity(assembly, row, before) : 0;
+    const double approach = restitution > 0 ? -row_velocity(assembly, static_cast<int>(row), before) : 0;
     return approach > slow_ && gap < h_ * approach ? restitution * approach : -gap / h_;
   }
 
@@ -273,7 +286,8 @@ class OnePieceStep {
     static const SolverEntry& standard = find_solver("pgs");
     if (!state_.solver->exact) return state_.solver->solve(system, warm, options, nullptr);
     Spare<BlockSweeps> sweeps;
-    if (options.trace || !sweeps->assign(system, true)) return standard.solve(system, warm, options, nullptr);
+    if (options.trace || !sweeps->assign(system, true, options.threads))
+      return standard.solve(system, warm, options, nullptr);
     Solution solution;
     solution.method = standard.name;
     sweeps->soften(joint_give, contact_give);
@@ -314,16 +328,34 @@ class OnePieceStep {
   void store(const Assembly& assembly, const std::vector<double>& lambda,
              const std::vector<Velocity>& before) {
     store_joint_impulses(state_, island_, assembly, lambda, h_);
-    std::size_t i = 0;
-    while (i < lambda.size() && assembly.origin[i].joint) ++i;
-    bool any = false;
-    for (const std::uint32_t index : island_.contacts) {
+    std::atomic<int> landings = 0;
+    share(state_.island_threads, island_.contacts.size(), kItemsAPiece,
+          [&](std::size_t from, std::size_t to) {
+            landings += store_contacts(from, to, assembly, lambda, before);
+          });
+    // An exact answer is one impact, as if the contacts were one.
+    result_.impacts += exact_ ? std::min<int>(landings, 1) : landings.load();
+  }
+
+  /// @return how many points landed among some contacts
+  int store_contacts(std::size_t from, std::size_t to, const Assembly& assembly,
+                     const std::vector<double>& lambda, const std::vector<Velocity>& before) {
+    const auto first_of = [&](std::uint32_t index) {
+      const auto row = std::partition_point(
+          assembly.origin.begin(), assembly.origin.end(),
+          [index](const RowOrigin& origin) { return origin.joint || origin.index < index; });
+      return static_cast<std::size_t>(row - assembly.origin.begin());
+    };
+    std::size_t i = first_of(island_.contacts[from]);
+    int landings = 0;
+    for (std::size_t k = from; k < to; ++k) {
+      const std::uint32_t index = island_.contacts[k];
       Contact& contact = state_.contacts[index];
       const std::size_t first = i;
       while (i < lambda.size() && assembly.origin[i].index == index) ++i;
       for (std::size_t row = first; row < i; ++row) {
         if (assembly.origin[row].kind == RowKind::Normal && lambda[row] > 0)
-          note_hit(assembly, row, lambda[row], before, contact, any);
+          landings += note_hit(assembly, row, lambda[row], before, contact);
       }
       for (PointMemory& memory : contact.points) {
         memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
@@ -333,11 +365,12 @@ class OnePieceStep {
       for (std::size_t row = first; row < i; ++row)
         store_row(assembly.origin[row], assembly.system.rows[row].mu, lambda[row], contact);
     }
+    return landings;
   }
 
-  /// Landings: contacts that carried nothing and were struck.
-  void note_hit(const Assembly& assembly, std::size_t row, double lambda, const std::vector<Velocity>& before,
-                Contact& contact, bool& any) {
+  /// Landings: contacts that carried nothing and were struck. @return whether this is one
+  bool note_hit(const Assembly& assembly, std::size_t row, double lambda, const std::vector<Velocity>& before,
+                Contact& contact) {
     // In flow what is slow, or carried load before, does not land.
     const double slow = exact_ ? state_.config.rest_speed : slow_;
     const RowOrigin& origin = assembly.origin[row];
@@ -345,18 +378,17 @@ class OnePieceStep {
     const double u = row_velocity(assembly, static_cast<int>(row), before);
     if ((memory.normal_impulse > 0 && !exact_) || u > -slow) {
       memory.total_normal += lambda;
-      return;
+      return false;
     }
-    result_.impacts += !exact_ || !any;
-    any = true;
     memory.total_impact += lambda;
     memory.impact_position = contact.manifold.points[static_cast<std::size_t>(origin.point)].position;
     contact.hit = true;
-    if (-u <= contact.hit_speed) return;
+    if (-u <= contact.hit_speed) return true;
     contact.hit_speed = -u;
     contact.hit_time = from_ + std::min(h_, std::max(0.0, origin.error) / -u);
     contact.hit_point = memory.impact_position;
     contact.hit_normal = contact.manifold.normal;
+    return true;
   }
 
   static void store_row(const RowOrigin& origin, double mu, double lambda, Contact& contact) {
@@ -446,8 +478,8 @@ class OnePieceStep {
     StageTimer timer(state_, result_, Stage::Apply);
     Spare<std::vector<std::uint8_t>> points;
     points->assign(island_.contacts.size(), 0);
-    bool any = !island_.joints.empty();
-    for (std::size_t k = 0; k < points->size(); ++k) {
+    std::atomic<bool> any = !island_.joints.empty();
+    for_each(points->size(), [&](std::size_t k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       const double floor =
           (exact_ ? kFineOverlapFloor : kOverlapFloor) * std::min(size(contact.body_a), size(contact.body_b));
@@ -455,9 +487,9 @@ class OnePieceStep {
         const double separation = contact.manifold.points[i].separation;
         if (separation > state_.config.contact_margin) continue;
         (*points)[k] |= 1u << i;
-        any |= separation < -floor;
+        if (separation < -floor) any.store(true, std::memory_order_relaxed);
       }
-    }
+    });
     if (!any) return false;
     Spare<PositionRows> assembly;
     AssemblyRequest request;
@@ -469,6 +501,7 @@ class OnePieceStep {
     for (int i = 0; i < system.size(); ++i) system.b[i] = -assembly->origin[i].error;
     SolveOptions options;
     options.tolerance = 1e-4;
+    options.threads = state_.island_threads;
     options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
     Solution solution = island_.joints.empty()
                             ? sweep_until_done(system, {}, options)
@@ -542,15 +575,15 @@ class OnePieceStep {
 
   /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
   void follow(const Assembly& assembly, const std::vector<Velocity>& shift) {
-    for (int i = 0; i < assembly.system.size(); ++i) {
+    for_each(assembly.system.rows.size(), [&](std::size_t i) {
       const Row& row = assembly.system.rows[i];
       const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) continue;
+      if (origin.joint) return;
       double closer = 0;
       if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
       if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
       state_.contacts[origin.index].manifold.points[origin.point].separation += closer;
-    }
+    });
   }
 
   WorldState& state_;

@@ -2,6 +2,7 @@
 #include "physics/stepping/one_piece_rule.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
@@ -33,6 +34,8 @@ constexpr double kApart = 1e-5;
 constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
+// Contacts that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 1024;
 
 /// Points beside so many joints up to which exact forces cost no more than a step in one piece.
 int few_points(int joints) {
@@ -59,6 +62,34 @@ int points_that_flow(const WorldState& state, const Island& island, bool& bounce
 /// @param elapsed  since the beginning of the step [s]
 bool has_parted(const WorldState& state, const Island& island, double elapsed) {
   return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
+}
+
+struct PointCounts {
+  int points = 0, fast = 0, strikes = 0, landings = 0;
+};
+
+/// Points of some contacts that come near within the step, and what they do.
+PointCounts count_points(const WorldState& state, const Island& island, double h, double slow,
+                         std::size_t from, std::size_t to) {
+  PointCounts count;
+  for (std::size_t k = from; k < to; ++k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      const Vec2 u = relative_velocity(state, contact, point.position, 0);
+      const double approach = -dot(contact.manifold.normal, u);
+      if (point.separation - h * approach > state.config.contact_margin) continue;
+      ++count.points;
+      if (is_touching(state, point))
+        count.strikes += approach > state.config.rest_speed;
+      else
+        count.landings += point.separation < h * approach;
+      count.fast +=
+          std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
+          slow;
+    }
+  }
+  return count;
 }
 
 }  // namespace
@@ -89,23 +120,14 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   rule.flows = must || !state.solver->exact;
   if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
-  int points = 0, fast = 0, strikes = 0, landings = 0;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = state.contacts[index];
-    for (int i = 0; i < contact.manifold.count; ++i) {
-      const ManifoldPoint& point = contact.manifold.points[i];
-      const Vec2 u = relative_velocity(state, contact, point.position, 0);
-      const double approach = -dot(contact.manifold.normal, u);
-      if (point.separation - h * approach > state.config.contact_margin) continue;
-      ++points;
-      if (is_touching(state, point))
-        strikes += approach > state.config.rest_speed;
-      else
-        landings += point.separation < h * approach;
-      fast += std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
-              slow;
-    }
-  }
+  std::atomic<int> points = 0, fast = 0, strikes = 0, landings = 0;
+  share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    const PointCounts some = count_points(state, island, h, slow, from, to);
+    points += some.points;
+    fast += some.fast;
+    strikes += some.strikes;
+    landings += some.landings;
+  });
   if (points <= few) return rule;
   rule.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
                         : fast > kEnter * points || landings > kLandings;

@@ -76,10 +76,7 @@ double pulled_velocity(const WorldState& state, const Island& island, const std:
 void book_work(IslandResult& from, IslandResult& to) {
   to.work += from.work;
   to.manifolds_reused += from.manifolds_reused;
-  to.narrow.pairs += from.narrow.pairs;
-  to.narrow.axes_tested += from.narrow.axes_tested;
-  to.narrow.axes_skipped += from.narrow.axes_skipped;
-  to.narrow.manifolds += from.narrow.manifolds;
+  to.narrow += from.narrow;
   for (std::size_t k = 0; k < to.stage_seconds.size(); ++k) to.stage_seconds[k] += from.stage_seconds[k];
   to.report.iterations += from.report.iterations;
   to.memories = std::move(from.memories);

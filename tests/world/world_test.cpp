@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "tests/support/worlds.h"
 
@@ -350,6 +351,51 @@ TEST(Determinism, AnyNumberOfThreadsGivesTheSameBits) {
   };
   const auto expected = run(1);
   for (const int threads : {2, 4, 8}) EXPECT_EQ(run(threads), expected) << threads;
+}
+
+TEST(Determinism, ThreadsThatShareOneLargeIslandGiveTheSameBits) {
+  struct Run {
+    std::vector<std::uint64_t> hashes;
+    std::vector<double> residuals;
+    int most_contacts = 0, flowing = 0;
+    bool operator==(const Run&) const = default;
+  };
+  // A block that falls apart, some of its bodies in pairs.
+  const auto run = [](int threads, bool preview) {
+    WorldConfig config;
+    config.threads = threads;
+    if (preview) config.solver = "pgs";
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.4));
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> speed(-1, 1);
+    BodyId last;
+    for (int x = 0; x < 50; ++x) {
+      for (int y = 0; y < 36; ++y) {
+        const Vec2 where{1.001 * x, 0.5 + 1.001 * y};
+        const BodyId body = add(world, where, rough(y % 3 ? make_box({1, 1}) : make_disc(0.5), 0.4), 1,
+                                {speed(random), speed(random)}, speed(random));
+        if (y == 15 && x % 2 == 1) world.create_joint({.a = last, .b = body, .anchor_a = where});
+        last = body;
+      }
+    }
+    Run result;
+    for (int i = 0; i < 8; ++i) {
+      const StepReport& report = world.step(1.0 / 60);
+      result.hashes.push_back(report.state_hash);
+      result.residuals.push_back(report.worst_residual);
+      result.most_contacts = std::max(result.most_contacts, static_cast<int>(report.contacts));
+      result.flowing += report.islands_in_flow;
+    }
+    return result;
+  };
+  for (const bool preview : {false, true}) {
+    const Run expected = run(1, preview);
+    EXPECT_GT(expected.most_contacts, 2000);
+    EXPECT_GT(expected.flowing, 5);
+    const int threads = preview ? 4 : 2;
+    EXPECT_EQ(run(threads, preview), expected) << threads;
+  }
 }
 
 TEST(Resting, IslandsAreNotSteppedAgainAndStillReportTheirForces) {
