@@ -128,8 +128,6 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   }
 
   Solution solution;
-  std::unique_ptr<SolverMemory> local;
-  if (!memory) memory = &local;
   const bool smooth = std::none_of(system.rows.begin(), system.rows.end(), is_scaled);
   if (smooth && is_chain(system)) {
     static const SolverEntry& tridiagonal = find_solver("tridiagonal");
@@ -145,13 +143,14 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     if (solution.status == SolveStatus::Solved) return solution;
   }
 
-  if (!dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
-  auto& kept = static_cast<AutoMemory&>(**memory);
+  if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
+  AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
+  std::unique_ptr<SolverMemory> fresh;  // of the rounds below
   const auto begin = std::chrono::steady_clock::now();
   SolveOptions rest = options;
 
   if (options.work_limit > 0) rest.work_limit = kExactShare * options.work_limit;
-  solution = solve_body_space(system, warm_start, rest, &kept.body_space);
+  solution = solve_body_space(system, warm_start, rest, kept ? &kept->body_space : nullptr);
   if (solution.status == SolveStatus::Solved) return solution;
 
   // What is left of the budget; each rung is granted a share of its own, whatever the ones before took.
@@ -175,7 +174,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     for (int round = 0; round < kConvexRounds; ++round) {
       remaining(round == 0 ? kConvexShare : 0);
       if (options.work_limit > 0 && !(rest.work_limit > 0)) break;
-      Solution convex = solve_convex_step(system, bounds, rest, &kept.convex);
+      Solution convex = solve_convex_step(system, bounds, rest, kept ? &kept->convex : &fresh);
       const double residual = convex.residual;
       bounds = convex.lambda;
       take_better(solution, std::move(convex));

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/body_space_active_set.h"
@@ -40,6 +41,9 @@ constexpr int kColdIterations = 12;
 // interior point; they do not reach through more.
 constexpr std::size_t kSweptRows = 128;
 constexpr int kSweeps = 20;
+
+// Larger problems have no spare memory.
+constexpr std::size_t kSpareRows = 512;
 
 struct BodySpaceMemory : SolverMemory {
   BodySpaceModel model;
@@ -104,10 +108,17 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     }
   }
 
+  // Small problems whose memory nobody keeps use that of an earlier one.
   std::unique_ptr<SolverMemory> local;
-  if (!memory) memory = &local;
-  if (!dynamic_cast<BodySpaceMemory*>(memory->get())) *memory = std::make_unique<BodySpaceMemory>();
-  auto& kept = static_cast<BodySpaceMemory&>(**memory);
+  std::optional<Spare<BodySpaceMemory>> spare;
+  if (!memory && n <= kSpareRows) {
+    spare.emplace();
+    (*spare)->model.forget();
+  } else if (!memory) {
+    memory = &local;
+  }
+  if (!spare && !dynamic_cast<BodySpaceMemory*>(memory->get())) *memory = std::make_unique<BodySpaceMemory>();
+  BodySpaceMemory& kept = spare ? **spare : static_cast<BodySpaceMemory&>(**memory);
   BodySpaceModel& model = kept.model;
   ActiveSet& active = kept.active;
   SolveWork& work = solution.work;

@@ -25,9 +25,17 @@ SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
 
 }  // namespace
 
+void BodySpaceModel::forget() {
+  forgotten_ = true;
+  update_.reset();
+  factored_g_.clear();
+  factored_h_.clear();
+}
+
 double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
   const std::size_t n = system.rows.size();
-  bool same_rows = analysed_ && info_.size() == n && node_of_body_.size() == system.bodies.size();
+  bool same_rows =
+      analysed_ && !forgotten_ && info_.size() == n && node_of_body_.size() == system.bodies.size();
 
   // Bodies that move are the nodes of the graph.
   int nodes = 0;
@@ -50,21 +58,23 @@ double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
       if (a < 0 || b < 0) continue;
       if (!edges.empty() && edges.back()[0] == a && edges.back()[1] == b) continue;
       edges.push_back({a, b});
-      if (fits) {
+      if (fits && !forgotten_) {
         const int p = pattern_.position(a), q = pattern_.position(b);
         fits = pattern_.block(std::min(p, q), std::max(p, q)) >= 0;
       }
     }
     node_of_body_ = std::move(node_of_body);
     nodes_ = nodes;
-    if (fits) {
-      ++work.symbolic_skipped;
-    } else {
+    if (forgotten_) fits = fits && edges == edges_;
+    if (!fits) {
       pattern_.analyse(nodes, edges);
       factor_.set_pattern(pattern_);
+      edges_ = std::move(edges);
       analysed_ = true;
-      ++work.symbolic_analyses;
     }
+    // Whoever forgets counts as if it had not been there.
+    ++(fits && !forgotten_ ? work.symbolic_skipped : work.symbolic_analyses);
+    forgotten_ = false;
     pairs_.resize(n);
     normal_of_row_.resize(n);
     jacobian_.assign(n, Jacobian{});

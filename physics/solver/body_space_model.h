@@ -50,6 +50,9 @@ class BodySpaceModel {
     }
   };
 
+  /// What comes next is another problem, and is solved as if nothing had been before, to the bit; the memory
+  /// and the analysis of a graph that is just the same serve again.
+  void forget();
   /// Packs `system`; the ordering and the fill are kept if every pair of touching bodies is already in them.
   /// Returns the largest relative change of a Jacobian entry, diagonal or compliance since the last call, or
   /// infinity if the rows are not the same ones.
@@ -94,7 +97,7 @@ class BodySpaceModel {
   void fields(Archive& a) {
     [[maybe_unused]] auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info,
                             inverse_mass, velocity, pattern, factor, update, factored_g, factored_h, law_k,
-                            law_g, law_h, extra, more, analysed] = *this;
+                            law_g, law_h, extra, more, edges, analysed, forgotten] = *this;
     a(nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
       pattern, analysed);
     if (a.reading() && analysed) factor.set_pattern(pattern);
@@ -140,7 +143,9 @@ class BodySpaceModel {
   std::vector<double> law_k_, law_g_, law_h_;    // scratch: what the rows do in the eyes of the factor
   std::vector<double> extra_;                    // scratch: what the changed ones do beyond
   std::vector<BodyVector> more_;                 // scratch
+  std::vector<std::array<int, 2>> edges_;        // of the graph that was analysed
   bool analysed_ = false;
+  bool forgotten_ = false;
 };
 
 }  // namespace skerry
