@@ -165,6 +165,8 @@ void Step::merge_pairs(bool moved) {
     return true;
   });
   const bool unsorted = !wanted.empty();
+  Spare<std::vector<PairVerdict>> verdicts;
+  if (rounds_ == 0) judge_pairs(*verdicts);
   auto known = s_.links.begin();
   for (std::size_t k = 0; k < s_.pairs.size(); ++k) {
     const Pair& pair = s_.pairs[k];
@@ -173,11 +175,9 @@ void Step::merge_pairs(bool moved) {
       while (known != s_.links.end() && known->pair() < pair) ++known;
       if (known != s_.links.end() && known->pair() == pair && !is_chain(pair)) continue;
     }
-    if (!may_touch(pair)) continue;
-    if (is_near(pair, rounds_ == 0 ? s_.scratch.looks[k] : look_at(pair)))
-      add_wanted(pair);
-    else
-      distant.push_back(pair);
+    const PairVerdict verdict = rounds_ == 0 ? (*verdicts)[k] : judge(pair, look_at(pair));
+    if (verdict == PairVerdict::Near) add_wanted(pair);
+    if (verdict == PairVerdict::Distant) distant.push_back(pair);
   }
   if (unsorted) std::sort(wanted.begin(), wanted.end());
   if (rounds_ > 0) {
@@ -231,6 +231,19 @@ void Step::merge_pairs(bool moved) {
   }
   table.resize(place);
   links.resize(place);
+}
+
+PairVerdict Step::judge(const Pair& pair, const PairLook& look) const {
+  if (!may_touch(pair)) return PairVerdict::Never;
+  return is_near(pair, look) ? PairVerdict::Near : PairVerdict::Distant;
+}
+
+/// What the first round makes of each pair.
+void Step::judge_pairs(std::vector<PairVerdict>& verdicts) const {
+  verdicts.resize(s_.pairs.size());
+  share(s_.pool.get(), verdicts.size(), kPairsAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) verdicts[k] = judge(s_.pairs[k], s_.scratch.looks[k]);
+  });
 }
 
 /// Every pair has its contact already, and every contact its pair: nothing comes or goes.

@@ -169,7 +169,10 @@ PairLook Step::look_at(const Pair& pair) const {
 /// alone.
 void Step::expect_blows() {
   std::vector<PairLook>& looks = s_.scratch.looks;
-  looks.clear();
+  looks.resize(s_.pairs.size());
+  share(s_.pool.get(), looks.size(), kPairsAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) looks[k] = look_at(s_.pairs[k]);
+  });
   std::vector<std::uint32_t>& expecting = s_.scratch.left;
   expecting.clear();
   const auto expect = [&](std::uint32_t i, double blow) {
@@ -181,8 +184,9 @@ void Step::expect_blows() {
     s_.allowance[i] = most;
     if (guess == 0) expecting.push_back(i);
   };
-  for (const Pair& pair : s_.pairs) {
-    const PairLook& look = looks.emplace_back(look_at(pair));
+  for (std::size_t k = 0; k < looks.size(); ++k) {
+    const Pair& pair = s_.pairs[k];
+    const PairLook& look = looks[k];
     const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
     if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) continue;
     const double farthest = look.alike ? 0 : s_.reach[a] + s_.reach[b];

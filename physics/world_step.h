@@ -14,6 +14,12 @@
 
 namespace skerry {
 
+/// Pairs that a thread takes at a time: some 50 us.
+inline constexpr std::size_t kPairsAPiece = 1024;
+
+/// Whether two shapes make a contact of this step, or may in a later round.
+enum class PairVerdict : std::uint8_t { Never, Distant, Near };
+
 class Step {
  public:
   Step(WorldState& state, double h) : s_(state), h_(h) {}
@@ -63,6 +69,8 @@ class Step {
   void expect_blows();
   PairLook look_at(const Pair& pair) const;
   bool is_near(const Pair& pair, const PairLook& look) const;
+  PairVerdict judge(const Pair& pair, const PairLook& look) const;
+  void judge_pairs(std::vector<PairVerdict>& verdicts) const;
   double margin_of(std::uint32_t a, std::uint32_t b) const;
   double way_of(std::uint32_t body) const;
   double strays(std::uint32_t body) const;
