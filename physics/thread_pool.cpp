@@ -16,6 +16,13 @@ namespace {
 // Some 50 us.
 constexpr int kPatience = 1000;
 
+// What a thread does between two looks at what it waits for.
+void pause_briefly() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
 }  // namespace
 
 struct ThreadPool::State {

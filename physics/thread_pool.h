@@ -41,23 +41,12 @@ class ThreadPool {
   std::unique_ptr<State> state_;
 };
 
-/// What a thread does between two looks at what it waits for.
-inline void pause_briefly() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
-
 /// Calls `item(begin, end)` for pieces of [0, count), `piece` long, shared by the threads of `pool`; without
 /// a pool, or where there is but one piece, once for all. What it does must not depend on how it is cut.
 template <class Item>
 void share(ThreadPool* pool, std::size_t count, std::size_t piece, Item&& item) {
   if (pool == nullptr || pool->threads() == 1 || count <= piece) {
-    if (piece == 1) {
-      for (std::size_t i = 0; i < count; ++i) item(i, i + 1);
-    } else if (count > 0) {
-      item(std::size_t{0}, count);
-    }
+    if (count > 0) item(std::size_t{0}, count);
     return;
   }
   pool->run((count + piece - 1) / piece, [&](std::size_t i) {

@@ -18,7 +18,8 @@ double compliance_of(const IslandSystem& system, std::size_t i) {
 using Velocities = std::vector<std::array<double, 3>>;
 
 /// w = (W lambda - b) of one row, from the velocities that all impulses give.
-double row_velocity(const IslandSystem& system, std::size_t i, double lambda, const Velocities& change) {
+inline double row_velocity(const IslandSystem& system, std::size_t i, double lambda,
+                           const Velocities& change) {
   const Row& row = system.rows[i];
   double u = compliance_of(system, i) * lambda;
   if (row.a >= 0) u += along(row.Ja, change[static_cast<std::size_t>(row.a)]);
@@ -26,7 +27,7 @@ double row_velocity(const IslandSystem& system, std::size_t i, double lambda, co
   return u - system.b[i];
 }
 
-double inverse_effective_mass(const IslandSystem& system, std::size_t i) {
+inline double inverse_effective_mass(const IslandSystem& system, std::size_t i) {
   const Row& row = system.rows[i];
   double sum = compliance_of(system, i);
   if (row.a >= 0) sum += inverse_mass_along(system.bodies[static_cast<std::size_t>(row.a)], row.Ja);
@@ -55,29 +56,20 @@ inline double violation_of(ImpulseBounds bounds, double diagonal, double lambda,
   return std::abs(std::min(std::max(w, low), high));
 }
 
+inline void push_row(const InverseMass* bodies, const Row& row, double impulse, std::array<double, 3>* v) {
+  if (row.a >= 0) push(bodies[row.a], row.Ja, impulse, v[row.a]);
+  if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
+}
+
 // The residual of impulses that give the bodies the velocities `change`.
 double residual_of(const IslandSystem& system, const std::vector<double>& lambda, const Velocities& change) {
-  const Row* const rows = system.rows.data();
-  const InverseMass* const bodies = system.bodies.data();
-  const std::array<double, 3>* const v = change.data();
-  const double* const compliance = system.compliance.empty() ? nullptr : system.compliance.data();
   double worst = 0, scale = 0;
   for (std::size_t i = 0; i < system.rows.size(); ++i) {
-    const Row& row = rows[i];
-    const double impulse = lambda[i], b = system.b[i];
-    double diagonal = compliance ? compliance[i] : 0;
-    double u = diagonal * impulse;
-    if (row.a >= 0) {
-      diagonal += inverse_mass_along(bodies[row.a], row.Ja);
-      u += along(row.Ja, v[row.a]);
-    }
-    if (row.b >= 0) {
-      diagonal += inverse_mass_along(bodies[row.b], row.Jb);
-      u += along(row.Jb, v[row.b]);
-    }
+    const Row& row = system.rows[i];
     const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
-    const double violation = violation_of(bounds_of(row, normal_impulse), diagonal, impulse, u - b);
-    scale = std::max(scale, std::abs(b));
+    const double violation = violation_of(bounds_of(row, normal_impulse), inverse_effective_mass(system, i),
+                                          lambda[i], row_velocity(system, i, lambda[i], change));
+    scale = std::max(scale, std::abs(system.b[i]));
     // A comparison that NaN fails must not hide it.
     if (!(violation <= worst)) {
       worst = violation;
@@ -141,9 +133,7 @@ void apply_impulses(const IslandSystem& system, const std::vector<double>& lambd
   for (std::size_t i = 0; i < count; ++i) {
     const Row& row = system.rows[i];
     const double impulse = lambda[i];
-    if (impulse == 0) continue;
-    if (row.a >= 0) push(bodies[row.a], row.Ja, impulse, v[row.a]);
-    if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
+    if (impulse != 0) push_row(bodies, row, impulse, v);
   }
 }
 
@@ -189,9 +179,7 @@ double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda) 
     double impulse = std::isfinite(lambda[i]) ? lambda[i] : 0;
     impulse = std::clamp(impulse, bounds.lower, bounds.upper);
     lambda[i] = impulse;
-    if (impulse == 0) continue;
-    if (row.a >= 0) push(bodies[row.a], row.Ja, impulse, v[row.a]);
-    if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
+    if (impulse != 0) push_row(bodies, row, impulse, v);
   }
   return residual_of(system, lambda, *change);
 }

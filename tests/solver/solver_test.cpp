@@ -237,6 +237,39 @@ TEST(Solvers, TridiagonalEndsWithTheNearestVelocitiesThatDoNotFall) {
     }
 }
 
+TEST(Solvers, MemoryThatNobodyKeepsLeavesNothingBehind) {
+  // The same graphs come again with other numbers, and others between them, warm and cold.
+  std::vector<Scene> all;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const SceneOptions options{.friction = 0.3, .noise = seed % 2 ? 0.3 : 0.0, .seed = seed};
+    all.push_back(scenes::stack(5, options));
+    all.push_back(scenes::pyramid(4, options));
+    all.push_back(scenes::wall(3, 4, seed % 3 == 0, options));
+    all.push_back(scenes::disc_heap(4, options));
+  }
+  for (const char* name : {"body_space", "auto"}) {
+    const SolverEntry& solver = find_solver(name);
+    std::vector<double> warm;
+    for (std::size_t k = 0; k < 4 * all.size(); ++k) {
+      const IslandSystem& system = all[(7 * k) % all.size()].system;
+      std::span<const double> start;
+      if (k % 3 == 1) {
+        warm.assign(system.rows.size(), 1e-3);
+        start = warm;
+      }
+      std::unique_ptr<SolverMemory> fresh;
+      const Solution kept = solver.solve(system, start, {}, &fresh);
+      const Solution not_kept = solver.solve(system, start, {}, nullptr);
+      ASSERT_EQ(kept.lambda, not_kept.lambda) << name << ", problem " << k;
+      EXPECT_EQ(kept.residual, not_kept.residual);
+      EXPECT_EQ(kept.work.visits, not_kept.work.visits);
+      EXPECT_EQ(kept.work.factorisations, not_kept.work.factorisations);
+      EXPECT_EQ(kept.work.symbolic_analyses, not_kept.work.symbolic_analyses);
+      EXPECT_EQ(kept.work.symbolic_skipped, not_kept.work.symbolic_skipped);
+    }
+  }
+}
+
 TEST(Solvers, TridiagonalRefusesIslandsThatAreNoPath) {
   const Scene scene = scenes::disc_heap(3, {.friction = 0});
   const Solution solution = find_solver("tridiagonal").solve(scene.system, {}, {}, nullptr);
