@@ -138,9 +138,12 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     }
   }
   const bool warm = std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
-  if (!warm && fits_small_exact(system)) {
-    solution = solve_small_exact(system, warm_start, options, nullptr);
-    if (solution.status == SolveStatus::Solved) return solution;
+  if (!warm) {
+    if (try_small_exact(system, options, solution)) return solution;
+    if (fits_small_exact(system)) {
+      solution = solve_body_space(system, warm_start, options, nullptr);
+      if (solution.status == SolveStatus::Solved) return solution;
+    }
   }
 
   if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();

@@ -5,12 +5,16 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "physics/solver/body_space.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/simd.h"
+#include "physics/spare.h"
 
 #if defined(__x86_64__)
 #define SKERRY_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl")))
@@ -18,42 +22,97 @@
 #define SKERRY_AVX512
 #endif
 
+// Of a lambda.
+#define SKERRY_INLINED __attribute__((always_inline))
+
 namespace skerry {
 namespace {
 
-// Relative weight of the first proximal step; two steps leave its square.
-constexpr double kEta = 1e-8;
+// Relative weight of a proximal step: 2 to the minus this. Two steps leave its square.
+constexpr std::uint64_t kEtaBits = 27;
 constexpr int kSteps = 2;
 
+// Stands for D of rows along which nothing moves: their impulses leave every bound behind, and only a bound
+// explains the velocity that they cannot change.
+constexpr double kLeastD = 1e-290;
+
+// Rows of a pair of bodies that are taken together, and the most such groups: the plane graph of eight bodies
+// and the ground has 21 edges.
+constexpr int kTogether = 4;
+constexpr int kGroups = 24;
+
+using Vec2 = double __attribute__((vector_size(16)));
 using Vec8 = double __attribute__((vector_size(64)));
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
-// What islands must share to be solved side by side.
+// What bounds the rows of a group.
+enum class Bounds : signed char {
+  Normal,    // zero
+  Joint,     // nothing
+  Contacts,  // normal rows, each followed by its friction
+  Mixed
+};
+
+// Up to four successive rows between two bodies.
+struct Group {
+  signed char a, b;          // a < b; a is -1 for the ground
+  signed char first, count;  // rows
+  signed char slot;          // of the first row where each has its own: two or four of them
+  Bounds bounds;
+
+  bool operator==(const Group&) const = default;
+  int slots() const { return count > 2 ? 4 : 2; }
+};
+
+// In place of the row whose impulse bounds this one.
+constexpr signed char kNormalRow = -1, kJointRow = -2;
+
+// What islands must share to be solved side by side. (Nothing has initial values: setting what is not there
+// would cost a box a tenth of its time.)
 struct Topology {
-  struct Pair {
-    signed char a, b, normal;
-    bool joint;
-    bool operator==(const Pair&) const = default;
-  };
-  int bodies = 0, rows = 0;
-  std::array<Pair, kSmallRows>
-      row;  // the first `rows` are set; clearing the rest would cost a tenth of a box
+  int bodies, rows, groups, slots;
+  std::array<unsigned, kSmallBodies> below;  // rows of each column of the factor, as bits
+  std::array<Group, kGroups> group;          // the first `groups` are set
+  // Of each row: what bounds it, its group and its place in it.
+  std::array<signed char, kSmallRows> normal, group_of, lane;
 
   bool operator==(const Topology& o) const {
-    return bodies == o.bodies && rows == o.rows && std::equal(row.begin(), row.begin() + rows, o.row.begin());
+    return bodies == o.bodies && rows == o.rows && groups == o.groups &&
+           std::equal(group.begin(), group.begin() + groups, o.group.begin()) &&
+           std::equal(normal.begin(), normal.begin() + rows, o.normal.begin());
   }
 };
 
-// The numbers; T is a double or eight of them.
-template <class T>
-struct alignas(64) Numbers {
-  T Ja[kSmallRows][3], Jb[kSmallRows][3];
-  T b[kSmallRows], mu[kSmallRows], lambda[kSmallRows];
-  T inverse_mass[kSmallBodies][3];
-  T residual;
+// The numbers of a row: R is a double for one island or as many as there are islands side by side, or four
+// for the rows of a group of one island.
+template <class R>
+struct Slot {
+  R Ja[3], Jb[3], b, mu;
+  R D, g, lambda;
+};
+
+// S is a number of a body, R one of a slot.
+template <class Scalar, class Row, int slots>
+struct Numbers {
+  using S = Scalar;
+  using R = Row;
+  Slot<R> slot[slots];
+  S inverse_mass[kSmallBodies][3];
+  S residual;
+};
+using OneIsland = Numbers<double, Vec4, kGroups>;
+using OneGroup = Numbers<double, double, kTogether>;  // the only one of an island
+template <class V>
+using Islands = Numbers<V, V, kGroups * kTogether>;
+
+// Eight islands, in vectors of the width that the processor has.
+union alignas(64) EightIslands {
+  Islands<Vec2> two[4];
+  Islands<Vec4> four[2];
+  Islands<Vec8> eight;
 };
 
 // m <- max(m, x)
@@ -66,335 +125,560 @@ SKERRY_ALWAYS_INLINE void clamp_to(T& x, const T& lower, const T& upper) {
   x = x < lower ? lower : x;
   x = x > upper ? upper : x;
 }
+
+// Numbers as bits.
+template <class T>
+struct BitsOf;
+template <>
+struct BitsOf<double> {
+  using Type = std::uint64_t;
+};
+template <>
+struct BitsOf<Vec2> {
+  using Type = std::uint64_t __attribute__((vector_size(16)));
+};
+template <>
+struct BitsOf<Vec4> {
+  using Type = std::uint64_t __attribute__((vector_size(32)));
+};
+template <>
+struct BitsOf<Vec8> {
+  using Type = std::uint64_t __attribute__((vector_size(64)));
+};
+template <class T>
+SKERRY_ALWAYS_INLINE void get_bits(const T& x, typename BitsOf<T>::Type& bits) {
+  std::memcpy(&bits, &x, sizeof(T));
+}
+template <class T>
+SKERRY_ALWAYS_INLINE void set_bits(T& x, const typename BitsOf<T>::Type& bits) {
+  std::memcpy(&x, &bits, sizeof(T));
+}
+
 template <class T>
 SKERRY_ALWAYS_INLINE void make_absolute(T& x) {
-  x = x < T{} ? -x : x;
+  typename BitsOf<T>::Type bits;
+  get_bits(x, bits);
+  set_bits(x, bits & ~(std::uint64_t{1} << 63));
+}
+
+// The weight of a row, about 1 / (eta D): any positive number near it serves, and the bits of D taken from a
+// constant are one within 6 %, without a division.
+template <class R>
+SKERRY_ALWAYS_INLINE void weigh(const R& D, R& g) {
+  constexpr std::uint64_t kReciprocal = 0x7FDE6238502484BA, kEta = kEtaBits << 52;
+  typename BitsOf<R>::Type bits;
+  get_bits(D, bits);
+  set_bits(g, (kReciprocal + kEta) - bits);
+}
+
+// The sum over the rows of a group, always in the same order; rows that are not there count as zero.
+template <class T, int n>
+SKERRY_ALWAYS_INLINE void add_up(const T (&x)[n], T& sum) {
+  if constexpr (n == 2)
+    sum = x[0] + x[1];
+  else
+    sum = (x[0] + x[1]) + (x[2] + x[3]);
+}
+SKERRY_ALWAYS_INLINE void add_up(const Vec4 (&x)[1], double& sum) {
+  sum = (x[0][0] + x[0][1]) + (x[0][2] + x[0][3]);
+}
+
+// u = J v of one slot.
+template <bool grounded, class R, class S>
+SKERRY_ALWAYS_INLINE void velocity_along(const Slot<R>& slot, const S* va, const S* vb, R& u) {
+  u = slot.Jb[0] * vb[0] + slot.Jb[1] * vb[1] + slot.Jb[2] * vb[2];
+  if constexpr (!grounded) u += slot.Ja[0] * va[0] + slot.Ja[1] * va[1] + slot.Ja[2] * va[2];
 }
 
 // Block LDL^T of the body graph in natural order, on the stack.
-template <class T>
+template <class S, int most>
 struct SmallFactor {
-  T block[kSmallBodies][kSmallBodies][3][3];  // lower triangle, row by column
-  T multiplier[kSmallBodies][3];              // unit lower factors of the diagonal blocks: l10, l20, l21
-  unsigned below[kSmallBodies];               // rows of each column, as bits
+  S diagonal[most][6];        // lower triangle by rows, without M; then inverse pivots and multipliers
+  S block[most][most][3][3];  // below the diagonal, row by column; [i][j] with i > j
 
-  SKERRY_ALWAYS_INLINE void clear(const Topology& t, const Numbers<T>& n) {
-    const T one = T{} + 1.0;
-    for (int j = 0; j < t.bodies; ++j) below[j] = 0;
-    for (int i = 0; i < t.rows; ++i) {
-      const int a = t.row[at(i)].a, b = t.row[at(i)].b;
-      if (a >= 0 && b >= 0) below[std::min(a, b)] |= 1u << std::max(a, b);
-    }
-    for (int j = 0; j < t.bodies; ++j)
-      if (below[j]) {
-        const int parent = std::countr_zero(below[j]);
-        below[parent] |= below[j] & ~(1u << parent);
-      }
-    for (int j = 0; j < t.bodies; ++j) {
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) block[j][j][r][c] = r == c ? one / n.inverse_mass[j][r] : T{};
-      for (unsigned rest = below[j]; rest; rest &= rest - 1) {
+  SKERRY_ALWAYS_INLINE void clear(const Topology& t) {
+    for (int j = 0; j < (most == 1 ? 1 : t.bodies); ++j) {
+      for (S& d : diagonal[j]) d = S{};
+      if constexpr (most == 1) return;
+      for (unsigned rest = t.below[at(j)]; rest; rest &= rest - 1) {
         const int i = std::countr_zero(rest);
         for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) block[i][j][r][c] = T{};
+          for (int c = 0; c < 3; ++c) block[i][j][r][c] = S{};
       }
     }
   }
 
-  // block[i][j] += g x y^T
-  SKERRY_ALWAYS_INLINE void add(int i, int j, const T& g, const T (&x)[3], const T (&y)[3]) {
-    for (int r = 0; r < 3; ++r) {
-      const T s = g * x[r];
-      for (int c = 0; c < 3; ++c) block[i][j][r][c] += s * y[c];
-    }
-  }
+  // 1 / (1 / m + x)
+  static SKERRY_ALWAYS_INLINE void invert(const S& m, const S& x, S& inverse) { inverse = m / (m * x + 1.0); }
 
-  SKERRY_ALWAYS_INLINE void factor(const Topology& t) {
-    const T one = T{} + 1.0;
-    for (int j = 0; j < t.bodies; ++j) {
-      T(&D)[3][3] = block[j][j];
-      D[0][0] = one / D[0][0];
-      const T l10 = D[1][0] * D[0][0], l20 = D[2][0] * D[0][0];
-      D[1][1] = one / (D[1][1] - l10 * D[1][0]);
-      const T e = D[2][1] - l20 * D[1][0];
-      const T l21 = e * D[1][1];
-      D[2][2] = one / (D[2][2] - l20 * D[2][0] - l21 * e);
-      multiplier[j][0] = l10;
-      multiplier[j][1] = l20;
-      multiplier[j][2] = l21;
-      for (unsigned rest = below[j]; rest; rest &= rest - 1) {
-        const int i = std::countr_zero(rest);
-        T Y[3][3];
-        for (int r = 0; r < 3; ++r) {
-          for (int c = 0; c < 3; ++c) Y[r][c] = block[i][j][r][c];
-          // A row of L is Y D^-1.
-          T x0 = Y[r][0], x1 = Y[r][1] - l10 * x0, x2 = Y[r][2] - l20 * x0 - l21 * x1;
-          x2 = x2 * D[2][2];
-          x1 = x1 * D[1][1] - l21 * x2;
-          x0 = x0 * D[0][0] - l10 * x1 - l20 * x2;
-          block[i][j][r][0] = x0;
-          block[i][j][r][1] = x1;
-          block[i][j][r][2] = x2;
-        }
-        // Columns above i are finished: their L times this Y; column i itself needs both.
-        for (unsigned left = below[j]; left; left &= left - 1) {
-          const int k = std::countr_zero(left);
-          if (k < i) continue;
-          if (k > i) {
-            // block[k][j] still holds its Y; L_kj Y_ij^T = Y_kj D^-1 Y_ij^T = Y_kj L_ij^T.
+  SKERRY_ALWAYS_INLINE void factor(const Topology& t, const S (&inverse_mass)[kSmallBodies][3]) {
+    for (int j = 0; j < (most == 1 ? 1 : t.bodies); ++j) {
+      S(&d)[6] = diagonal[j];
+      const S(&m)[3] = inverse_mass[j];
+      S i0, i1, i2;
+      invert(m[0], d[0], i0);
+      const S l10 = d[1] * i0, l20 = d[3] * i0;
+      invert(m[1], d[2] - l10 * d[1], i1);
+      const S e = d[4] - l20 * d[1], l21 = e * i1;
+      invert(m[2], (d[5] - l20 * d[3]) - l21 * e, i2);
+      d[0] = i0;
+      d[1] = l10;
+      d[2] = i1;
+      d[3] = l20;
+      d[4] = l21;
+      d[5] = i2;
+      if constexpr (most > 1) {
+        for (unsigned rest = t.below[at(j)]; rest; rest &= rest - 1) {
+          const int i = std::countr_zero(rest);
+          S(&X)[3][3] = block[i][j];
+          S Y[3][3];
+          for (int r = 0; r < 3; ++r) {
+            for (int c = 0; c < 3; ++c) Y[r][c] = X[r][c];
+            // A row of L is Y D^-1.
+            solve_diagonal(d, X[r]);
+          }
+          // L_kj Y_ij^T = Y_kj D^-1 Y_ij^T: of column i itself the lower triangle.
+          for (int r = 0; r < 3; ++r)
+            for (int c = 0; c <= r; ++c)
+              diagonal[i][r * (r + 1) / 2 + c] -= X[r][0] * Y[c][0] + X[r][1] * Y[c][1] + X[r][2] * Y[c][2];
+          // The blocks below it still hold their Y.
+          for (unsigned left = rest & (rest - 1); left; left &= left - 1) {
+            const int k = std::countr_zero(left);
             for (int r = 0; r < 3; ++r)
               for (int c = 0; c < 3; ++c)
-                block[k][i][r][c] -= block[k][j][r][0] * block[i][j][c][0] +
-                                     block[k][j][r][1] * block[i][j][c][1] +
-                                     block[k][j][r][2] * block[i][j][c][2];
-          } else {
-            for (int r = 0; r < 3; ++r)
-              for (int c = 0; c < 3; ++c)
-                block[i][i][r][c] -=
-                    block[i][j][r][0] * Y[c][0] + block[i][j][r][1] * Y[c][1] + block[i][j][r][2] * Y[c][2];
+                block[k][i][r][c] -=
+                    block[k][j][r][0] * X[c][0] + block[k][j][r][1] * X[c][1] + block[k][j][r][2] * X[c][2];
           }
         }
       }
     }
   }
 
-  SKERRY_ALWAYS_INLINE void solve(const Topology& t, T (&x)[kSmallBodies][3]) const {
-    for (int j = 0; j < t.bodies; ++j)
-      for (unsigned rest = below[j]; rest; rest &= rest - 1) {
-        const int i = std::countr_zero(rest);
-        for (int r = 0; r < 3; ++r)
-          x[i][r] -= block[i][j][r][0] * x[j][0] + block[i][j][r][1] * x[j][1] + block[i][j][r][2] * x[j][2];
+  static SKERRY_ALWAYS_INLINE void solve_diagonal(const S (&d)[6], S (&x)[3]) {
+    const S x1 = x[1] - d[1] * x[0], x2 = (x[2] - d[3] * x[0]) - d[4] * x1;
+    x[2] = x2 * d[5];
+    x[1] = x1 * d[2] - d[4] * x[2];
+    x[0] = (x[0] * d[0] - d[3] * x[2]) - d[1] * x[1];
+  }
+
+  SKERRY_ALWAYS_INLINE void solve(const Topology& t, S (&x)[most][3]) const {
+    if constexpr (most == 1) {
+      solve_diagonal(diagonal[0], x[0]);
+    } else {
+      for (int j = 0; j < t.bodies; ++j) {
+        for (unsigned rest = t.below[at(j)]; rest; rest &= rest - 1) {
+          const int i = std::countr_zero(rest);
+          for (int r = 0; r < 3; ++r)
+            x[i][r] -=
+                block[i][j][r][0] * x[j][0] + block[i][j][r][1] * x[j][1] + block[i][j][r][2] * x[j][2];
+        }
+        solve_diagonal(diagonal[j], x[j]);
       }
-    for (int j = t.bodies - 1; j >= 0; --j) {
-      const T(&D)[3][3] = block[j][j];
-      const T l10 = multiplier[j][0], l20 = multiplier[j][1], l21 = multiplier[j][2];
-      T x0 = x[j][0], x1 = x[j][1] - l10 * x0, x2 = x[j][2] - l20 * x0 - l21 * x1;
-      x2 = x2 * D[2][2];
-      x1 = x1 * D[1][1] - l21 * x2;
-      x0 = x0 * D[0][0] - l10 * x1 - l20 * x2;
-      for (unsigned rest = below[j]; rest; rest &= rest - 1) {
-        const int i = std::countr_zero(rest);
-        x0 -= block[i][j][0][0] * x[i][0] + block[i][j][1][0] * x[i][1] + block[i][j][2][0] * x[i][2];
-        x1 -= block[i][j][0][1] * x[i][0] + block[i][j][1][1] * x[i][1] + block[i][j][2][1] * x[i][2];
-        x2 -= block[i][j][0][2] * x[i][0] + block[i][j][1][2] * x[i][1] + block[i][j][2][2] * x[i][2];
-      }
-      x[j][0] = x0;
-      x[j][1] = x1;
-      x[j][2] = x2;
+      for (int j = t.bodies - 1; j >= 0; --j)
+        for (unsigned rest = t.below[at(j)]; rest; rest &= rest - 1) {
+          const int i = std::countr_zero(rest);
+          for (int c = 0; c < 3; ++c)
+            x[j][c] -=
+                block[i][j][0][c] * x[i][0] + block[i][j][1][c] * x[i][1] + block[i][j][2][c] * x[i][2];
+        }
     }
   }
 };
 
-// sum += J^T z
-template <class T>
-SKERRY_ALWAYS_INLINE void add_impulse(const Topology::Pair& row, const Numbers<T>& n, int i, const T& z,
-                                      T (&sum)[kSmallBodies][3]) {
-  if (row.a >= 0)
-    for (int k = 0; k < 3; ++k) sum[row.a][k] += n.Ja[i][k] * z;
-  if (row.b >= 0)
-    for (int k = 0; k < 3; ++k) sum[row.b][k] += n.Jb[i][k] * z;
-}
+// Sticks everything, then judges by the natural map. One body with one group of rows, in `only` slots, the
+// most frequent island of all, stays in registers; 0: any number of groups.
+template <class N, int most, int only>
+class Sticking {
+ public:
+  using S = typename N::S;
+  using R = typename N::R;
+  using Vector = S[most][3];
 
-// u = J v
-template <class T>
-SKERRY_ALWAYS_INLINE void velocity_along(const Topology::Pair& row, const Numbers<T>& n, int i,
-                                         const T (&v)[kSmallBodies][3], T& u) {
-  u = T{};
-  if (row.a >= 0) u += n.Ja[i][0] * v[row.a][0] + n.Ja[i][1] * v[row.a][1] + n.Ja[i][2] * v[row.a][2];
-  if (row.b >= 0) u += n.Jb[i][0] * v[row.b][0] + n.Jb[i][1] * v[row.b][1] + n.Jb[i][2] * v[row.b][2];
-}
+  SKERRY_ALWAYS_INLINE Sticking(const Topology& t, N& n) : t_(t), n_(n) {}
 
-template <class T>
-SKERRY_ALWAYS_INLINE void velocities(const Topology& t, const Numbers<T>& n, T (&v)[kSmallBodies][3]) {
-  for (int j = 0; j < t.bodies; ++j)
-    for (int k = 0; k < 3; ++k) v[j][k] = T{};
-  for (int i = 0; i < t.rows; ++i) add_impulse(t.row[at(i)], n, i, n.lambda[i], v);
-  for (int j = 0; j < t.bodies; ++j)
-    for (int k = 0; k < 3; ++k) v[j][k] *= n.inverse_mass[j][k];
-}
-
-// Sticks everything, then judges by the natural map.
-template <class T>
-SKERRY_ALWAYS_INLINE void solve_sticking(const Topology& t, Numbers<T>& n) {
-  SmallFactor<T> factor;
-  T D[kSmallRows], g[kSmallRows], k[kSmallRows], v[kSmallBodies][3], f[kSmallBodies][3];
-  const T one = T{} + 1.0;
-  factor.clear(t, n);
-  for (int i = 0; i < t.rows; ++i) {
-    const Topology::Pair& row = t.row[at(i)];
-    D[i] = T{};
-    for (int c = 0; c < 3; ++c) {
-      if (row.a >= 0) D[i] += n.Ja[i][c] * n.Ja[i][c] * n.inverse_mass[row.a][c];
-      if (row.b >= 0) D[i] += n.Jb[i][c] * n.Jb[i][c] * n.inverse_mass[row.b][c];
-    }
-    g[i] = one / (kEta * D[i]);
-    if (row.a >= 0) factor.add(row.a, row.a, g[i], n.Ja[i], n.Ja[i]);
-    if (row.b >= 0) factor.add(row.b, row.b, g[i], n.Jb[i], n.Jb[i]);
-    if (row.a >= 0 && row.b > row.a) factor.add(row.b, row.a, g[i], n.Jb[i], n.Ja[i]);
-    if (row.b >= 0 && row.a > row.b) factor.add(row.a, row.b, g[i], n.Ja[i], n.Jb[i]);
-    n.lambda[i] = T{};
-  }
-  factor.factor(t);
-  for (int step = 0; step < kSteps; ++step) {
-    if (step > 0) velocities(t, n, v);
-    for (int j = 0; j < t.bodies; ++j)
-      for (int c = 0; c < 3; ++c) f[j][c] = T{};
-    for (int i = 0; i < t.rows; ++i) {
-      T u{};
-      if (step > 0) velocity_along(t.row[at(i)], n, i, v, u);
-      k[i] = g[i] * (n.b[i] - u);
-      add_impulse(t.row[at(i)], n, i, k[i], f);
-    }
-    factor.solve(t, f);
-    for (int i = 0; i < t.rows; ++i) {
-      T u;
-      velocity_along(t.row[at(i)], n, i, f, u);
-      n.lambda[i] += k[i] - g[i] * u;
-    }
+  SKERRY_ALWAYS_INLINE void run() {
+    SmallFactor<S, most> factor;
+    Vector x, v;
+    if constexpr (!one_group) factor.clear(t_);
+    clear(x);
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+             SKERRY_INLINED { begin<rows, grounded>(group, slot, factor, x); });
+    factor.factor(t_, n_.inverse_mass);
+    factor.solve(t_, x);
+    clear(v);
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+             SKERRY_INLINED { take_first<rows, grounded>(group, slot, x, v); });
+    scale(v);
+    clear(x);
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+             SKERRY_INLINED { go_on<rows, grounded>(group, slot, v, x); });
+    factor.solve(t_, x);
+    clear(v);
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+             SKERRY_INLINED { take_last<rows, grounded>(group, slot, x, v); });
+    scale(v);
+    R worst{}, largest{};
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+             SKERRY_INLINED { judge<rows, grounded>(group, slot, v, worst, largest); });
+    conclude(v, worst, largest);
   }
 
-  // Bounds: zero for normal rows, the cone for friction and rolling.
-  const T zero{};
-  for (int i = 0; i < t.rows; ++i) {
-    const Topology::Pair& row = t.row[at(i)];
-    T& lambda = n.lambda[i];
-    if (row.normal >= 0) {
-      const T bound = n.mu[i] * n.lambda[row.normal];
-      clamp_to(lambda, T(-bound), bound);
-    } else if (!row.joint) {
-      lambda = lambda < zero ? zero : lambda;
-    }
-  }
-  velocities(t, n, v);
-  T worst{}, scale{}, spoiled{};
-  for (int i = 0; i < t.rows; ++i) {
-    const Topology::Pair& row = t.row[at(i)];
-    T u;
-    velocity_along(row, n, i, v, u);
-    T z = n.lambda[i] - (u - n.b[i]) / D[i];
-    if (row.normal >= 0) {
-      const T bound = n.mu[i] * n.lambda[row.normal];
-      clamp_to(z, T(-bound), bound);
-    } else if (!row.joint) {
-      z = z < zero ? zero : z;
-    }
-    T violation = D[i] * (n.lambda[i] - z), size = n.b[i];
-    make_absolute(violation);
-    make_absolute(size);
-    raise(worst, violation);
-    raise(scale, size);
-    // A comparison does not see what is not a number; a sum does.
-    spoiled += violation * 0.0;
-  }
-  n.residual = worst / (scale > zero ? scale : one) + spoiled;
-}
+ private:
+  static constexpr bool one_group = only > 0;
+  static constexpr bool kLanes = sizeof(R) > sizeof(S);  // the rows of a group stand in the lanes of a slot
+  template <int n>
+  using Const = std::integral_constant<int, n>;
 
-// The same for one body on the ground, the most frequent island of all: no graph, everything in registers.
-template <class T>
-SKERRY_ALWAYS_INLINE void solve_one_body(const Topology& t, Numbers<T>& n) {
-  const T one = T{} + 1.0, zero{};
-  T D[kSmallRows], g[kSmallRows], k[kSmallRows];
-  const auto jacobian = [&](int i) -> const T(&)[3] { return t.row[at(i)].b >= 0 ? n.Jb[i] : n.Ja[i]; };
-  const T m0 = n.inverse_mass[0][0], m1 = n.inverse_mass[0][1], m2 = n.inverse_mass[0][2];
-  T h00 = one / m0, h10{}, h11 = one / m1, h20{}, h21{}, h22 = one / m2;
-  for (int i = 0; i < t.rows; ++i) {
-    const T(&J)[3] = jacobian(i);
-    D[i] = J[0] * J[0] * m0 + J[1] * J[1] * m1 + J[2] * J[2] * m2;
-    g[i] = one / (kEta * D[i]);
-    const T s0 = g[i] * J[0], s1 = g[i] * J[1], s2 = g[i] * J[2];
-    h00 += s0 * J[0];
-    h10 += s1 * J[0];
-    h11 += s1 * J[1];
-    h20 += s2 * J[0];
-    h21 += s2 * J[1];
-    h22 += s2 * J[2];
-    n.lambda[i] = zero;
-  }
-  // LDL^T of the one block.
-  const T i0 = one / h00, l10 = h10 * i0, l20 = h20 * i0;
-  const T i1 = one / (h11 - l10 * h10), e = h21 - l20 * h10, l21 = e * i1;
-  const T i2 = one / (h22 - l20 * h20 - l21 * e);
-  T v0{}, v1{}, v2{};
-  for (int step = 0; step < kSteps; ++step) {
-    T x0{}, x1{}, x2{};
-    for (int i = 0; i < t.rows; ++i) {
-      const T(&J)[3] = jacobian(i);
-      k[i] = g[i] * (n.b[i] - (J[0] * v0 + J[1] * v1 + J[2] * v2));
-      x0 += J[0] * k[i];
-      x1 += J[1] * k[i];
-      x2 += J[2] * k[i];
+  template <class F>
+  SKERRY_ALWAYS_INLINE void each(F&& f) {
+    for (int k = 0; k < (one_group ? 1 : t_.groups); ++k) {
+      const Group& group = t_.group[at(k)];
+      Slot<R>* const slot = n_.slot + (kLanes ? k : group.slot);
+      const bool grounded = most == 1 || group.a < 0;
+      if constexpr (one_group)
+        f(Const<only>{}, std::true_type{}, group, slot);
+      else if (kLanes)
+        choose<1>(grounded, f, group, slot);
+      else if (group.slots() == 2)
+        choose<2>(grounded, f, group, slot);
+      else
+        choose<4>(grounded, f, group, slot);
     }
-    x1 -= l10 * x0;
-    x2 -= l20 * x0 + l21 * x1;
-    x2 *= i2;
-    x1 = x1 * i1 - l21 * x2;
-    x0 = x0 * i0 - l10 * x1 - l20 * x2;
-    v0 = v1 = v2 = zero;
-    for (int i = 0; i < t.rows; ++i) {
-      const T(&J)[3] = jacobian(i);
-      n.lambda[i] += k[i] - g[i] * (J[0] * x0 + J[1] * x1 + J[2] * x2);
-      // The bounds are looked at after the last step: zero for normal rows, the cone for friction and
-      // rolling.
-      if (step + 1 == kSteps) {
-        const Topology::Pair& row = t.row[at(i)];
-        if (row.normal >= 0) {
-          const T bound = n.mu[i] * n.lambda[row.normal];
-          clamp_to(n.lambda[i], T(-bound), bound);
-        } else if (!row.joint) {
-          n.lambda[i] = n.lambda[i] < zero ? zero : n.lambda[i];
+  }
+  template <int n, class F>
+  SKERRY_ALWAYS_INLINE static void choose(bool grounded, F&& f, const Group& group, Slot<R>* slot) {
+    if constexpr (kLanes == (n == 1)) {
+      if (grounded)
+        f(Const<n>{}, std::true_type{}, group, slot);
+      else if constexpr (most > 1)
+        f(Const<n>{}, std::false_type{}, group, slot);
+    }
+  }
+
+  SKERRY_ALWAYS_INLINE void clear(Vector& x) const {
+    if constexpr (one_group) return;
+    for (int j = 0; j < (most == 1 ? 1 : t_.bodies); ++j)
+      for (int c = 0; c < 3; ++c) x[j][c] = S{};
+  }
+  SKERRY_ALWAYS_INLINE void scale(Vector& v) const {
+    for (int j = 0; j < (most == 1 ? 1 : t_.bodies); ++j)
+      for (int c = 0; c < 3; ++c) v[j][c] *= n_.inverse_mass[j][c];
+  }
+  // to += x, which is all there is where there is one group.
+  SKERRY_ALWAYS_INLINE static void add(const S& x, S& to) {
+    if constexpr (one_group)
+      to = x;
+    else
+      to += x;
+  }
+  template <bool grounded>
+  SKERRY_ALWAYS_INLINE static int a(const Group& group) {
+    return grounded ? 0 : group.a;
+  }
+  SKERRY_ALWAYS_INLINE static int b(const Group& group) { return most == 1 ? 0 : group.b; }
+
+  // sum += J^T z over the slots of a group.
+  template <bool grounded, int n>
+  SKERRY_ALWAYS_INLINE static void add_impulses(const Slot<R>* slot, const R (&z)[n], S* sum_a, S* sum_b) {
+    R x[n];
+    S sum;
+    for (int k = 0; k < 3; ++k) {
+      for (int i = 0; i < n; ++i) x[i] = slot[i].Jb[k] * z[i];
+      add_up(x, sum);
+      add(sum, sum_b[k]);
+      if constexpr (!grounded) {
+        for (int i = 0; i < n; ++i) x[i] = slot[i].Ja[k] * z[i];
+        add_up(x, sum);
+        add(sum, sum_a[k]);
+      }
+    }
+  }
+
+  // The share of one body in H = M + J^T g J, and the first impulses on it; s is g J.
+  template <int n>
+  SKERRY_ALWAYS_INLINE static void begin_body(const Slot<R>* slot, const R (Slot<R>::*J)[3],
+                                              const R (&s)[3][n], S (&diagonal)[6], S* x) {
+    R p[n];
+    S sum;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c) {
+        for (int i = 0; i < n; ++i) p[i] = s[r][i] * (slot[i].*J)[c];
+        add_up(p, sum);
+        add(sum, diagonal[r * (r + 1) / 2 + c]);
+      }
+      for (int i = 0; i < n; ++i) p[i] = s[r][i] * slot[i].b;
+      add_up(p, sum);
+      add(sum, x[r]);
+    }
+  }
+
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void begin(const Group& group, Slot<R>* slot, SmallFactor<S, most>& factor,
+                                  Vector& x) {
+    const int ia = a<grounded>(group), ib = b(group);
+    const auto& mb = n_.inverse_mass[ib];
+    [[maybe_unused]] const auto& ma = n_.inverse_mass[ia];
+    R s[3][n];
+    for (int i = 0; i < n; ++i) {
+      const R(&J)[3] = slot[i].Jb;
+      // Both directions have the same mass.
+      R D = (J[0] * J[0] + J[1] * J[1]) * mb[0] + J[2] * J[2] * mb[2];
+      if constexpr (!grounded) {
+        const R(&K)[3] = slot[i].Ja;
+        D += (K[0] * K[0] + K[1] * K[1]) * ma[0] + K[2] * K[2] * ma[2];
+      }
+      raise(D, R{} + kLeastD);
+      slot[i].D = D;
+      weigh(D, slot[i].g);
+      for (int c = 0; c < 3; ++c) s[c][i] = slot[i].g * J[c];
+    }
+    begin_body(slot, &Slot<R>::Jb, s, factor.diagonal[ib], x[ib]);
+    if constexpr (!grounded) {
+      R p[n];
+      S sum;
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+          for (int i = 0; i < n; ++i) p[i] = s[r][i] * slot[i].Ja[c];
+          add_up(p, sum);
+          factor.block[ib][ia][r][c] += sum;
+        }
+      for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < n; ++i) s[c][i] = slot[i].g * slot[i].Ja[c];
+      begin_body(slot, &Slot<R>::Ja, s, factor.diagonal[ia], x[ia]);
+    }
+  }
+
+  // Takes the first step x, from nothing, and adds what the impulses do to the bodies.
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void take_first(const Group& group, Slot<R>* slot, const Vector& x, Vector& v) {
+    const int ia = a<grounded>(group), ib = b(group);
+    R z[n];
+    for (int i = 0; i < n; ++i) {
+      R u;
+      velocity_along<grounded>(slot[i], x[ia], x[ib], u);
+      z[i] = slot[i].g * (slot[i].b - u);
+      slot[i].lambda = z[i];
+    }
+    add_impulses<grounded>(slot, z, v[ia], v[ib]);
+  }
+
+  // The second step begins from the velocities that the first one gives.
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void go_on(const Group& group, Slot<R>* slot, const Vector& v, Vector& x) {
+    const int ia = a<grounded>(group), ib = b(group);
+    R z[n];
+    for (int i = 0; i < n; ++i) {
+      R u;
+      velocity_along<grounded>(slot[i], v[ia], v[ib], u);
+      z[i] = slot[i].g * (slot[i].b - u);
+      slot[i].lambda += z[i];
+    }
+    add_impulses<grounded>(slot, z, x[ia], x[ib]);
+  }
+
+  // Takes it, and puts the impulses into their bounds.
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void take_last(const Group& group, Slot<R>* slot, const Vector& x, Vector& v) {
+    const int ia = a<grounded>(group), ib = b(group);
+    R z[n];
+    for (int i = 0; i < n; ++i) {
+      R u;
+      velocity_along<grounded>(slot[i], x[ia], x[ib], u);
+      z[i] = slot[i].lambda - slot[i].g * u;
+    }
+    if (group.bounds == Bounds::Contacts) {
+      for (int i = 0; i < n; i += 2) hold_contact(slot + i, z + i);
+      for (int i = 0; i < n; ++i) slot[i].lambda = z[i];
+    } else {
+      for (int i = 0; i < n; ++i) hold(group, slot, i, z[i]);
+    }
+    add_impulses<grounded>(slot, z, v[ia], v[ib]);
+  }
+
+  // A normal row and its friction, or two of both in the lanes of one slot.
+  SKERRY_ALWAYS_INLINE static void hold_contact(const Slot<R>* slot, R* z) {
+    if constexpr (kLanes) {
+      R lower, upper;
+      contact_limits(slot, *z, lower, upper);
+      clamp_to(*z, lower, upper);
+    } else {
+      z[0] = z[0] < R{} ? R{} : z[0];
+      const R most_allowed = slot[1].mu * z[0];
+      clamp_to(z[1], R(-most_allowed), most_allowed);
+    }
+  }
+  SKERRY_ALWAYS_INLINE static void contact_limits(const Slot<Vec4>* slot, const Vec4& z, Vec4& lower,
+                                                  Vec4& upper) {
+    const double first = z[0] < 0 ? 0 : z[0], second = z[2] < 0 ? 0 : z[2];
+    const double most_first = slot->mu[1] * first, most_second = slot->mu[3] * second;
+    upper = Vec4{kInfinity, most_first, kInfinity, most_second};
+    lower = Vec4{0, -most_first, 0, -most_second};
+  }
+
+  SKERRY_ALWAYS_INLINE void hold(const Group& group, Slot<R>* slot, int i, R& z) {
+    R lower, upper;
+    own_lower(group, i, lower);
+    z = z < lower ? lower : z;
+    slot[i].lambda = z;
+    if (group.bounds != Bounds::Mixed) return;
+    limits(group, slot, i, lower, upper);
+    clamp_to(z, lower, upper);
+    slot[i].lambda = z;
+  }
+
+  // A row's lower bound, as far as it does not depend on other rows.
+  SKERRY_ALWAYS_INLINE void own_lower(const Group& group, int i, R& lower) const {
+    if (group.bounds == Bounds::Normal)
+      lower = R{};
+    else if (group.bounds == Bounds::Joint)
+      lower = R{} - kInfinity;
+    else
+      each_lane(group, i, lower, [&](int row) { return t_.normal[at(row)] == kNormalRow ? 0 : -kInfinity; });
+  }
+
+  // Of rows of a mixed group, from the normal impulses, which are within theirs.
+  SKERRY_ALWAYS_INLINE void limits(const Group& group, const Slot<R>* slot, int i, R& lower, R& upper) const {
+    R normal, room;
+    each_lane(group, i, room, [&](int row) { return t_.normal[at(row)] >= 0 ? 0 : kInfinity; });
+    if constexpr (kLanes) {
+      each_lane(group, i, normal, [&](int row) {
+        const int of = t_.normal[at(row)];
+        return of >= 0 ? n_.slot[t_.group_of[at(of)]].lambda[t_.lane[at(of)]] : 0;
+      });
+    } else {
+      const int row = group.first + i, of = i < group.count ? t_.normal[at(row)] : kJointRow;
+      normal = R{};
+      if (of >= 0) normal = n_.slot[t_.group[at(t_.group_of[at(of)])].slot + t_.lane[at(of)]].lambda;
+    }
+    upper = slot[i].mu * normal + room;
+    own_lower(group, i, lower);
+    lower = lower > -upper ? lower : -upper;
+  }
+
+  // to = f(row) of the row of this slot, or of the four in its lanes; nothing bounds rows that are not there.
+  template <class F>
+  SKERRY_ALWAYS_INLINE static void each_lane(const Group& group, int i, R& to, F&& f) {
+    if constexpr (kLanes) {
+      to = R{};
+      for (int lane = 0; lane < group.count; ++lane) to[lane] = f(group.first + lane);
+    } else {
+      to = R{} + (i < group.count ? f(group.first + i) : 0);
+    }
+  }
+
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void judge(const Group& group, const Slot<R>* slot, const Vector& v, R& worst,
+                                  R& largest) {
+    const int ia = a<grounded>(group), ib = b(group);
+    R w[n];
+    for (int i = 0; i < n; ++i) {
+      velocity_along<grounded>(slot[i], v[ia], v[ib], w[i]);
+      w[i] -= slot[i].b;
+    }
+    if (group.bounds == Bounds::Contacts) {
+      for (int i = 0; i < n; i += 2) {
+        if constexpr (kLanes) {
+          R lower, upper;
+          contact_limits(slot, slot->lambda, lower, upper);
+          judge_row(*slot, lower, upper, *w);
+        } else {
+          const R most_allowed = slot[i + 1].mu * slot[i].lambda, most_wrong = slot[i].D * slot[i].lambda;
+          w[i] = w[i] > most_wrong ? most_wrong : w[i];
+          judge_row(slot[i + 1], R(-most_allowed), most_allowed, w[i + 1]);
         }
       }
-      v0 += J[0] * n.lambda[i];
-      v1 += J[1] * n.lambda[i];
-      v2 += J[2] * n.lambda[i];
+    } else {
+      for (int i = 0; i < n; ++i) {
+        R lower, upper;
+        if (group.bounds == Bounds::Mixed) {
+          limits(group, slot, i, lower, upper);
+        } else {
+          own_lower(group, i, lower);
+          upper = R{} + kInfinity;
+        }
+        judge_row(slot[i], lower, upper, w[i]);
+      }
     }
-    v0 *= m0;
-    v1 *= m1;
-    v2 *= m2;
-  }
-  T worst{}, scale{}, spoiled{};
-  for (int i = 0; i < t.rows; ++i) {
-    const Topology::Pair& row = t.row[at(i)];
-    const T(&J)[3] = jacobian(i);
-    // D (lambda - clamp(lambda - w / D)) without the division.
-    const T w = J[0] * v0 + J[1] * v1 + J[2] * v2 - n.b[i];
-    T violation = w;
-    if (row.normal >= 0) {
-      const T bound = n.mu[i] * n.lambda[row.normal];
-      clamp_to(violation, T(D[i] * (n.lambda[i] - bound)), T(D[i] * (n.lambda[i] + bound)));
-    } else if (!row.joint) {
-      const T most = D[i] * n.lambda[i];
-      violation = violation > most ? most : violation;
+    for (int i = 0; i < n; ++i) {
+      R size = slot[i].b;
+      make_absolute(w[i]);
+      make_absolute(size);
+      raise(worst, w[i]);
+      raise(largest, size);
     }
-    T size = n.b[i];
-    make_absolute(violation);
-    make_absolute(size);
-    raise(worst, violation);
-    raise(scale, size);
-    spoiled += violation * 0.0;
   }
-  n.residual = worst / (scale > zero ? scale : one) + spoiled;
-}
 
-template <class T>
-SKERRY_ALWAYS_INLINE void solve_small(const Topology& t, Numbers<T>& n) {
-  if (t.bodies == 1)
-    solve_one_body(t, n);
+  // w <- D (lambda - clamp(lambda - w / D)) without the division.
+  SKERRY_ALWAYS_INLINE static void judge_row(const Slot<R>& slot, const R& lower, const R& upper, R& w) {
+    const R low = slot.D * (slot.lambda - upper), high = slot.D * (slot.lambda - lower);
+    clamp_to(w, low, high);
+  }
+
+  SKERRY_ALWAYS_INLINE void conclude(const Vector& v, const R& worst, const R& largest) {
+    S most_wrong, size;
+    if constexpr (kLanes) {
+      most_wrong = worst[0];
+      size = largest[0];
+      for (int lane = 1; lane < kTogether; ++lane) {
+        raise(most_wrong, worst[lane]);
+        raise(size, largest[lane]);
+      }
+    } else {
+      most_wrong = worst;
+      size = largest;
+    }
+    // A comparison does not see what is not a number; a sum does.
+    S spoiled{};
+    for (int j = 0; j < (most == 1 ? 1 : t_.bodies); ++j) spoiled += (v[j][0] + v[j][1]) + v[j][2];
+    n_.residual = most_wrong / (size > S{} ? size : S{} + 1.0) + spoiled * 0.0;
+  }
+
+  const Topology& t_;
+  N& n_;
+};
+
+template <class N>
+SKERRY_ALWAYS_INLINE void solve_one_group(const Topology& t, N& n) {
+  if (t.slots == 2)
+    Sticking<N, 1, 2>(t, n).run();
   else
-    solve_sticking(t, n);
+    Sticking<N, 1, 4>(t, n).run();
+}
+template <class N>
+SKERRY_ALWAYS_INLINE void solve_groups(const Topology& t, N& n) {
+  if (t.bodies > 1)
+    Sticking<N, kSmallBodies, 0>(t, n).run();
+  else
+    Sticking<N, 1, 0>(t, n).run();
+}
+template <class N>
+SKERRY_ALWAYS_INLINE void solve_small(const Topology& t, N& n) {
+  if (t.bodies == 1 && t.groups == 1)
+    solve_one_group(t, n);
+  else
+    solve_groups(t, n);
 }
 
-void solve_one(const Topology& t, Numbers<double>& n) {
-  solve_small(t, n);
+void solve_one_group_portable(const Topology& t, OneGroup& n) {
+  solve_one_group(t, n);
 }
-void solve_eight_portable(const Topology& t, Numbers<Vec8>& n) {
-  solve_small(t, n);
+SKERRY_AVX2 void solve_one_group_avx2(const Topology& t, OneGroup& n) {
+  solve_one_group(t, n);
 }
-SKERRY_AVX2 void solve_eight_avx2(const Topology& t, Numbers<Vec8>& n) {
-  solve_small(t, n);
+void solve_one_portable(const Topology& t, OneIsland& n) {
+  solve_groups(t, n);
 }
-SKERRY_AVX512 void solve_eight_avx512(const Topology& t, Numbers<Vec8>& n) {
-  solve_small(t, n);
+SKERRY_AVX2 void solve_one_avx2(const Topology& t, OneIsland& n) {
+  solve_groups(t, n);
+}
+void solve_eight_portable(const Topology& t, EightIslands& n) {
+  for (Islands<Vec2>& two : n.two) solve_small(t, two);
+}
+SKERRY_AVX2 void solve_eight_avx2(const Topology& t, EightIslands& n) {
+  for (Islands<Vec4>& four : n.four) solve_small(t, four);
+}
+SKERRY_AVX512 void solve_eight_avx512(const Topology& t, EightIslands& n) {
+  solve_small(t, n.eight);
 }
 
 bool cpu_has_avx512() {
@@ -407,6 +691,44 @@ bool cpu_has_avx512() {
 #endif
 }
 
+// What bounds a row; false if the fast path does not know it.
+bool read_bounds(const Row& row, signed char& normal) {
+  normal = static_cast<signed char>(row.normal);
+  if (row.normal >= 0) return true;
+  if (row.kind == RowKind::Normal && row.lower == 0 && row.upper == kInfinity) {
+    normal = kNormalRow;
+    return true;
+  }
+  normal = kJointRow;
+  return row.kind == RowKind::Joint && row.lower == -kInfinity && row.upper == kInfinity;
+}
+
+// Of the rows that the group has so far and a further one.
+Bounds bounds_with(const Group& group, std::size_t row, signed char normal) {
+  if (group.count == 0)
+    return normal == kNormalRow ? Bounds::Normal : normal == kJointRow ? Bounds::Joint : Bounds::Mixed;
+  const bool own_friction = normal == static_cast<signed char>(row) - 1;
+  switch (group.bounds) {
+    case Bounds::Normal:
+      if (normal == kNormalRow) return Bounds::Normal;
+      return group.count == 1 && own_friction ? Bounds::Contacts : Bounds::Mixed;
+    case Bounds::Joint:
+      return normal == kJointRow ? Bounds::Joint : Bounds::Mixed;
+    case Bounds::Contacts:
+      return group.count % 2 == 0 ? (normal == kNormalRow ? Bounds::Contacts : Bounds::Mixed)
+                                  : (own_friction ? Bounds::Contacts : Bounds::Mixed);
+    case Bounds::Mixed:
+      break;
+  }
+  return Bounds::Mixed;
+}
+
+// No more rows come.
+void close(Topology& t, Group& group) {
+  t.slots += group.slots();
+  if (group.bounds == Bounds::Contacts && group.count % 2 != 0) group.bounds = Bounds::Mixed;
+}
+
 // Topology of an island; false if the fast path does not apply.
 bool read_topology(const IslandSystem& system, Topology& t) {
   const std::size_t rows = system.rows.size(), bodies = system.bodies.size();
@@ -415,46 +737,145 @@ bool read_topology(const IslandSystem& system, Topology& t) {
     if (!(m.linear > 0 && m.angular > 0)) return false;
   t.bodies = static_cast<int>(bodies);
   t.rows = static_cast<int>(rows);
+  t.groups = t.slots = 0;
+  for (std::size_t j = 0; j < bodies; ++j) t.below[j] = 0;
+  Group* group = nullptr;
   for (std::size_t i = 0; i < rows; ++i) {
     const Row& row = system.rows[i];
-    const bool normal = row.kind == RowKind::Normal && row.lower == 0 && row.upper == kInfinity;
-    const bool joint = row.kind == RowKind::Joint && row.lower == -kInfinity && row.upper == kInfinity;
-    if (!normal && !joint && row.normal < 0) return false;
-    t.row[i] = {static_cast<signed char>(row.a), static_cast<signed char>(row.b),
-                static_cast<signed char>(row.normal), joint};
+    if (!read_bounds(row, t.normal[i])) return false;
+    const int a = std::min(row.a, row.b), b = std::max(row.a, row.b);
+    // Rows of a group name its bodies in the same order.
+    if (!group || group->count == kTogether || group->a != a || group->b != b ||
+        row.a != system.rows[i - 1].a) {
+      if (t.groups == kGroups || b < 0) return false;
+      if (group) close(t, *group);
+      group = &t.group[at(t.groups++)];
+      *group = {static_cast<signed char>(a),       static_cast<signed char>(b),
+                static_cast<signed char>(i),       0,
+                static_cast<signed char>(t.slots), Bounds::Mixed};
+      if (a >= 0) t.below[at(a)] |= 1u << b;
+    }
+    group->bounds = bounds_with(*group, i, t.normal[i]);
+    t.group_of[i] = static_cast<signed char>(t.groups - 1);
+    t.lane[i] = group->count++;
   }
+  close(t, *group);
+  for (std::size_t j = 0; j < bodies; ++j)
+    if (t.below[j]) {
+      const int parent = std::countr_zero(t.below[j]);
+      t.below[at(parent)] |= t.below[j] & ~(1u << parent);
+    }
   return true;
 }
 
-// Copies the numbers of an island through `put(T&, double)`.
-template <class T, class Put>
-void read_numbers(const IslandSystem& system, Numbers<T>& n, Put&& put) {
+const Row kNoRow{};
+
+void read_numbers(const IslandSystem& system, const Topology& t, OneIsland& n) {
+  for (std::size_t j = 0; j < system.bodies.size(); ++j) {
+    n.inverse_mass[j][0] = n.inverse_mass[j][1] = system.bodies[j].linear;
+    n.inverse_mass[j][2] = system.bodies[j].angular;
+  }
+  for (int k = 0; k < t.groups; ++k) {
+    const Group& group = t.group[at(k)];
+    Slot<Vec4>& slot = n.slot[k];
+    const Row* const row = &system.rows[at(group.first)];
+    const double* const b = &system.b[at(group.first)];
+    const Row &r0 = row[0], &r1 = group.count > 1 ? row[1] : kNoRow, &r2 = group.count > 2 ? row[2] : kNoRow,
+              &r3 = group.count > 3 ? row[3] : kNoRow;
+    const bool swapped = r0.a > r0.b;
+    const auto gather = [](Vec4(&to)[3], const auto& j0, const auto& j1, const auto& j2, const auto& j3) {
+      for (std::size_t c = 0; c < 3; ++c) to[c] = Vec4{j0[c], j1[c], j2[c], j3[c]};
+    };
+    if (swapped)
+      gather(slot.Jb, r0.Ja, r1.Ja, r2.Ja, r3.Ja);
+    else
+      gather(slot.Jb, r0.Jb, r1.Jb, r2.Jb, r3.Jb);
+    if (group.a >= 0) {
+      if (swapped)
+        gather(slot.Ja, r0.Jb, r1.Jb, r2.Jb, r3.Jb);
+      else
+        gather(slot.Ja, r0.Ja, r1.Ja, r2.Ja, r3.Ja);
+    }
+    slot.b = Vec4{b[0], group.count > 1 ? b[1] : 0, group.count > 2 ? b[2] : 0, group.count > 3 ? b[3] : 0};
+    slot.mu = Vec4{r0.mu, r1.mu, r2.mu, r3.mu};
+  }
+}
+
+// One row a slot, by way of `put(T&, double)`.
+template <class N, class Put>
+SKERRY_ALWAYS_INLINE void read_rows(const IslandSystem& system, const Topology& t, N& n, Put&& put) {
   for (std::size_t j = 0; j < system.bodies.size(); ++j) {
     put(n.inverse_mass[j][0], system.bodies[j].linear);
     put(n.inverse_mass[j][1], system.bodies[j].linear);
     put(n.inverse_mass[j][2], system.bodies[j].angular);
   }
-  for (std::size_t i = 0; i < system.rows.size(); ++i) {
-    const Row& row = system.rows[i];
-    for (std::size_t k = 0; k < 3; ++k) {
-      put(n.Ja[i][k], row.Ja[k]);
-      put(n.Jb[i][k], row.Jb[k]);
+  for (int k = 0; k < t.groups; ++k) {
+    const Group& group = t.group[at(k)];
+    for (int i = 0; i < group.slots(); ++i) {
+      auto& slot = n.slot[group.slot + i];
+      const bool there = i < group.count;
+      const Row& row = there ? system.rows[at(group.first + i)] : kNoRow;
+      const bool swapped = row.a > row.b;
+      const auto &Ja = swapped ? row.Jb : row.Ja, &Jb = swapped ? row.Ja : row.Jb;
+      for (std::size_t c = 0; c < 3; ++c) put(slot.Jb[c], Jb[c]);
+      if (group.a >= 0)
+        for (std::size_t c = 0; c < 3; ++c) put(slot.Ja[c], Ja[c]);
+      put(slot.b, there ? system.b[at(group.first + i)] : 0);
+      put(slot.mu, row.mu);
     }
-    put(n.b[i], system.b[i]);
-    put(n.mu[i], row.mu);
   }
 }
 
-Solution sticking_solution(std::vector<double> lambda, double residual) {
-  Solution solution;
+void read_numbers(const IslandSystem& system, const Topology& t, OneGroup& n) {
+  read_rows(system, t, n, [](double& to, double from) { to = from; });
+}
+template <class V>
+void read_numbers(const IslandSystem& system, const Topology& t, int lane, Islands<V>& n) {
+  read_rows(system, t, n, [lane](V& to, double from) { to[lane] = from; });
+}
+
+// f(the vectors that this processor takes side by side, the lane in them)
+template <class F>
+void at_lane(EightIslands& n, int lane, F&& f) {
+  if (cpu_has_avx512())
+    f(n.eight, lane);
+  else if (cpu_has_avx2())
+    f(n.four[lane / 4], lane % 4);
+  else
+    f(n.two[lane / 2], lane % 2);
+}
+
+void read_lane(const IslandSystem& system, const Topology& t, int lane, EightIslands& n) {
+  at_lane(n, lane, [&](auto& islands, int k) { read_numbers(system, t, k, islands); });
+}
+
+void solve_one(const Topology& t, OneGroup& n) {
+  if (cpu_has_avx2())
+    solve_one_group_avx2(t, n);
+  else
+    solve_one_group_portable(t, n);
+}
+void solve_one(const Topology& t, OneIsland& n) {
+  if (cpu_has_avx2())
+    solve_one_avx2(t, n);
+  else
+    solve_one_portable(t, n);
+}
+
+// The answer that everything sticks. @param impulse  of a group's row
+template <class Impulse>
+void tell(const Topology& t, double residual, Impulse&& impulse, Solution& solution) {
   solution.status = SolveStatus::Solved;
   solution.method = "small_exact";
-  solution.lambda = std::move(lambda);
+  solution.lambda = take_spare<std::vector<double>>();
+  solution.lambda.resize(at(t.rows));
+  double* to = solution.lambda.data();
+  for (int k = 0; k < t.groups; ++k)
+    for (int i = 0; i < t.group[at(k)].count; ++i) *to++ = impulse(k, i);
   solution.residual = residual;
   solution.iterations = 1;
   solution.work.factorisations = 1;
   solution.work.resolves = kSteps;
-  return solution;
 }
 
 }  // namespace
@@ -464,30 +885,43 @@ bool fits_small_exact(const IslandSystem& system) {
   return read_topology(system, topology);
 }
 
+bool try_small_exact(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
+  Topology topology;
+  if (!read_topology(system, topology)) return false;
+  if (topology.bodies == 1 && topology.groups == 1) {
+    OneGroup numbers;
+    read_numbers(system, topology, numbers);
+    solve_one(topology, numbers);
+    if (!(numbers.residual <= options.tolerance)) return false;
+    tell(
+        topology, numbers.residual, [&](int, int i) { return numbers.slot[i].lambda; }, solution);
+  } else {
+    OneIsland numbers;
+    read_numbers(system, topology, numbers);
+    solve_one(topology, numbers);
+    if (!(numbers.residual <= options.tolerance)) return false;
+    tell(
+        topology, numbers.residual, [&](int k, int i) { return numbers.slot[k].lambda[i]; }, solution);
+  }
+  if (options.trace) {
+    solution.trace = std::make_unique<SolveTrace>();
+    solution.trace->notes.emplace_back("small island, everything sticks");
+  }
+  return true;
+}
+
 Solution solve_small_exact(const IslandSystem& system, std::span<const double> warm_start,
                            const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
-  Topology topology;
-  if (read_topology(system, topology)) {
-    Numbers<double> numbers;
-    read_numbers(system, numbers, [](double& to, double from) { to = from; });
-    solve_one(topology, numbers);
-    if (numbers.residual <= options.tolerance) {
-      Solution solution =
-          sticking_solution({numbers.lambda, numbers.lambda + system.rows.size()}, numbers.residual);
-      if (options.trace) {
-        solution.trace = std::make_unique<SolveTrace>();
-        solution.trace->notes.emplace_back("small island, everything sticks");
-      }
-      return solution;
-    }
-  }
-  return solve_body_space(system, warm_start, options, memory);
+  Solution solution;
+  if (!try_small_exact(system, options, solution))
+    solution = solve_body_space(system, warm_start, options, memory);
+  return solution;
 }
 
 struct SmallBatch::Data {
   Topology topology;
   bool any = false;
-  Numbers<Vec8> numbers;
+  EightIslands numbers;
 };
 
 SmallBatch::SmallBatch() : data_(std::make_unique<Data>()) {}
@@ -505,9 +939,9 @@ bool SmallBatch::set(int lane, const IslandSystem& system) {
     // Lanes that stay empty must be harmless: they all start as this island.
     data_->topology = topology;
     data_->any = true;
-    read_numbers(system, data_->numbers, [](Vec8& to, double from) { to = Vec8{} + from; });
+    for (int k = 0; k < kLanes; ++k) read_lane(system, topology, k, data_->numbers);
   }
-  read_numbers(system, data_->numbers, [lane](Vec8& to, double from) { to[lane] = from; });
+  read_lane(system, topology, lane, data_->numbers);
   return true;
 }
 
@@ -522,12 +956,22 @@ void SmallBatch::solve() {
 }
 
 double SmallBatch::residual(int lane) const {
-  return data_->any ? data_->numbers.residual[lane] : kInfinity;
+  double residual = kInfinity;
+  if (data_->any)
+    at_lane(data_->numbers, lane, [&](auto& islands, int k) { residual = islands.residual[k]; });
+  return residual;
 }
 
-void SmallBatch::impulses(int lane, std::span<double> lambda) const {
-  for (std::size_t i = 0; i < lambda.size() && i < at(data_->topology.rows); ++i)
-    lambda[i] = data_->numbers.lambda[i][lane];
+Solution SmallBatch::solution(int lane) const {
+  const Topology& t = data_->topology;
+  Solution solution;
+  at_lane(data_->numbers, lane, [&](auto& islands, int k) {
+    const auto impulse = [&](int group, int i) {
+      return islands.slot[t.group[at(group)].slot + i].lambda[k];
+    };
+    tell(t, islands.residual[k], impulse, solution);
+  });
+  return solution;
 }
 
 std::vector<Solution> solve_batch(std::span<const IslandSystem* const> systems, const SolveOptions& options) {
@@ -543,9 +987,7 @@ std::vector<Solution> solve_batch(std::span<const IslandSystem* const> systems, 
       const IslandSystem& system = *systems[first + at(lane)];
       Solution& solution = solutions[first + at(lane)];
       if (lanes > 1 && batch.residual(lane) <= options.tolerance) {
-        std::vector<double> lambda(system.rows.size());
-        batch.impulses(lane, lambda);
-        solution = sticking_solution(std::move(lambda), batch.residual(lane));
+        solution = batch.solution(lane);
       } else {
         solution = solve_small_exact(system, {}, options, nullptr);
       }

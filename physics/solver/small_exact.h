@@ -18,10 +18,11 @@ inline constexpr int kSmallRows = 48;  ///< 16 contacts with friction and rollin
 bool fits_small_exact(const IslandSystem& system);
 
 /// Tries "everything that touches sticks": one block factorisation and two proximal steps in fixed-size
-/// arrays. Where that is not the answer, or the island does not fit, `solve_body_space` takes over (and is
-/// named as the method).
-///
-/// A warm start is used only by the latter.
+/// arrays. @return false, and `solution` as it was, where that is not the answer, or the island does not fit
+bool try_small_exact(const IslandSystem& system, const SolveOptions& options, Solution& solution);
+
+/// The same; where there is no answer, `solve_body_space` takes over (and is named as the method). A warm
+/// start is used only by that.
 Solution solve_small_exact(const IslandSystem& system, std::span<const double> warm_start,
                            const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
 
@@ -43,8 +44,8 @@ class SmallBatch {
   /// Largest violation of the natural map in the lane, relative to its largest |b|; large where sticking is
   /// not the answer: solve that island by itself.
   double residual(int lane) const;
-  /// Impulses of the lane [n], within their bounds.
-  void impulses(int lane, std::span<double> lambda) const;
+  /// What sticking gives the lane, called solved whatever its residual.
+  Solution solution(int lane) const;
 
  private:
   struct Data;

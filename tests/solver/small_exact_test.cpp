@@ -78,6 +78,41 @@ TEST(SmallBatch, GivesTheBitsOfTheSingleSolve) {
   }
 }
 
+TEST(SmallBatch, GivesTheBitsOfTheSingleSolveForAnyIslands) {
+  int together = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const int size = static_cast<int>(seed % 7);
+    std::vector<Scene> islands;
+    std::vector<const IslandSystem*> systems;
+    for (std::uint64_t lane = 0; lane < 8; ++lane) {
+      // One topology, but for pairs of bodies that are named in another order.
+      const scenes::SceneOptions options{.friction = seed % 3 == 0 ? 0 : 0.6,
+                                         .rolling = seed % 5 == 0 && seed % 3 != 0 ? 0.01 : 0,
+                                         .points_per_edge = 1 + static_cast<int>(seed % 3),
+                                         .noise = 1e-3,
+                                         .seed = 10 * seed + lane};
+      islands.push_back(seed % 4 == 0   ? scenes::stack(1 + size, options)
+                        : seed % 4 == 1 ? scenes::pyramid(1 + size % 3, options)
+                        : seed % 4 == 2 ? scenes::chain(1 + size, options)
+                                        : scenes::random_island({.bodies = 1 + size,
+                                                                 .contacts = 1 + static_cast<int>(seed % 5),
+                                                                 .pins = static_cast<int>(seed % 3)},
+                                                                options));
+    }
+    for (const Scene& island : islands) systems.push_back(&island.system);
+    const std::vector<Solution> batch = solve_batch(systems, {});
+    for (std::size_t k = 0; k < islands.size(); ++k) {
+      const Solution single = solve_small_exact(islands[k].system, {}, {}, nullptr);
+      EXPECT_EQ(batch[k].method, single.method);
+      EXPECT_EQ(batch[k].lambda, single.lambda);
+      EXPECT_EQ(batch[k].residual, single.residual);
+      together += single.method == "small_exact";
+    }
+  }
+  EXPECT_GT(together, 1000);
+}
+
 TEST(SmallBatch, RefusesOtherTopologiesAndBadLanes) {
   SmallBatch batch;
   EXPECT_EQ(batch.residual(0), kInfinity);
