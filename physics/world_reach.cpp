@@ -42,6 +42,37 @@ double least_gap(double from, double halves, const Range& moves) {
   return from > 0 ? from + moves.low - halves : -from - moves.high - halves;
 }
 
+/// A rectangle, and an upright box beside it, along the rectangle's two normals.
+class SlantedGap {
+ public:
+  /// @return false if the shape is no rectangle
+  bool find(const Shape& shape, const Transform& at, const Aabb& box) {
+    const Shape::Rectangle& rectangle = shape.rectangle;
+    known_ = rectangle.half.x > 0;
+    if (!known_) return false;
+    const Vec2 middle = 0.5 * (box.lower + box.upper), half = 0.5 * (box.upper - box.lower);
+    const Vec2 d = middle - (at.p + rotate(at.q, rectangle.middle));
+    for (const std::size_t k : {0, 1}) {
+      const Vec2 n = normal_[k] = rotate(at.q, shape.normals[k]);
+      from_[k] = dot(n, d);
+      halves_[k] = (k == 0 ? rectangle.half.x : rectangle.half.y) + shape.radius + std::abs(n.x) * half.x +
+                   std::abs(n.y) * half.y;
+    }
+    return true;
+  }
+  bool known() const { return known_; }
+  double gap(std::size_t k) const { return std::abs(from_[k]) - halves_[k]; }
+  /// The same while the box moves against the rectangle.
+  double least_gap(std::size_t k, Vec2 v, Vec2 a, double h) const {
+    return skerry::least_gap(from_[k], halves_[k], range_of(dot(normal_[k], v), dot(normal_[k], a), h));
+  }
+
+ private:
+  bool known_ = false;
+  Vec2 normal_[2];
+  double from_[2], halves_[2];
+};
+
 /// Whether a body in this step goes on its way.
 bool goes(const WorldState& s, std::uint32_t i) {
   return s.bodies.type[i] != BodyType::Static && !s.kept[i];
@@ -124,43 +155,42 @@ PairLook Step::look_at(const Pair& pair) const {
   if (!look.alike ||
       (!in_frame && !(look.gap > std::min(s_.config.touch_tolerance, s_.config.contact_margin))))
     return look;
+  // A long box at a slant is not its upright box, and where it turns only what is near the other moves.
+  const bool a_large = s_.radius[a] > s_.radius[b];
+  const ShapeRecord& large = a_large ? low : high;
+  const Aabb& box = a_large ? box_b : box_a;
+  const BodyBackup& frame = s_.backup[large.body.index];
+  SlantedGap slanted;
+  if (in_frame && slanted.find(large.shape, {frame.position, frame.rotation}, box))
+    look.gap = std::max({look.gap, slanted.gap(0), slanted.gap(1)});
+  // What is too far away to be reached is so however the two move (`expect_blows`, `is_near`).
+  const double margin = std::max(s_.config.touch_tolerance, s_.config.contact_margin);
+  if (rounds_ == 0 && look.gap > margin + s_.reach[a] + s_.reach[b]) {
+    look.nearest = look.gap;
+    return look;
+  }
   const RelativeWay r = relative_way(s_, a, b, h_);
   const Range x = range_of(r.v.x, r.a.x, h_), y = range_of(r.v.y, r.a.y, h_);
   look.nearest =
       std::max(least_gap(from.x, half_a.x + half_b.x, x), least_gap(from.y, half_a.y + half_b.y, y));
-  double swings = swing(s_, a, r.turn_a, kInfinity) + swing(s_, b, r.turn_b, kInfinity);
-  if (in_frame) {
-    // A long box at a slant is not its upright box, and where it turns only what is near the other moves.
-    const bool a_large = s_.radius[a] > s_.radius[b];
-    const ShapeRecord& large = a_large ? low : high;
-    const std::uint32_t body = large.body.index, other = a_large ? b : a;
-    const Transform at{s_.backup[body].position, s_.backup[body].rotation};
-    const Aabb& box = a_large ? box_b : box_a;
-    const Vec2 middle = 0.5 * (box.lower + box.upper), half = 0.5 * (box.upper - box.lower);
+  if (slanted.known()) {
+    const double sign = a_large ? 1 : -1;
+    const auto nearest = [&](std::size_t k) { return slanted.least_gap(k, sign * r.v, sign * r.a, h_); };
+    look.nearest = std::max({look.nearest, nearest(0), nearest(1)});
+  }
+  const double turn = a_large ? r.turn_a : r.turn_b, own = a_large ? r.turn_b : r.turn_a;
+  if (in_frame && turn > 0) {
     const double goes =
         std::max(std::abs(x.low), std::abs(x.high)) + std::max(std::abs(y.low), std::abs(y.high));
-    const double turn = a_large ? r.turn_a : r.turn_b, own = a_large ? r.turn_b : r.turn_a;
-    if (turn > 0) {
-      const auto astray = [&](std::uint32_t i) { return std::max(2 * s_.reach[i], s_.strayed[i]); };
-      const double own_swing = swing(s_, other, own, kInfinity);
-      const double around = own_swing + astray(a) + astray(b) + 2 * s_.config.contact_margin;
-      swings = own_swing + swing(s_, body, turn, length(middle - at.p) + length(half) + goes + around);
-    }
-    const Shape::Rectangle& rectangle = large.shape.rectangle;
-    if (rectangle.half.x > 0) {
-      const double sign = a_large ? 1 : -1;
-      const Vec2 d = middle - (at.p + rotate(at.q, rectangle.middle));
-      for (const int k : {0, 1}) {
-        const Vec2 n = rotate(at.q, large.shape.normals[static_cast<std::size_t>(k)]);
-        const double halves = (k == 0 ? rectangle.half.x : rectangle.half.y) + large.shape.radius +
-                              std::abs(n.x) * half.x + std::abs(n.y) * half.y;
-        const Range along = range_of(sign * dot(n, r.v), sign * dot(n, r.a), h_);
-        look.gap = std::max(look.gap, std::abs(dot(n, d)) - halves);
-        look.nearest = std::max(look.nearest, least_gap(dot(n, d), halves, along));
-      }
-    }
+    const auto astray = [&](std::uint32_t i) { return std::max(2 * s_.reach[i], s_.strayed[i]); };
+    const double own_swing = swing(s_, a_large ? b : a, own, kInfinity);
+    const double around = own_swing + astray(a) + astray(b) + 2 * s_.config.contact_margin;
+    const Vec2 middle = 0.5 * (box.lower + box.upper), half = 0.5 * (box.upper - box.lower);
+    const double near = length(middle - frame.position) + length(half) + goes + around;
+    look.nearest -= own_swing + swing(s_, large.body.index, turn, near);
+  } else {
+    look.nearest -= swing(s_, a, r.turn_a, kInfinity) + swing(s_, b, r.turn_b, kInfinity);
   }
-  look.nearest -= swings;
   return look;
 }
 
