@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Manifolds of many contacts: pairs of boxes, of discs, and of either with a half-plane wait until there are
-// enough of them for the narrow phase to take them together (narrowphase/collide_batch.h).
+// Manifolds of many contacts: pairs of boxes and discs, and of either with a half-plane, wait until there are
+// enough of a kind for the narrow phase to take them together (narrowphase/collide_batch.h).
 #pragma once
 
 #include <array>
@@ -105,6 +105,7 @@ class ManifoldRefresh {
     boxes_.run(skips_, stats_, finish_);
     discs_.run(skips_, stats_, finish_);
     planes_.run(skips_, stats_, finish_);
+    boxes_and_discs_.run(skips_, stats_, finish_);
   }
 
  private:
@@ -114,6 +115,7 @@ class ManifoldRefresh {
     const bool disc_a = a.kind == ShapeKind::Disc, disc_b = b.kind == ShapeKind::Disc;
     if (box_a && box_b) return &boxes_;
     if (disc_a && disc_b) return &discs_;
+    if ((box_a && disc_b) || (disc_a && box_b)) return &boxes_and_discs_;
     const bool with_plane = (a.kind == ShapeKind::HalfPlane && (box_b || disc_b)) ||
                             (b.kind == ShapeKind::HalfPlane && (box_a || disc_a));
     return with_plane ? &planes_ : nullptr;
@@ -122,7 +124,8 @@ class ManifoldRefresh {
   const Skips& skips_;
   NarrowPhaseStats& stats_;
   Finish finish_;
-  ContactBatch boxes_{collide_boxes}, discs_{collide_discs}, planes_{collide_half_planes};
+  ContactBatch boxes_{collide_boxes}, discs_{collide_discs}, planes_{collide_half_planes},
+      boxes_and_discs_{collide_boxes_and_discs};
 };
 
 }  // namespace skerry

@@ -27,6 +27,8 @@ namespace baseline {
 #include "physics/narrowphase/batch_kernels.h"
 //
 #include "physics/narrowphase/plane_kernels.h"
+//
+#include "physics/narrowphase/disc_kernels.h"
 #undef SKERRY_FOUR_AVX2
 }  // namespace baseline
 #endif
@@ -40,6 +42,8 @@ namespace avx2 {
 #include "physics/narrowphase/batch_kernels.h"
 //
 #include "physics/narrowphase/plane_kernels.h"
+//
+#include "physics/narrowphase/disc_kernels.h"
 #undef SKERRY_FOUR_AVX2
 }  // namespace avx2
 SKERRY_AVX2_END
@@ -153,15 +157,40 @@ void planes_by(const PairArrays& pairs, NarrowPhaseStats* stats) {
   add(counted, stats);
 }
 
+using BoxDiscGroups = BoxGroups;
+template <BoxDiscGroups kGroups>
+void boxes_and_discs_by(const PairArrays& pairs, NarrowPhaseStats* stats) {
+  NarrowPhaseStats counted;
+  std::uint32_t list[kBlock], left[kBlock];
+  for (std::size_t from = 0; from < pairs.shape_a.size(); from += kBlock) {
+    const std::size_t to = std::min(from + kBlock, pairs.shape_a.size());
+    std::size_t count = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      const Shape &a = *pairs.shape_a[i], &b = *pairs.shape_b[i];
+      if ((is_box(a) && b.kind == ShapeKind::Disc) || (is_box(b) && a.kind == ShapeKind::Disc)) {
+        list[count++] = static_cast<std::uint32_t>(i);
+      } else {
+        alone(pairs, i, nullptr, counted);
+      }
+    }
+    const std::size_t rest = kGroups(pairs, list, count, left, counted);
+    counted.pairs += count - rest;
+    counted.axes_tested += 4 * (count - rest);
+    for (std::size_t i = 0; i < rest; ++i) alone(pairs, left[i], nullptr, counted);
+  }
+  add(counted, stats);
+}
+
 // The best first.
 constexpr BatchVersion kVersions[] = {
 #if defined(SKERRY_MAY_USE_AVX2)
     {"AVX2", boxes_by<avx2::box_groups>, discs_by<avx2::disc_groups>,
-     planes_by<avx2::plane_groups<4>, avx2::plane_groups<1>>},
+     planes_by<avx2::plane_groups<4>, avx2::plane_groups<1>>, boxes_and_discs_by<avx2::box_disc_groups>},
 #endif
 #if !defined(SKERRY_MUST_HAVE_AVX2)
     {"baseline", boxes_by<baseline::box_groups>, discs_by<baseline::disc_groups>,
-     planes_by<baseline::plane_groups<4>, baseline::plane_groups<1>>},
+     planes_by<baseline::plane_groups<4>, baseline::plane_groups<1>>,
+     boxes_and_discs_by<baseline::box_disc_groups>},
 #endif
 };
 
@@ -186,6 +215,10 @@ void collide_discs(const PairArrays& pairs, NarrowPhaseStats* stats) {
 
 void collide_half_planes(const PairArrays& pairs, NarrowPhaseStats* stats) {
   narrow::batch_versions().front().planes(pairs, stats);
+}
+
+void collide_boxes_and_discs(const PairArrays& pairs, NarrowPhaseStats* stats) {
+  narrow::batch_versions().front().boxes_and_discs(pairs, stats);
 }
 
 }  // namespace skerry

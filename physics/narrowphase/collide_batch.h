@@ -39,6 +39,9 @@ void collide_discs(const PairArrays& pairs, NarrowPhaseStats* stats = nullptr);
 /// not used.
 void collide_half_planes(const PairArrays& pairs, NarrowPhaseStats* stats = nullptr);
 
+/// The same for pairs of a rectangle and a disc, either of which may be the first. Caches are not used.
+void collide_boxes_and_discs(const PairArrays& pairs, NarrowPhaseStats* stats = nullptr);
+
 namespace narrow {
 
 /// The functions above for one set of instructions.
@@ -47,6 +50,7 @@ struct BatchVersion {
   void (*boxes)(const PairArrays&, NarrowPhaseStats*);
   void (*discs)(const PairArrays&, NarrowPhaseStats*);
   void (*planes)(const PairArrays&, NarrowPhaseStats*);
+  void (*boxes_and_discs)(const PairArrays&, NarrowPhaseStats*);
 };
 /// The versions that this processor can run, the one that is taken first; for tests and benchmarks.
 std::span<const BatchVersion> batch_versions();

@@ -186,6 +186,41 @@ TEST(CollideBatch, GivesTheBitsOfBoxesAndDiscsOnHalfPlanesOneByOne) {
   }
 }
 
+TEST(CollideBatch, GivesTheBitsOfBoxesWithDiscsOneByOne) {
+  const unsigned seed = 1241;
+  Scenes scenes(seed);
+  Batch batch;
+  for (int k = 0; k < test_scale(40000); ++k) {
+    const double size = scenes.size(), other = scenes.below(3) == 0 ? scenes.size() : size;
+    Shape box = rectangle(scenes, size);
+    const Shape disc =
+        make_disc(0.5 * other, scenes.below(2) == 0 ? Vec2{} : 0.3 * other * scenes.direction());
+    auto [pose_a, pose_b] = scenes.poses(size, other, 1e6);
+    double margin = scenes.below(2) == 0 ? 0 : scenes.uniform(0, 0.2) * size;
+    // On a corner, on the line of an edge beyond its end, in the middle, or on a face, with or without a
+    // hair.
+    if (scenes.below(3) == 0) {
+      box = make_box({size, size}, {}, 0, scenes.below(2) == 0 ? 0 : 0.1 * size);
+      const double hair = scenes.below(2) == 0 ? 0.0 : size * std::pow(10.0, scenes.uniform(-16, -6));
+      const auto grid = [&] { return 0.25 * (scenes.below(9) - 4) * size; };
+      pose_a.q = Rot::from_angle(kPi / 2 * scenes.below(4));
+      pose_b.p = pose_a.p + Vec2{grid() + hair, grid() - hair};
+      margin = scenes.below(2) == 0 ? 0 : 2 * size;
+    }
+    if (scenes.below(2) == 0) {
+      batch.add(box, pose_a, disc, pose_b, margin);
+    } else {
+      batch.add(disc, pose_b, box, pose_a, margin);
+    }
+  }
+  // Bodies too far away for squares of their distance meet nothing.
+  batch.add(make_box({1, 1}), {}, make_disc(1), {{0, -1e101}, {}}, 0);
+  for (const narrow::BatchVersion& version : narrow::batch_versions()) {
+    SCOPED_TRACE(version.name);
+    expect_same(batch, version.boxes_and_discs, seed);
+  }
+}
+
 TEST(CollideBatch, MirrorsExactlyWhenTheShapesAreExchanged) {
   const unsigned seed = 1236;
   Scenes scenes(seed);
@@ -273,7 +308,7 @@ TEST(CollideBatch, SkipsPairsThatItKnowsToBeApartAndNeverAnother) {
 TEST(CollideBatch, TakesOtherShapesOneByOne) {
   const unsigned seed = 1239;
   Scenes scenes(seed);
-  for (const auto all : {collide_boxes, collide_discs, collide_half_planes}) {
+  for (const auto all : {collide_boxes, collide_discs, collide_half_planes, collide_boxes_and_discs}) {
     Batch batch;
     for (int k = 0; k < 2000; ++k) {
       const auto [pose_a, pose_b] = scenes.poses(1, 1, 0);
