@@ -171,16 +171,25 @@ SKERRY_ALWAYS_INLINE void weigh(const R& D, R& g) {
   set_bits(g, (kReciprocal + kEta) - bits);
 }
 
-// The sum over the rows of a group, always in the same order; rows that are not there count as zero.
+// Three sums over the rows of a group, always in the same order; rows that are not there count as zero.
 template <class T, int n>
-SKERRY_ALWAYS_INLINE void add_up(const T (&x)[n], T& sum) {
-  if constexpr (n == 2)
-    sum = x[0] + x[1];
-  else
-    sum = (x[0] + x[1]) + (x[2] + x[3]);
+SKERRY_ALWAYS_INLINE void add_up(const T (&x)[3][n], T (&sum)[3]) {
+  for (int k = 0; k < 3; ++k) {
+    if constexpr (n == 2)
+      sum[k] = x[k][0] + x[k][1];
+    else
+      sum[k] = (x[k][0] + x[k][1]) + (x[k][2] + x[k][3]);
+  }
 }
-SKERRY_ALWAYS_INLINE void add_up(const Vec4 (&x)[1], double& sum) {
-  sum = (x[0][0] + x[0][1]) + (x[0][2] + x[0][3]);
+SKERRY_ALWAYS_INLINE void add_up(const Vec4 (&x)[3][1], double (&sum)[3]) {
+  const Vec4 &a = x[0][0], &b = x[1][0], &c = x[2][0];
+  const Vec4 ab = __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Vec4 cc = __builtin_shufflevector(c, c, 0, 4, 2, 6) + __builtin_shufflevector(c, c, 1, 5, 3, 7);
+  const Vec2 first = __builtin_shufflevector(ab, ab, 0, 1) + __builtin_shufflevector(ab, ab, 2, 3);
+  const Vec2 last = __builtin_shufflevector(cc, cc, 0, 1) + __builtin_shufflevector(cc, cc, 2, 3);
+  sum[0] = first[0];
+  sum[1] = first[1];
+  sum[2] = last[0];
 }
 
 // u = J v of one slot.
@@ -377,20 +386,25 @@ class Sticking {
   }
   SKERRY_ALWAYS_INLINE static int b(const Group& group) { return most == 1 ? 0 : group.b; }
 
+  // Adds three sums over the slots of a group.
+  template <int n>
+  SKERRY_ALWAYS_INLINE static void add_three(const R (&x)[3][n], S* to) {
+    S sum[3];
+    add_up(x, sum);
+    for (int k = 0; k < 3; ++k) add(sum[k], to[k]);
+  }
+
   // sum += J^T z over the slots of a group.
   template <bool grounded, int n>
   SKERRY_ALWAYS_INLINE static void add_impulses(const Slot<R>* slot, const R (&z)[n], S* sum_a, S* sum_b) {
-    R x[n];
-    S sum;
-    for (int k = 0; k < 3; ++k) {
-      for (int i = 0; i < n; ++i) x[i] = slot[i].Jb[k] * z[i];
-      add_up(x, sum);
-      add(sum, sum_b[k]);
-      if constexpr (!grounded) {
-        for (int i = 0; i < n; ++i) x[i] = slot[i].Ja[k] * z[i];
-        add_up(x, sum);
-        add(sum, sum_a[k]);
-      }
+    R x[3][n];
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < n; ++i) x[k][i] = slot[i].Jb[k] * z[i];
+    add_three(x, sum_b);
+    if constexpr (!grounded) {
+      for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < n; ++i) x[k][i] = slot[i].Ja[k] * z[i];
+      add_three(x, sum_a);
     }
   }
 
@@ -398,18 +412,18 @@ class Sticking {
   template <int n>
   SKERRY_ALWAYS_INLINE static void begin_body(const Slot<R>* slot, const R (Slot<R>::*J)[3],
                                               const R (&s)[3][n], S (&diagonal)[6], S* x) {
-    R p[n];
-    S sum;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c) {
-        for (int i = 0; i < n; ++i) p[i] = s[r][i] * (slot[i].*J)[c];
-        add_up(p, sum);
-        add(sum, diagonal[r * (r + 1) / 2 + c]);
-      }
-      for (int i = 0; i < n; ++i) p[i] = s[r][i] * slot[i].b;
-      add_up(p, sum);
-      add(sum, x[r]);
+    R upper[3][n], lower[3][n], push[3][n];
+    for (int i = 0; i < n; ++i) {
+      const R(&Ji)[3] = slot[i].*J;
+      upper[0][i] = s[0][i] * Ji[0];
+      upper[1][i] = s[1][i] * Ji[0];
+      upper[2][i] = s[1][i] * Ji[1];
+      for (int c = 0; c < 3; ++c) lower[c][i] = s[2][i] * Ji[c];
+      for (int c = 0; c < 3; ++c) push[c][i] = s[c][i] * slot[i].b;
     }
+    add_three(upper, diagonal);
+    add_three(lower, diagonal + 3);
+    add_three(push, x);
   }
 
   template <int n, bool grounded>
@@ -434,14 +448,12 @@ class Sticking {
     }
     begin_body(slot, &Slot<R>::Jb, s, factor.diagonal[ib], x[ib]);
     if constexpr (!grounded) {
-      R p[n];
-      S sum;
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) {
-          for (int i = 0; i < n; ++i) p[i] = s[r][i] * slot[i].Ja[c];
-          add_up(p, sum);
-          factor.block[ib][ia][r][c] += sum;
-        }
+      for (int r = 0; r < 3; ++r) {
+        R row[3][n];
+        for (int c = 0; c < 3; ++c)
+          for (int i = 0; i < n; ++i) row[c][i] = s[r][i] * slot[i].Ja[c];
+        add_three(row, factor.block[ib][ia][r]);
+      }
       for (int c = 0; c < 3; ++c)
         for (int i = 0; i < n; ++i) s[c][i] = slot[i].g * slot[i].Ja[c];
       begin_body(slot, &Slot<R>::Ja, s, factor.diagonal[ia], x[ia]);
@@ -559,8 +571,9 @@ class Sticking {
   template <class F>
   SKERRY_ALWAYS_INLINE static void each_lane(const Group& group, int i, R& to, F&& f) {
     if constexpr (kLanes) {
-      to = R{};
-      for (int lane = 0; lane < group.count; ++lane) to[lane] = f(group.first + lane);
+      double of[kTogether] = {};
+      for (int lane = 0; lane < group.count; ++lane) of[lane] = f(group.first + lane);
+      std::memcpy(&to, of, sizeof(to));
     } else {
       to = R{} + (i < group.count ? f(group.first + i) : 0);
     }
