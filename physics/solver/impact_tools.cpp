@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/spare.h"
+
 namespace skerry::impact {
 namespace {
 
@@ -17,6 +19,14 @@ SolveOptions options_of(const ImpactProblem& problem, const ImpactResult& result
   if (problem.work_limit > 0)
     options.work_limit = std::max(problem.work_limit / 16, problem.work_limit - result.work.visits);
   return options;
+}
+
+void clear(IslandSystem& system) {
+  system.bodies.clear();
+  system.positions.clear();
+  system.rows.clear();
+  system.b.clear();
+  system.compliance.clear();
 }
 
 /// Solves the sub-system and books its work, status and residual.
@@ -79,7 +89,8 @@ std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<i
   }
 
   // The bodies of these rows, renumbered in ascending order.
-  std::vector<int> bodies;
+  Spare<std::vector<int>> spare_bodies;
+  std::vector<int>& bodies = *spare_bodies;
   for (const int i : rows) {
     for (const int body : {problem.system.rows[i].a, problem.system.rows[i].b}) {
       if (body >= 0) bodies.push_back(body);
@@ -92,7 +103,9 @@ std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<i
                     : static_cast<int>(std::lower_bound(bodies.begin(), bodies.end(), body) - bodies.begin());
   };
 
-  IslandSystem sub;
+  Spare<IslandSystem> spare;
+  IslandSystem& sub = *spare;
+  clear(sub);
   for (const int body : bodies) {
     sub.bodies.push_back(problem.system.bodies[body]);
     if (!problem.system.positions.empty()) sub.positions.push_back(problem.system.positions[body]);
@@ -110,10 +123,13 @@ std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<i
 void add_friction(const ImpactProblem& problem, ImpactResult& result) {
   // Normal impulses are known now, so friction is a box-constrained least-energy problem: always solvable,
   // unique in velocities, and it can only take energy away.
-  IslandSystem tangential;
+  Spare<IslandSystem> spare;
+  IslandSystem& tangential = *spare;
+  clear(tangential);
   tangential.bodies = problem.system.bodies;
   tangential.positions = problem.system.positions;
-  std::vector<int> rows;
+  Spare<std::vector<int>> spare_rows;
+  std::vector<int>& rows = *spare_rows;
   for (int i = 0; i < problem.system.size(); ++i) {
     Row row = problem.system.rows[i];
     if (row.kind == RowKind::Friction || row.kind == RowKind::Rolling) {
@@ -133,11 +149,12 @@ void add_friction(const ImpactProblem& problem, ImpactResult& result) {
   const bool any = std::any_of(tangential.rows.begin(), tangential.rows.end(),
                                [](const Row& row) { return row.kind == RowKind::Motor; });
   if (!any) return;
-  const std::vector<double> p = solve(problem, tangential, result);
+  std::vector<double> p = solve(problem, tangential, result);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     apply_row(problem.system, rows[k], p[k], result.velocity);
     result.lambda[rows[k]] += p[k];
   }
+  give_spare(std::move(p));
 
   // Friction may have turned a body into a contact: one plastic Coulomb solve over everything ends the
   // approach.
@@ -168,7 +185,9 @@ void end_approach(const ImpactProblem& problem, ImpactResult& result) {
 }
 
 bool coulomb(const ImpactProblem& problem, Velocities& v, std::vector<double>& lambda, ImpactResult& result) {
-  IslandSystem plastic = problem.system;
+  Spare<IslandSystem> spare;
+  IslandSystem& plastic = *spare;
+  plastic = problem.system;
   plastic.b.resize(plastic.rows.size());
   for (int i = 0; i < plastic.size(); ++i) plastic.b[i] = -row_velocity(problem, i, v);
   Solution solution = problem.solver->solve(plastic, {}, options_of(problem, result), nullptr);

@@ -65,7 +65,9 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   request.actuators = AssemblyRequest::Actuators::Rigid;
   assemble(state, island, request, assembly);
 
-  ImpactProblem problem;
+  Spare<ImpactProblem> spare_problem;
+  ImpactProblem& problem = *spare_problem;
+  problem.restitution.clear();
   // Bounces lower than this [m] are summed: their flights are short enough for a constant acceleration.
   const double low = 16 * state.config.touch_tolerance;
   const auto settle = [&](int i, double u) {
@@ -77,7 +79,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     problem.restitution.back() = 0;
     outcome.settled.push_back({origin.index, -2 * e * u / (g * (1 - e))});
   };
-  problem.velocity = island_velocities(state, island);
+  island_velocities(state, island, problem.velocity);
   bool approaching = false;
   double fastest = 0;
   for (int i = 0; i < assembly.system.size(); ++i) {
@@ -113,7 +115,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     assembly.system.b[i] = -(1 + problem.restitution[i]) * row_velocity(assembly, i, problem.velocity);
   }
 
-  problem.system = std::move(assembly.system);
+  std::swap(problem.system, assembly.system);
   problem.drive = assembly.drive;
   problem.rest_speed = state.config.rest_speed;
   problem.solver = state.solver;
@@ -146,6 +148,8 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     keep_trace(state, island, elapsed, std::move(problem.system), std::move(impact.lambda), impact.status,
                state.impact_law->name, impact.residual, true, nullptr, result);
   }
+  give_spare(std::move(impact.lambda));
+  give_spare(std::move(impact.velocity));
   return outcome;
 }
 
