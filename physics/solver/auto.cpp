@@ -28,6 +28,9 @@ constexpr std::size_t kPivotingRows = 2000;
 // A relative residual above which another start of the sweeps is tried.
 constexpr double kPoor = 1e-2;
 
+// Rows up to which a factor costs less than what keeps it from step to step: memory, and a key to find it by.
+constexpr std::size_t kForgottenRows = 24;
+
 struct AutoMemory : SolverMemory {
   std::unique_ptr<SolverMemory> body_space, convex, bilateral;
 
@@ -146,6 +149,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     }
   }
 
+  if (system.rows.size() <= kForgottenRows) memory = nullptr;
   if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
   AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
   std::unique_ptr<SolverMemory> fresh;  // of the rounds below
