@@ -486,7 +486,8 @@ std::size_t HierarchicalGrid::bytes() const {
   return (box_.capacity() + new_box_.capacity()) * sizeof(FloatBox) +
          (start_.capacity() + id_.capacity() + cell_.capacity() + slot_of_.capacity() + head_.capacity() +
           2 * has_overflow_.capacity() + next_.capacity() + new_id_.capacity() + new_cell_.capacity()) *
-             sizeof(std::uint32_t);
+             sizeof(std::uint32_t) +
+         octave_of_box_.capacity();
 }
 
 void HierarchicalGrid::visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const {

@@ -145,6 +145,7 @@ class HierarchicalGrid final : public PairFinder {
   int last_octave_ = 0;
   std::vector<GridLevel> levels_;              ///< those with boxes, from fine to coarse
   std::vector<std::uint8_t> level_of_octave_;  ///< index into `levels_`
+  std::vector<std::uint8_t> octave_of_box_;    ///< by proxy, in the last build, if it had several levels
   std::vector<std::uint32_t> start_;           ///< first slot by cell, then the end
   // By slot: packed first, with unused places at the end, then the overflow.
   std::vector<FloatBox> box_;

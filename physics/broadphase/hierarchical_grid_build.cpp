@@ -120,7 +120,7 @@ double HierarchicalGrid::best_phase(const BoxSet& boxes) const {
   constexpr double kQuarters[] = {1, 1.189207115002721, 1.4142135623730951, 1.681792830507429};
   std::uint32_t counts[4 * (kMostOctaves + 1)] = {};
   // A sample is enough, and costs little.
-  const ProxyIndex stride = boxes.limit() / 4096 + 1;
+  const ProxyIndex stride = boxes.limit() / 512 + 1;
   for (ProxyIndex p = 0; p < boxes.limit(); p += stride) {
     if (!boxes.is_present(p)) continue;
     const int octave = octave_of(extent_of(boxes.box(p)));
@@ -138,6 +138,7 @@ double HierarchicalGrid::best_phase(const BoxSet& boxes) const {
       if (levels[fine] == 0) continue;
       rows += 2 * levels[fine];
       for (int coarse = 0; coarse < fine; ++coarse) {
+        if (levels[coarse] == 0) continue;
         rows += std::min(3 * levels[fine], levels[coarse] * (2 + std::ldexp(1.0, fine - coarse)));
       }
     }
@@ -196,10 +197,12 @@ void HierarchicalGrid::choose_levels(const BoxSet& boxes) {
     highest[0] = upper;
   } else {
     if (!(wish_ > 0)) top_ *= best_phase(boxes);
+    octave_of_box_.resize(boxes.limit());
     for (ProxyIndex p = 0; p < boxes.limit(); ++p) {
       if (!boxes.is_present(p)) continue;
       const Aabb& box = boxes.box(p);
       const int octave = octave_of(extent_of(box));
+      octave_of_box_[p] = static_cast<std::uint8_t>(octave);
       Vec2& low = lowest[octave];
       Vec2& high = highest[octave];
       if (counts[octave]++ == 0) low = high = box.lower;
@@ -260,7 +263,8 @@ void HierarchicalGrid::rebuild(const BoxSet& boxes) {
   std::size_t k = 0;
   const auto take = [&](ProxyIndex p) {
     const Aabb& box = boxes.box(p);
-    const GridLevel& level = levels_.size() == 1 ? levels_.front() : *level_of(extent_of(box));
+    const GridLevel& level =
+        levels_.size() == 1 ? levels_.front() : levels_[level_of_octave_[octave_of_box_[p]]];
     const std::uint32_t cell = level.wrapped ? cell_of(level, box.lower) : cell_inside(level, box.lower);
     store(new_box_[k], box, origin_);
     new_id_[k] = p | (boxes.is_fixed(p) ? kFixedMark : 0) | (boxes.is_moved(p) ? kMovedMark : 0);
