@@ -176,7 +176,8 @@ void Step::merge_pairs(bool moved) {
       if (known != s_.links.end() && known->pair() == pair && !is_chain(pair)) continue;
     }
     const PairVerdict verdict = rounds_ == 0 ? (*verdicts)[k] : judge(pair, look_at(pair));
-    if (verdict == PairVerdict::Near) add_wanted(pair);
+    if (verdict == PairVerdict::Near) wanted.push_back({pair.low, pair.high, 0});
+    if (verdict == PairVerdict::NearChain) add_wanted(pair);
     if (verdict == PairVerdict::Distant) distant.push_back(pair);
   }
   if (unsorted) std::sort(wanted.begin(), wanted.end());
@@ -234,8 +235,9 @@ void Step::merge_pairs(bool moved) {
 }
 
 PairVerdict Step::judge(const Pair& pair, const PairLook& look) const {
-  if (!may_touch(pair)) return PairVerdict::Never;
-  return is_near(pair, look) ? PairVerdict::Near : PairVerdict::Distant;
+  if (!look.may_touch) return PairVerdict::Never;
+  if (!is_near(pair, look)) return PairVerdict::Distant;
+  return look.chain ? PairVerdict::NearChain : PairVerdict::Near;
 }
 
 /// What the first round makes of each pair.
@@ -251,8 +253,8 @@ bool Step::are_pairs_of_table() const {
   if (!s_.scratch.distant.empty() || s_.pairs.size() != s_.contacts.size()) return false;
   for (std::size_t k = 0; k < s_.pairs.size(); ++k) {
     const Pair& pair = s_.pairs[k];
-    if (s_.links[k].pair() != pair || is_chain(pair) || !may_touch(pair) ||
-        !is_near(pair, s_.scratch.looks[k])) {
+    const PairLook& look = s_.scratch.looks[k];
+    if (s_.links[k].pair() != pair || look.chain || !look.may_touch || !is_near(pair, look)) {
       return false;
     }
   }
@@ -286,9 +288,7 @@ void Step::add_wanted(const Pair& pair) {
   }
 }
 
-bool Step::may_touch(const Pair& pair) const {
-  const ShapeRecord& a = s_.shapes[pair.low];
-  const ShapeRecord& b = s_.shapes[pair.high];
+bool Step::may_touch(const ShapeRecord& a, const ShapeRecord& b) const {
   if (a.body == b.body || !may_collide(a.filter, b.filter)) return false;
   const bool dynamic =
       s_.bodies.type[a.body.index] == BodyType::Dynamic || s_.bodies.type[b.body.index] == BodyType::Dynamic;

@@ -137,12 +137,16 @@ double Step::guess_of_joints(std::uint32_t body) const {
 }
 
 /// How near the boxes of a pair are where the step begins, and come to each other while both bodies go their
-/// ways. Where neither is fast, nothing has to be known.
+/// ways. Where neither is fast, nothing has to be known of that.
 PairLook Step::look_at(const Pair& pair) const {
   const ShapeRecord &low = s_.shapes[pair.low], &high = s_.shapes[pair.high];
   const std::uint32_t a = low.body.index, b = high.body.index;
-  if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) return {};
   PairLook look;
+  look.body_a = a;
+  look.body_b = b;
+  look.may_touch = may_touch(low, high);
+  look.chain = low.shape.kind == ShapeKind::Chain || high.shape.kind == ShapeKind::Chain;
+  if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) return look;
   look.alike = fly_alike(a, b);
   const Aabb &box_a = s_.start_box[pair.low], &box_b = s_.start_box[pair.high];
   const Vec2 from = 0.5 * (box_b.lower + box_b.upper) - 0.5 * (box_a.lower + box_a.upper);
@@ -205,24 +209,28 @@ void Step::expect_blows() {
   });
   std::vector<std::uint32_t>& expecting = s_.scratch.left;
   expecting.clear();
-  const auto expect = [&](std::uint32_t i, double blow) {
-    if (s_.flight[i] != FlightKind::Fast || s_.bodies.type[i] != BodyType::Dynamic) return;
+  // Others are not fast, or their guess stays.
+  const auto is_open = [&](std::uint32_t i) {
     const double guess = s_.stray_guess[i];
-    if (guess > 0 && guess < kInfinity) return;
+    return s_.flight[i] == FlightKind::Fast && s_.bodies.type[i] == BodyType::Dynamic &&
+           !(guess > 0 && guess < kInfinity);
+  };
+  const auto expect = [&](std::uint32_t i, double blow) {
+    if (!is_open(i)) return;
     const double most = std::min(blow, 2 * s_.reach[i]);
     if (most <= s_.allowance[i]) return;
     s_.allowance[i] = most;
-    if (guess == 0) expecting.push_back(i);
+    if (s_.stray_guess[i] == 0) expecting.push_back(i);
   };
   for (std::size_t k = 0; k < looks.size(); ++k) {
     const Pair& pair = s_.pairs[k];
     const PairLook& look = looks[k];
-    const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
-    if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) continue;
+    const std::uint32_t a = look.body_a, b = look.body_b;
+    if (!is_open(a) && !is_open(b)) continue;
     const double farthest = look.alike ? 0 : s_.reach[a] + s_.reach[b];
     if (look.nearest > s_.config.touch_tolerance + farthest) continue;
     if (look.gap > s_.config.touch_tolerance + s_.reach[a] + s_.reach[b]) continue;
-    if (!may_touch(pair) || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
+    if (!look.may_touch || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
     // What is heavy makes what is light twice as fast as it was against it.
     const double blow = look.alike ? 2 * flight_apart(s_, a, b, h_) + s_.config.contact_margin : kInfinity;
     expect(a, blow);
@@ -235,12 +243,12 @@ void Step::expect_blows() {
 /// Whether the shapes can meet in this step, by their boxes where it begins; in later rounds by the ways that
 /// the last one took.
 bool Step::is_near(const Pair& pair, const PairLook& look) const {
-  const std::uint32_t a = s_.shapes[pair.low].body.index, b = s_.shapes[pair.high].body.index;
+  const std::uint32_t a = look.body_a, b = look.body_b;
   if (!look.alike || !(look.gap > s_.config.contact_margin)) return true;
   const double margin = s_.config.contact_margin;
   if (look.gap > margin + way_of(a) + way_of(b) || look.nearest > margin + strays(a) + strays(b))
     return false;
-  if (rounds_ == 0 || is_chain(pair)) return true;
+  if (rounds_ == 0 || look.chain) return true;
   Contact contact;
   contact.shape_a = pair.low;
   contact.shape_b = pair.high;

@@ -67,11 +67,14 @@ struct Way {
   double omega = 0, alpha = 0;
 };
 
-/// How two bodies of which one is fast stand to each other.
+/// How two bodies stand to each other; the numbers are known if one of them is fast.
 struct PairLook {
   double gap = 0;      ///< of their boxes where the step begins [m]
   double nearest = 0;  ///< bound on that gap while both go their ways [m]
+  std::uint32_t body_a = 0, body_b = 0;
   bool alike = false;
+  bool may_touch = false;  ///< filters and joints let them
+  bool chain = false;      ///< one of the two shapes is one
 };
 
 /// Counters of a chunk of contacts.

@@ -18,7 +18,7 @@ namespace skerry {
 inline constexpr std::size_t kPairsAPiece = 1024;
 
 /// Whether two shapes make a contact of this step, or may in a later round.
-enum class PairVerdict : std::uint8_t { Never, Distant, Near };
+enum class PairVerdict : std::uint8_t { Never, Distant, Near, NearChain };
 
 class Step {
  public:
@@ -62,7 +62,7 @@ class Step {
   bool are_pairs_of_table() const;
   bool is_chain(const Pair& pair) const;
   void add_wanted(const Pair& pair);
-  bool may_touch(const Pair& pair) const;
+  bool may_touch(const ShapeRecord& a, const ShapeRecord& b) const;
   Contact make_contact(const ContactKey& key) const;
 
   // world_reach.cpp: how far bodies can go, and which pairs can meet therefore.
