@@ -7,6 +7,7 @@
 
 #include "physics/contact_batch.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/world_step.h"
 
@@ -22,7 +23,7 @@ constexpr std::size_t kLargeIsland = 1000;
 // Rounds of a step after which islands that may flow do, and how many times the work of flow a round may cost
 // for the next one to be exact, too.
 constexpr int kExactRounds = 3;
-constexpr double kDearRound = 10;
+constexpr double kDearRound = 5;
 
 /// Both are empty but for what the first one holds; most hold numbers only.
 void take_over(IslandResult& from, IslandResult& to) {
@@ -318,7 +319,11 @@ void Step::give_exact_rounds_up() {
     if (rounds_ <= kExactRounds && !(last.result.work.visits > dear)) continue;
     if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
       continue;
-    for (const std::uint32_t i : bodies) s_.step_memory[i].flow = kMustFlow;
+    const bool vain = !last.result.report.flowing && last.result.work.visits > dear;
+    for (const std::uint32_t i : bodies) {
+      s_.step_memory[i].flow = kMustFlow;
+      if (vain) wait_after_failure(s_.step_memory[i]);
+    }
   }
 }
 

@@ -27,6 +27,10 @@ struct RowOrigin {
   double stiffness = 0, damping = 0;  ///< of a joint's spring: the row is compliant then
 
   bool spring() const { return stiffness > 0 || damping > 0; }
+  /// The same row of the same point or joint.
+  bool is_same(const RowOrigin& other) const {
+    return joint == other.joint && index == other.index && point == other.point && kind == other.kind;
+  }
 };
 
 /// Rows with what they were made of.

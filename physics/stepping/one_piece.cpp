@@ -35,6 +35,12 @@ constexpr double kSetUp = 5;
 constexpr int kInteriorFrom = 40, kInteriorAgain = 5;
 // Residual at which nothing more is done after it.
 constexpr double kGoodEnough = 1e-8;
+// Share of the work, if not `kInteriorFrom` sweeps, after which points are looked for that only the impulses
+// of others close, and how deep they would end, as a share of the smaller body.
+constexpr double kFirstShare = 0.6, kMissed = 0.1;
+// Changes of a sweep, as a share of the largest free velocity, from which on that is vain: sweeps are too far
+// from an answer.
+constexpr double kAstray = 0.1;
 // Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
 constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // What joints and contacts beside them give of a shift of positions, as shares of what one alone would want,
@@ -55,13 +61,18 @@ constexpr int kSeparations = 8;
 constexpr double kExactWork = 30;
 // Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
 constexpr double kNearly = 1e-3;
-constexpr int kLongestWait = 64;
+constexpr int kLongestWait = 256;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 1024;
 
 /// Rows for positions, without friction. They have their own spare memory: rows are written over those that
 /// are there, and a list that changes its length costs as much as its rows.
 struct PositionRows : Assembly {};
+
+/// Shares by which rows of joints and contacts give (`BlockSweeps::soften`).
+struct Give {
+  double joints = 0, contacts = 0;
+};
 
 class OnePieceStep {
  public:
@@ -187,53 +198,23 @@ class OnePieceStep {
   /// good as asked for
   bool solve(const std::vector<Velocity>& before, std::vector<Velocity>& after,
              std::vector<std::uint8_t>& pushed) {
-    after = before;
-    add_free_motion(state_, island_, h_, after);
-    pushed.assign(after.size(), 0);
+    pushed.assign(before.size(), 0);
     Spare<std::vector<std::uint8_t>> points;
     Spare<Assembly> spare;
     Assembly& assembly = *spare;
-    {
-      StageTimer timer(state_, result_, Stage::Assemble);
-      choose_points(*points);
-      AssemblyRequest request;
-      request.points = &*points;
-      request.friction = true;
-      request.elapsed = from_;
-      request.actuators = AssemblyRequest::Actuators::All;
-      request.rope_slack = state_.config.contact_margin;
-      request.velocities = &after;
-      request.ahead = h_;
-      assemble(state_, island_, request, assembly);
-    }
-    IslandSystem& system = assembly.system;
+    const IslandSystem& system = assembly.system;
     Spare<std::vector<double>> warm;
-    warm->resize(system.rows.size());
-    aim_joints(state_, from_, h_, after, assembly, *warm);
-    for_each(system.rows.size(), [&](std::size_t i) {
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) return;
-      const Contact& contact = state_.contacts[origin.index];
-      const PointMemory& memory = contact.points[origin.point];
-      const double target =
-          origin.kind == RowKind::Normal ? least_speed(assembly, i, contact.restitution, before) : 0;
-      system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
-      if (origin.kind == RowKind::Friction && memory.sticking)
-        system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
-      (*warm)[i] = memory.h > 0 ? impulse_of(memory, origin.kind) * (h_ / memory.h) : 0;
-    });
-    Solution solution;
-    {
-      StageTimer timer(state_, result_, Stage::Solve);
-      SolveOptions options = state_.config.solve;
-      options.work_limit = !exact_                       ? kVelocityShare * limit_
-                           : state_.config.flow_work > 0 ? kExactWork * bodies_work_
-                                                         : work_left(state_, result_);
-      options.trace = state_.observe.systems && state_.observe.solve_traces;
-      options.threads = state_.island_threads;
-      solution = exact_ ? solve_exactly(system, *warm, options) : sweep_until_done(system, *warm, options);
-      result_.work += solution.work;
-    }
+    choose_points(*points);
+    set_up(*points, before, after, assembly, *warm);
+    SolveOptions options = state_.config.solve;
+    options.work_limit = !exact_                       ? kVelocityShare * limit_
+                         : state_.config.flow_work > 0 ? kExactWork * bodies_work_
+                                                       : work_left(state_, result_);
+    options.trace = state_.observe.systems && state_.observe.solve_traces;
+    options.threads = state_.island_threads;
+    Solution solution = exact_ ? solve_exactly(system, *warm, options)
+                               : solve_in_flow(*points, before, after, assembly, *warm, options);
+    result_.work += solution.work;
     if (exact_ && solution.status != SolveStatus::Solved) {
       if (!nearly_ || solution.residual > kNearly) return false;
       exact_ = false;
@@ -260,6 +241,39 @@ class OnePieceStep {
     return true;
   }
 
+  /// Rows of the chosen points, what they want, and the impulses of the last step.
+  /// @param after  set to the velocities of free motion
+  void set_up(const std::vector<std::uint8_t>& points, const std::vector<Velocity>& before,
+              std::vector<Velocity>& after, Assembly& assembly, std::vector<double>& warm) {
+    StageTimer timer(state_, result_, Stage::Assemble);
+    after = before;
+    add_free_motion(state_, island_, h_, after);
+    AssemblyRequest request;
+    request.points = &points;
+    request.friction = true;
+    request.elapsed = from_;
+    request.actuators = AssemblyRequest::Actuators::All;
+    request.rope_slack = state_.config.contact_margin;
+    request.velocities = &after;
+    request.ahead = h_;
+    assemble(state_, island_, request, assembly);
+    IslandSystem& system = assembly.system;
+    warm.resize(system.rows.size());
+    aim_joints(state_, from_, h_, after, assembly, warm);
+    for_each(system.rows.size(), [&](std::size_t i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) return;
+      const Contact& contact = state_.contacts[origin.index];
+      const PointMemory& memory = contact.points[origin.point];
+      const double target =
+          origin.kind == RowKind::Normal ? least_speed(assembly, i, contact.restitution, before) : 0;
+      system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
+      if (origin.kind == RowKind::Friction && memory.sticking)
+        system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
+      warm[i] = memory.h > 0 ? impulse_of(memory, origin.kind) * (h_ / memory.h) : 0;
+    });
+  }
+
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,
   /// but what lands within it, faster than resting contacts are shaken, bounces.
   double least_speed(const Assembly& assembly, std::size_t row, double restitution,
@@ -271,34 +285,118 @@ class OnePieceStep {
 
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
                          const SolveOptions& options) {
+    StageTimer timer(state_, result_, Stage::Solve);
     std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = state_.solver->solve(system, warm, options, &memory);
     keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
     return solution;
   }
 
+  /// What is struck runs into bodies that its own motion would not have met: their points join the rest of
+  /// the sweeps.
+  Solution solve_in_flow(std::vector<std::uint8_t>& points, const std::vector<Velocity>& before,
+                         std::vector<Velocity>& after, Assembly& assembly, std::vector<double>& warm,
+                         SolveOptions options) {
+    bool missed = false;
+    const auto look = [&](const std::vector<double>& lambda) {
+      Spare<std::vector<Velocity>> then;
+      *then = after;
+      apply_impulses(assembly.system, lambda, *then);
+      missed = add_missed(*then, points);
+      return missed;
+    };
+    Solution first;
+    {
+      StageTimer timer(state_, result_, Stage::Solve);
+      first = sweep_until_done(assembly.system, warm, options, {}, look);
+    }
+    if (!missed) return first;
+    Spare<std::vector<RowOrigin>> origin;
+    *origin = assembly.origin;
+    set_up(points, before, after, assembly, warm);
+    // The new rows are among the old ones, which keep their order.
+    std::size_t old = 0;
+    for (std::size_t i = 0; i < warm.size(); ++i) {
+      const bool known = old < origin->size() && (*origin)[old].is_same(assembly.origin[i]);
+      warm[i] = known ? first.lambda[old++] : 0;
+    }
+    options.work_limit =
+        std::max(options.work_limit - first.work.visits, (1 - kFirstShare) * options.work_limit);
+    StageTimer timer(state_, result_, Stage::Solve);
+    Solution rest = sweep_until_done(assembly.system, warm, options);
+    rest.work += first.work;
+    rest.iterations += first.iterations;
+    give_spare(std::move(first.lambda));
+    return rest;
+  }
+
+  /// Chooses points that end deep with these velocities. @return whether there are any
+  bool add_missed(const std::vector<Velocity>& after, std::vector<std::uint8_t>& points) const {
+    const auto velocity = [&](std::uint32_t body, Vec2 where) {
+      const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
+      if (k < 0) return point_velocity(state_, body, where, from_);
+      const Velocity& v = after[static_cast<std::size_t>(k)];
+      return Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]);
+    };
+    std::atomic<bool> any = false;
+    for_each(points.size(), [&](std::size_t k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        if (points[k] & (1u << i)) continue;
+        const ManifoldPoint& point = contact.manifold.points[i];
+        const Vec2 u = velocity(contact.body_b, point.position) - velocity(contact.body_a, point.position);
+        const double end = point.separation + h_ * dot(contact.manifold.normal, u);
+        if (!(end < -kMissed * std::min(size(contact.body_a), size(contact.body_b)))) continue;
+        points[k] |= 1u << i;
+        any.store(true, std::memory_order_relaxed);
+      }
+    });
+    return any;
+  }
+
+  Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
+                            const SolveOptions& options, Give give = {}) const {
+    return sweep_until_done(system, warm, options, give, [](const std::vector<double>&) { return false; });
+  }
+
   /// The world's own solver where it is a preview; else sweeps, which at this price leave no more than
   /// cleverer methods do (tests/bench/solver.md).
-  /// @param joint_give, contact_give  shares by which rows give (`BlockSweeps::soften`)
+  /// @param look  is shown the impulses once, when `kFirstShare` of the work is done, or all of it (a
+  /// preview),
+  ///              and says whether to stop there
+  template <class Look>
   Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
-                            const SolveOptions& options, double joint_give = 0,
-                            double contact_give = 0) const {
+                            const SolveOptions& options, Give give, Look&& look) const {
     static const SolverEntry& standard = find_solver("pgs");
-    if (!state_.solver->exact) return state_.solver->solve(system, warm, options, nullptr);
     Spare<BlockSweeps> sweeps;
-    if (options.trace || !sweeps->assign(system, true, options.threads))
-      return standard.solve(system, warm, options, nullptr);
+    if (!state_.solver->exact || options.trace || !sweeps->assign(system, true, options.threads)) {
+      const SolverEntry& solver = state_.solver->exact ? standard : *state_.solver;
+      Solution solution = solver.solve(system, warm, options, nullptr);
+      look(solution.lambda);
+      return solution;
+    }
     Solution solution;
     solution.method = standard.name;
-    sweeps->soften(joint_give, contact_give);
+    sweeps->soften(give.joints, give.contacts);
     sweeps->set(warm);
     const double rows = static_cast<double>(system.rows.size());
     const double scale = largest_magnitude(system.b);
     double target = options.tolerance * scale;
     solution.work.visits = kSetUp * rows;
     double worst = sweeps->violation();
+    bool looked = false;
+    double change = 0;
+    const auto stops = [&] {
+      looked = true;
+      if (change > kAstray * scale) return false;
+      sweeps->get(sweeps->impulses(), solution.lambda);
+      return look(solution.lambda);
+    };
     int attempt = kInteriorFrom;
     while (worst > target && solution.work.visits < options.work_limit) {
+      const bool due =
+          solution.iterations == kInteriorFrom || solution.work.visits >= kFirstShare * options.work_limit;
+      if (!looked && due && stops()) break;
       if (solution.iterations == attempt) {
         attempt *= kInteriorAgain;
         if (improve_by_interior_point(system, options.work_limit, *sweeps, worst, solution.work))
@@ -308,9 +406,11 @@ class OnePieceStep {
       ++solution.iterations;
       solution.work.visits += rows;
       // The change underestimates the violation.
-      const bool done = sweeps->sweep() <= 0.5 * target || !(solution.work.visits < options.work_limit);
+      change = sweeps->sweep();
+      const bool done = change <= 0.5 * target || !(solution.work.visits < options.work_limit);
       if (done) worst = sweeps->violation();
     }
+    if (!looked) stops();
     sweeps->get(sweeps->impulses(), solution.lambda);
     solution.residual = scale > 0 ? worst / scale : worst;
     solution.status = worst <= options.tolerance * scale ? SolveStatus::Solved : SolveStatus::Inexact;
@@ -503,9 +603,8 @@ class OnePieceStep {
     options.tolerance = 1e-4;
     options.threads = state_.island_threads;
     options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
-    Solution solution = island_.joints.empty()
-                            ? sweep_until_done(system, {}, options)
-                            : sweep_until_done(system, {}, options, kJointGive, kContactGive);
+    const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
+    Solution solution = sweep_until_done(system, {}, options, give);
     result_.work += solution.work;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     shift.assign(island_.bodies.size(), Velocity{});

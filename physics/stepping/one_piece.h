@@ -12,7 +12,8 @@
 //   q1 = q0 + h v1;  where no impulse acts: q0 + h (v0 + v1) / 2
 //
 // Then overlaps are taken out of the positions, and energy that came up by that out of the motion.
-// J: geometry and all gaps that could close within the step, at its beginning [Stewart & Trinkle 1996].
+// J: geometry and all gaps that could close within the step, at its beginning [Stewart & Trinkle 1996]. Those
+// that only the impulses of others close join when most of the sweeps are done.
 //
 // The same problem solved exactly serves large islands that are lightly disturbed or struck: a blow on a wall
 // of a thousand bricks, which opens gaps of micrometres all over it, is then neither an impact of all
@@ -35,10 +36,10 @@ bool step_island_exactly(WorldState& state, const Island& island, double from, d
                          IslandResult& result);
 
 /// The same, exact or not at all, for a whole step of an island that is but lightly disturbed; after calls
-/// that failed the next 1, 2, 4 ... 64 do not try.
+/// that failed the next 1, 2, 4 ... 256 do not try.
 bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result);
 
-/// An exact step failed: the next 1, 2, 4 ... 64 calls do not try.
+/// An exact step failed: the next 1, 2, 4 ... 256 calls do not try.
 void wait_after_failure(StepMemory& memory);
 
 }  // namespace skerry

@@ -314,8 +314,9 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     result.step_memory.light_wait = std::max(result.step_memory.light_wait, last.light_wait);
   }
   const OnePieceRule rule = one_piece_rule(state, island, h);
-  // Exact forces of what hangs together cost most where they are not found.
-  const bool waits = !island.joints.empty() && rule.work_limit > 0 && result.step_memory.light_wait > 0;
+  // Exact forces of what hangs together, or is large, cost most where they are not found.
+  const bool dear = rule.large || !island.joints.empty();
+  const bool waits = dear && rule.work_limit > 0 && result.step_memory.light_wait > 0;
   if (rule.light && step_island_lightly(state, island, h, result)) return;
   if (waits && !rule.light) --result.step_memory.light_wait;
   if (rule.flows || waits || (rule.light && rule.large))
@@ -324,9 +325,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
   const double there = IslandStep(state, island, rule, result).run(0, h);
   result.step_memory.flow = std::max(restlessness(result), result.report.flowing ? 1 : 0);
-  if (!(there < h)) return;
-  step_island_in_flow(state, island, there, h, result);
-  if (!island.joints.empty()) wait_after_failure(result.step_memory);
+  if (there < h) step_island_in_flow(state, island, there, h, result);
+  if (dear && result.report.flowing) wait_after_failure(result.step_memory);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {
