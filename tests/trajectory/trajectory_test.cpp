@@ -89,6 +89,21 @@ const Scene kScenes[] = {
        for (int i = 0; i < 9; ++i)
          add(w, {0.9 * (i % 3) - 0.9, 0.9 * (i / 3) - 0.9}, rough(make_box({0.6, 0.6}), 0.4));
      }},
+    {"pour",
+     [](World& w) {
+       std::mt19937 random(3);
+       const auto number = [&random] { return static_cast<double>(random()) / 4294967296.0; };
+       add_ground(w, smooth(make_disc(1)));
+       for (const double side : {0.0, 8.0}) {
+         const BodyId wall = w.create_body({.type = BodyType::Static});
+         w.add_shape(wall, smooth(make_half_plane({side, 0}, {side > 0 ? -1.0 : 1.0, 0})));
+       }
+       for (int i = 0; i < 120; ++i) {
+         const double radius = 0.3 + 0.3 * number();
+         const Vec2 at{0.7 + 1.25 * (i % 6) + 0.05 * number(), 0.65 + 1.25 * (i / 6)};
+         add(w, at, smooth(make_disc(radius)), 1, {0, -12});
+       }
+     }},
 };
 
 constexpr int kSteps = 60;
