@@ -3,6 +3,7 @@
 // Whole steps of a world, and impacts. Counters: residual of the contact problem, bodies, contact points.
 #include <algorithm>
 #include <benchmark/benchmark.h>
+#include <random>
 
 #include "physics/solver/impact_law.h"
 #include "tests/support/worlds.h"
@@ -89,6 +90,49 @@ void StackPushed(benchmark::State& state) {
   set_counters(state, world);
 }
 BENCHMARK(StackPushed)->Arg(10)->Arg(30)->Arg(100)->Unit(benchmark::kMicrosecond);
+
+/// Small islands far from each other that are never at rest: stacks of boxes with a rough fall and a bounce
+/// (0), or with forces that change at every step (1). Arguments: which, how many, boxes in each.
+void SmallIslands(benchmark::State& state) {
+  const bool pushed = state.range(0) != 0;
+  const int count = static_cast<int>(state.range(1)), boxes = static_cast<int>(state.range(2));
+  constexpr int kSteps = 60;
+  for (auto _ : state) {
+    state.PauseTiming();
+    WorldConfig config;
+    config.sleep = false;
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.5));
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> any(-1, 1);
+    std::vector<BodyId> all;
+    for (int i = 0; i < count; ++i) {
+      for (int k = 0; k < boxes; ++k) {
+        const double x = 8.0 * i + (pushed ? 0.05 : 0.1) * any(random);
+        all.push_back(pushed ? add(world, {x, k + 0.5}, rough(make_box({1, 1}), 0.5))
+                             : add(world, {x, 0.7 + 1.3 * k}, rough(make_box({1, 1}), 0.5, 0.6), 1,
+                                   {any(random), 0}, any(random)));
+      }
+    }
+    state.ResumeTiming();
+    for (int step = 0; step < kSteps; ++step) {
+      for (std::size_t i = 0; pushed && i < all.size(); ++i)
+        world.apply_force(all[i], {6 * any(random), 0}, world.position(all[i]));
+      world.step(1.0 / 60);
+    }
+    state.PauseTiming();
+    set_counters(state, world);
+    state.ResumeTiming();
+  }
+  state.counters["island_steps/s"] =
+      benchmark::Counter(static_cast<double>(count) * kSteps, benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(SmallIslands)
+    ->Args({0, 200, 1})
+    ->Args({0, 200, 3})
+    ->Args({1, 200, 2})
+    ->Args({1, 50, 5})
+    ->Unit(benchmark::kMillisecond);
 
 /// Bodies that fly and meet nothing.
 void Flight(benchmark::State& state) {
