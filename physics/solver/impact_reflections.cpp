@@ -19,30 +19,70 @@
 // With different e the answer is drawn towards the plastic one where it would gain.
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "physics/solver/impact_laws.h"
 #include "physics/solver/impact_tools.h"
+#include "physics/spare.h"
 
 namespace skerry::impact {
 namespace {
 
+/// Rows of one kind by body, one body after the other.
+struct RowsOfBodies {
+  std::vector<int> first, rows;
+
+  void assign(const IslandSystem& system, RowKind kind) {
+    first.assign(system.bodies.size() + 1, 0);
+    each(system, kind, [&](int body, int) { ++first[body + 1]; });
+    for (std::size_t k = 1; k < first.size(); ++k) first[k] += first[k - 1];
+    rows.resize(first.back());
+    each(system, kind, [&](int body, int row) { rows[first[body]++] = row; });
+    // Each start has become the next one's.
+    for (std::size_t k = first.size() - 1; k > 0; --k) first[k] = first[k - 1];
+    first[0] = 0;
+  }
+  std::span<const int> of(int body) const {
+    return std::span(rows).subspan(first[body], first[body + 1] - first[body]);
+  }
+
+ private:
+  template <class F>
+  static void each(const IslandSystem& system, RowKind kind, F&& f) {
+    for (int i = 0; i < system.size(); ++i) {
+      const Row& row = system.rows[i];
+      if (row.kind != kind) continue;
+      if (row.a >= 0) f(row.a, i);
+      if (row.b >= 0) f(row.b, i);
+    }
+  }
+};
+
+/// What an elastic phase needs for a moment.
+struct ReflectionVectors {
+  RowsOfBodies normals, joints;
+  std::vector<int> row_mark, body_mark;
+  std::vector<std::uint8_t> active, locked;
+  std::vector<double> recent;
+  std::vector<int> candidates, approaching, rows, bodies, touched;
+};
+
 /// Which rows touch which body, and the walk from an approaching contact to all that must be solved with it.
 class Neighbourhood {
  public:
-  explicit Neighbourhood(const IslandSystem& system)
-      : system_(system), normals_(system.bodies.size()), joints_(system.bodies.size()) {
-    for (int i = 0; i < system.size(); ++i) {
-      const Row& row = system.rows[i];
-      if (row.kind != RowKind::Normal && row.kind != RowKind::Joint) continue;
-      auto& lists = row.kind == RowKind::Normal ? normals_ : joints_;
-      if (row.a >= 0) lists[row.a].push_back(i);
-      if (row.b >= 0) lists[row.b].push_back(i);
-    }
+  Neighbourhood(const IslandSystem& system, ReflectionVectors& vectors)
+      : system_(system),
+        normals_(vectors.normals),
+        joints_(vectors.joints),
+        row_mark_(vectors.row_mark),
+        body_mark_(vectors.body_mark) {
+    normals_.assign(system, RowKind::Normal);
+    joints_.assign(system, RowKind::Joint);
     row_mark_.assign(system.rows.size(), 0);
     body_mark_.assign(system.bodies.size(), 0);
   }
 
-  const std::vector<int>& normals(int body) const { return normals_[body]; }
+  std::span<const int> normals(int body) const { return normals_.of(body); }
 
   /// The component of `seed` in the set `active` of contacts (1 for each row in it); joints of the bodies met
   /// belong to it. Rows ascend; a row is reported once per `round`.
@@ -52,10 +92,10 @@ class Neighbourhood {
     bodies.clear();
     visit_row(seed, round, rows, bodies);
     for (std::size_t k = 0; k < bodies.size(); ++k) {
-      for (const int i : normals_[bodies[k]]) {
+      for (const int i : normals_.of(bodies[k])) {
         if (active[i] && row_mark_[i] != round) visit_row(i, round, rows, bodies);
       }
-      for (const int i : joints_[bodies[k]]) {
+      for (const int i : joints_.of(bodies[k])) {
         if (row_mark_[i] != round) visit_row(i, round, rows, bodies);
       }
     }
@@ -75,8 +115,8 @@ class Neighbourhood {
   }
 
   const IslandSystem& system_;
-  std::vector<std::vector<int>> normals_, joints_;
-  std::vector<int> row_mark_, body_mark_;
+  RowsOfBodies &normals_, &joints_;
+  std::vector<int>&row_mark_, &body_mark_;
 };
 
 /// Could all contacts open at once? True when some motion w has J w >= 1 for every contact and J w = 0 for
@@ -105,12 +145,20 @@ bool can_all_open(const ImpactProblem& problem) {
 /// plastically).
 Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, ImpactResult& result) {
   const IslandSystem& system = problem.system;
-  Neighbourhood near(system);
-  Velocities x = problem.velocity;
-  std::vector<std::uint8_t> active(system.rows.size(), 0), locked(system.rows.size(), 0);
+  Spare<ReflectionVectors> vectors;
+  Neighbourhood near(system, *vectors);
+  Velocities x = take_spare<Velocities>();
+  x = problem.velocity;
+  std::vector<std::uint8_t>&active = vectors->active, &locked = vectors->locked;
+  active.assign(system.rows.size(), 0);
+  locked.assign(system.rows.size(), 0);
 
   double fastest = 0;
-  std::vector<int> candidates = rows_of(system, RowKind::Normal);
+  std::vector<int>& candidates = vectors->candidates;
+  candidates.clear();
+  for (int i = 0; i < system.size(); ++i) {
+    if (system.rows[i].kind == RowKind::Normal) candidates.push_back(i);
+  }
   for (const int i : candidates) fastest = std::max(fastest, std::abs(row_velocity(problem, i, x)));
   // A check for jammed contacts is due when the count is beyond what free contacts take and momentum has
   // piled up.
@@ -118,9 +166,11 @@ Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, Im
   const int first_check = 4 * contacts + 50;
   int next_check = first_check;
   bool separable = false;
-  std::vector<double> recent(system.rows.size(), 0);
+  std::vector<double>& recent = vectors->recent;
+  recent.assign(system.rows.size(), 0);
 
-  std::vector<int> approaching, rows, bodies, touched;
+  std::vector<int>&approaching = vectors->approaching, &rows = vectors->rows, &bodies = vectors->bodies,
+  &touched = vectors->touched;
   for (int round = 1; !candidates.empty(); ++round) {
     approaching.clear();
     for (const int i : candidates) {
@@ -134,7 +184,7 @@ Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, Im
     for (const int seed : approaching) {
       if (near.visited(seed, round)) continue;
       near.component(seed, active, round, rows, bodies);
-      const std::vector<double> impulses = unilateral(problem, rows, x, {}, result);
+      std::vector<double> impulses = unilateral(problem, rows, x, {}, result);
       for (std::size_t k = 0; k < rows.size(); ++k) {
         const int i = rows[k];
         const double impulse = (locked[i] ? 1.0 : 2.0) * impulses[k];
@@ -143,6 +193,7 @@ Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, Im
         lambda[i] += impulse;
         recent[i] += std::abs(impulse);
       }
+      give_spare(std::move(impulses));
       touched.insert(touched.end(), bodies.begin(), bodies.end());
       ++result.reflections;
     }
