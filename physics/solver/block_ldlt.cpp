@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/spare.h"
+
 namespace skerry {
 namespace {
 
@@ -142,21 +144,34 @@ SKERRY_ALWAYS_INLINE void solve_general(const Block3& D, const std::array<unsign
 
 }  // namespace
 
+namespace {
+
+// What an analysis needs for a moment.
+struct AnalysisVectors {
+  std::vector<int> start, neighbour, fill, finish, mark, first_child, next_child;
+};
+
+}  // namespace
+
 void BlockPattern::analyse(int nodes, std::span<const std::array<int, 2>> edges) {
   const std::size_t n = at(nodes);
   // Adjacency in compressed form, both directions, sorted, without repeats.
-  std::vector<int> start(n + 1, 0), neighbour(2 * edges.size());
+  Spare<AnalysisVectors> vectors;
+  std::vector<int>&start = vectors->start, &neighbour = vectors->neighbour, &fill = vectors->fill,
+  &finish = vectors->finish;
+  start.assign(n + 1, 0);
+  neighbour.resize(2 * edges.size());
   for (const auto& e : edges) {
     ++start[at(e[0]) + 1];
     ++start[at(e[1]) + 1];
   }
   for (std::size_t i = 0; i < n; ++i) start[i + 1] += start[i];
-  std::vector<int> fill(start.begin(), start.end() - 1);
+  fill.assign(start.begin(), start.end() - 1);
   for (const auto& e : edges) {
     neighbour[at(fill[at(e[0])]++)] = e[1];
     neighbour[at(fill[at(e[1])]++)] = e[0];
   }
-  std::vector<int> finish(n);
+  finish.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const auto first = neighbour.begin() + start[i], last = neighbour.begin() + start[i + 1];
     std::sort(first, last);
@@ -193,7 +208,9 @@ void BlockPattern::analyse(int nodes, std::span<const std::array<int, 2>> edges)
   for (std::size_t i = 0; i < n; ++i) position_[at(order_[i])] = static_cast<int>(i);
 
   // Structure of L: column j has its own neighbours and what its children in the elimination tree hand up.
-  std::vector<int> mark(n, -1), first_child(n, -1), next_child(n, -1);
+  std::vector<int>&mark = vectors->mark, &first_child = vectors->first_child,
+  &next_child = vectors->next_child;
+  for (std::vector<int>* list : {&mark, &first_child, &next_child}) list->assign(n, -1);
   begin_.assign(n + 1, 0);
   row_.clear();
   for (std::size_t j = 0; j < n; ++j) {
