@@ -140,6 +140,86 @@ TEST(Reach, MissesNothingInSwarmsThatStrikeObstacles) {
   std::printf("%d impacts, %d islands stepped again, %d pairs of %d\n", hits, retries, pairs, all_pairs);
 }
 
+TEST(Reach, MissesNothingBesideLongBodiesAtASlant) {
+  // Small bodies about a bar that turns and planks at a slant, which are much larger: pairs are looked at in
+  // the frame of those. A world that looks at all pairs makes the same steps, from the same states.
+  const unsigned seed = 1618;
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int hits = 0, pairs = 0, all_pairs = 0, sharp = 0;
+  for (int k = 0; k < test_scale(8); ++k) {
+    WorldConfig config, all;
+    config.gravity = all.gravity = k % 2 == 0 ? Vec2{} : Vec2{0, -10};
+    config.flow_work = all.flow_work = 0;
+    all.skips.alike = false;
+    World world(config), other(all);
+    const double e = k % 4 < 2 ? 0 : 0.6;
+    std::vector<BodyId> bodies;
+    std::vector<Shape> shapes;
+    const auto place = [&](const BodyDef& def, const ShapeDef& shape) {
+      for (World* each : {&world, &other}) {
+        const BodyId body = each->create_body(def);
+        each->add_shape(body, shape);
+        if (each == &world) bodies.push_back(body);
+      }
+      shapes.push_back(shape.shape);
+    };
+    const auto pose = [&](BodyId body) {
+      return Transform{world.position(body), Rot::from_angle(world.angle(body))};
+    };
+    place({.type = BodyType::Kinematic, .angle = uniform(-3, 3), .omega = uniform(-4, 4)},
+          smooth(make_box({8, 0.3}), e));
+    for (const double side : {-1.0, 1.0}) {
+      place({.type = BodyType::Static, .position = {6 * side, uniform(-2, 2)}, .angle = uniform(-1, 1)},
+            smooth(make_box({0.2, 7}), e));
+    }
+    constexpr std::size_t kLong = 3;
+    for (int i = 0; i < 40; ++i) {
+      const Vec2 at{(i % 8 - 3.5) * 1.3, (i / 8 - 2) * 1.3};
+      const Shape shape = i % 2 == 0 ? make_disc(0.12) : make_box({0.2, 0.2});
+      // None begins in another.
+      bool free = true;
+      for (std::size_t j = 0; j < kLong; ++j)
+        free &= collide(shapes[j], pose(bodies[j]), make_disc(0.3), {at, {}}, 0).count == 0;
+      if (!free) continue;
+      place({.position = at,
+             .velocity = {uniform(-12, 12), uniform(-12, 12)},
+             .omega = uniform(-5, 5),
+             .mass = 1.0},
+            smooth(shape, e));
+    }
+    for (int step = 0; step < 25; ++step) {
+      for (std::size_t i = kLong; i < bodies.size(); ++i) {
+        const BodyId body = bodies[i];
+        other.set_pose(body, world.position(body), world.angle(body));
+        other.set_velocity(body, world.velocity(body), world.omega(body));
+      }
+      const StepReport &report = world.step(1.0 / 60), &full = other.step(1.0 / 60);
+      hits += report.impacts;
+      pairs += report.pairs - report.pairs_out_of_reach;
+      all_pairs += full.pairs - full.pairs_out_of_reach;
+      // As above.
+      const double most = report.substeps > 4 ? 0.1 : 1e-6 + 1.01 * full.worst_penetration;
+      sharp += full.worst_penetration < 1e-9;
+      for (std::size_t i = kLong; i < bodies.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+          const Manifold m = collide(shapes[i], pose(bodies[i]), shapes[j], pose(bodies[j]), 0);
+          for (int p = 0; p < m.count; ++p) {
+            ASSERT_GT(m.points[static_cast<std::size_t>(p)].separation, -most)
+                << i << "-" << j << ", step " << step << " of " << k << ", seed " << seed;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(hits, 100);
+  EXPECT_LT(pairs, all_pairs);
+  EXPECT_GT(sharp, 40);
+  std::printf("%d impacts, %d pairs of %d, %d sharp steps\n", hits, pairs, all_pairs, sharp);
+}
+
 /// Boxes of 0.4 m in a block, loose and in disorder, without weight. They flow within a few steps.
 std::vector<BodyId> add_block(World& world, int side, Vec2 at, Vec2 velocity) {
   std::mt19937_64 random(5);
