@@ -21,10 +21,10 @@ class ThreadPool {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int threads() const;
-  /// Calls `item(i)` once for each i in [0, count), in any order and at the same time, and returns when all
-  /// are done. Items must not touch each other's data; then the result does not depend on the number of
-  /// threads. If items throw, the exception of the lowest i is thrown here, after all others have ended. Not
-  /// to be called from within an item.
+  /// Calls `item(i)` once for each i in [0, count), at the same time, and returns when all are done. Items
+  /// must not touch each other's data; then the result does not depend on the number of threads. They begin
+  /// in ascending order: an item may wait for lower ones. If items throw, the exception of the lowest i is
+  /// thrown here, after all others have ended. Not to be called from within an item.
   template <class Item>
   void run(std::size_t count, Item&& item) {
     using Plain = std::remove_reference_t<Item>;

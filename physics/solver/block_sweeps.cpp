@@ -2,7 +2,10 @@
 #include "physics/solver/block_sweeps.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "physics/spare.h"
 
@@ -15,8 +18,29 @@ std::size_t at(int i) {
 
 // Fewer blocks leave too many lanes empty.
 constexpr std::size_t kFewBlocks = 12;
-// Blocks, or batches of them, that a thread takes at a time where each is by itself.
-constexpr std::size_t kBlocksAPiece = 1024, kBatchesAPiece = 64;
+// Blocks, or chunks of them, that a thread takes at a time where each is by itself.
+constexpr std::size_t kBlocksAPiece = 1024, kChunksAPiece = 4;
+// With fewer chunks, sweeps that follow each other are soon done.
+constexpr std::size_t kManyChunks = 24;
+// Looks at another thread's progress, some 50 us, before this one leaves the processor to others.
+constexpr int kPatience = 1000;
+
+/// Chunks that a sweep has done, for the thread that makes the next one to see.
+struct alignas(64) Progress {
+  std::atomic<int> done = 0;
+
+  void wait_for(int chunks) const {
+    for (int i = 0; done.load(std::memory_order_acquire) < chunks; ++i) {
+      if (i > kPatience) {
+        std::this_thread::yield();
+        continue;
+      }
+#if defined(__x86_64__)
+      __builtin_ia32_pause();
+#endif
+    }
+  }
+};
 
 double dot3(const BodyVector& x, const BodyVector& y) {
   return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
@@ -41,7 +65,8 @@ struct BlockSweeps::Kernels {
   /// One block; `count` is known to the compiler in the hot cases. @tparam kSoft  contacts give
   template <bool kSoft>
   static SKERRY_ALWAYS_INLINE void update(const Block& k, const Bounds& bounds, Pattern pattern, int count,
-                                          double give, Impulses& impulses, BodyVector* y, double& largest) {
+                                          int ground, double give, Impulses& impulses, BodyVector* y,
+                                          double& largest) {
     const Vec4 ya = y[k.a].v, yb = y[k.b_body].v;
     Vec4 t[kRows] = {};
     for (int r = 0; r < count; ++r) t[r] = k.low[r].v * ya + k.high[r].v * yb;
@@ -79,13 +104,13 @@ struct BlockSweeps::Kernels {
       a += k.low[r].v * d[r];
       b += k.high[r].v * d[r];
     }
-    y[k.a].v = a;
-    y[k.b_body].v = b;
+    if (k.a != ground) y[k.a].v = a;
+    if (k.b_body != ground) y[k.b_body].v = b;
   }
 
   /// One block of joint rows.
   static SKERRY_ALWAYS_INLINE void update_joint(const Block& k, const JointBlock& joint, const Bounds& bounds,
-                                                double give, Impulses& impulses, BodyVector* y,
+                                                int ground, double give, Impulses& impulses, BodyVector* y,
                                                 double& largest) {
     const bool held = k.pattern == Pattern::Held;
     Vec4 a = y[k.a].v, b = y[k.b_body].v;
@@ -114,30 +139,31 @@ struct BlockSweeps::Kernels {
       a += k.low[r].v * d[r];
       b += k.high[r].v * d[r];
     }
-    y[k.a].v = a;
-    y[k.b_body].v = b;
+    if (k.a != ground) y[k.a].v = a;
+    if (k.b_body != ground) y[k.b_body].v = b;
   }
 
   /// One block with the shape of its rows known to the compiler.
   template <bool kSoft>
   static SKERRY_ALWAYS_INLINE void update_one(BlockSweeps& s, std::size_t k, double& largest) {
     const double give = s.contact_give_;
+    const int ground = static_cast<int>(s.mass_.size()) - 1;
     BodyVector* y = s.velocities_.data();
     const Block& block = s.blocks_[k];
     Impulses& impulses = s.impulses_[k];
     const Bounds& bounds = s.bounds_[k];
     if (block.pattern >= Pattern::Held)
-      update_joint(block, s.joint_of(k), bounds, s.joint_give_, impulses, y, largest);
+      update_joint(block, s.joint_of(k), bounds, ground, s.joint_give_, impulses, y, largest);
     else if (block.pattern == Pattern::Rough && block.count == 4)
-      update<kSoft>(block, bounds, Pattern::Rough, 4, give, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Rough, 4, ground, give, impulses, y, largest);
     else if (block.pattern == Pattern::Rough)
-      update<kSoft>(block, bounds, Pattern::Rough, 2, give, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Rough, 2, ground, give, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth && block.count == 2)
-      update<kSoft>(block, bounds, Pattern::Smooth, 2, give, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Smooth, 2, ground, give, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth)
-      update<kSoft>(block, bounds, Pattern::Smooth, 1, give, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::Smooth, 1, ground, give, impulses, y, largest);
     else
-      update<kSoft>(block, bounds, Pattern::General, block.count, give, impulses, y, largest);
+      update<kSoft>(block, bounds, Pattern::General, block.count, ground, give, impulses, y, largest);
   }
 
   /// Vectors of four become numbers of four.
@@ -227,23 +253,19 @@ struct BlockSweeps::Kernels {
       Task::template four<N, pattern>(s, groups[at(g)], largest);
   }
 
-  /// Goes over all blocks in an order that gives the bits of one after the other. @return the largest number
-  /// that the task found
+  /// Goes over some chunks, or where there are none over all blocks, in an order that gives the bits of one
+  /// after the other. @return the largest number that the task found
   template <class Task, class Sweeps>
-  static SKERRY_ALWAYS_INLINE double visit(Sweeps& s) {
-    if (!s.batches_.empty()) return visit<Task>(s, 0, s.batches_.size());
-    double largest = 0;
-    for (std::size_t k = 0; k < s.blocks_.size(); ++k) Task::one(s, k, largest);
-    return largest;
-  }
-
-  /// The same with some batches.
-  template <class Task, class Sweeps>
-  static SKERRY_ALWAYS_INLINE double visit(Sweeps& s, std::size_t from, std::size_t to) {
+  static SKERRY_ALWAYS_INLINE double visit(Sweeps& s, std::size_t chunk, std::size_t end) {
+    if (s.chunks_.empty()) {
+      double largest = 0;
+      for (std::size_t k = 0; k < s.blocks_.size(); ++k) Task::one(s, k, largest);
+      return largest;
+    }
     double largest = 0;
     Vec4 four{};
-    for (std::size_t i = from; i < to; ++i) {
-      const Batch& batch = s.batches_[i];
+    for (int i = s.chunks_[chunk].first; i < s.chunks_[end - 1].end; ++i) {
+      const Batch& batch = s.batches_[at(i)];
       switch (batch.kind) {
         case Kind::Rough4:
           visit_groups<Task, 4, Pattern::Rough>(s, s.groups4_, batch, four);
@@ -267,8 +289,10 @@ struct BlockSweeps::Kernels {
           visit_groups<Task, 1, Pattern::Held>(s, s.groups1_, batch, four);
           break;
         case Kind::Single:
-          for (int k = batch.first; k < batch.first + batch.count; ++k)
-            Task::one(s, at(s.levels_.order()[at(k)]), largest);
+          for (int g = batch.first; g < batch.first + batch.count; ++g) {
+            const SweepOrder::Group& group = s.order_.groups()[at(g)];
+            for (int k = 0; k < group.count; ++k) Task::one(s, at(group.block[at(k)]), largest);
+          }
           break;
       }
     }
@@ -276,10 +300,14 @@ struct BlockSweeps::Kernels {
     return largest;
   }
 
-  static double sweep_portable(BlockSweeps& s) { return visit<Update<false>>(s); }
-  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s) { return visit<Update<false>>(s); }
-  static double sweep_soft_portable(BlockSweeps& s) { return visit<Update<true>>(s); }
-  SKERRY_AVX2 static double sweep_soft_avx2(BlockSweeps& s) { return visit<Update<true>>(s); }
+  template <bool kSoft>
+  static double sweep_portable(BlockSweeps& s, std::size_t from, std::size_t to) {
+    return visit<Update<kSoft>>(s, from, to);
+  }
+  template <bool kSoft>
+  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s, std::size_t from, std::size_t to) {
+    return visit<Update<kSoft>>(s, from, to);
+  }
 
   /// Fills in the numbers of a block.
   static SKERRY_ALWAYS_INLINE void close(BlockSweeps& s, const IslandSystem& system, std::size_t k) {
@@ -393,8 +421,6 @@ struct BlockSweeps::Kernels {
       }
     }
   };
-  static double violation_portable(const BlockSweeps& s) { return visit<Violation>(s); }
-  SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s) { return visit<Violation>(s); }
   static double violation_portable(const BlockSweeps& s, std::size_t from, std::size_t to) {
     return visit<Violation>(s, from, to);
   }
@@ -436,8 +462,8 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
   });
   for (JointBlock& joint : joints_) close_joint(system, joint);
   rows_ = n;
-  velocities_.assign(at(ground + 2), BodyVector{});
-  impulses_.assign(blocks_.size() + 1, Impulses{});
+  velocities_.assign(at(ground + 1), BodyVector{});
+  impulses_.assign(blocks_.size(), Impulses{});
   group();
   return true;
 }
@@ -508,18 +534,19 @@ BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
   return Kind::Single;
 }
 
-/// Four blocks a group, level by level.
+/// Four blocks a group.
 void BlockSweeps::group() {
   batches_.clear();
+  chunks_.clear();
   groups4_.clear();
   groups3_.clear();
   groups2_.clear();
   groups1_.clear();
   if (blocks_.size() < kFewBlocks) return;
   // The ground's number is that of no body.
-  levels_.start(mass_.size() - 1, kKinds);
-  for (const Block& block : blocks_) levels_.add(block.a, block.b_body, static_cast<int>(kind_of(block)));
-  levels_.finish();
+  order_.start(mass_.size() - 1, kKinds);
+  for (const Block& block : blocks_) order_.add(block.a, block.b_body, static_cast<int>(kind_of(block)));
+  order_.finish();
   // Where the groups of a kind stand.
   const auto with_groups = [this](Kind kind, auto&& visit) {
     if (kind == Kind::Rough4)
@@ -531,42 +558,52 @@ void BlockSweeps::group() {
     else
       visit(groups2_);
   };
-  for (const SweepLevels::Run& run : levels_.runs()) {
-    const Kind kind = static_cast<Kind>(run.kind);
-    const std::size_t blocks = run.end - run.begin;
-    if (kind == Kind::Single) {
-      batches_.push_back({kind, static_cast<int>(run.begin), static_cast<int>(blocks)});
-      continue;
+  const std::vector<SweepOrder::Group>& ordered = order_.groups();
+  for (std::size_t i = 0; i < ordered.size(); ++i) {
+    const Kind kind = static_cast<Kind>(ordered[i].kind);
+    const bool new_chunk = i % SweepOrder::kChunk == 0;
+    if (new_chunk) chunks_.push_back({static_cast<int>(batches_.size()), 0});
+    if (new_chunk || batches_.back().kind != kind) {
+      const int number = static_cast<int>(i);
+      int first = number;
+      if (kind != Kind::Single)
+        with_groups(kind, [&](auto& groups) { first = static_cast<int>(groups.size()); });
+      batches_.push_back({kind, first, 0, number});
     }
-    with_groups(kind, [&](auto& groups) {
-      const std::size_t first = groups.size(), count = (blocks + 3) / 4;
-      groups.resize(first + count);
-      batches_.push_back({kind, static_cast<int>(first), static_cast<int>(count)});
-    });
+    if (kind != Kind::Single) with_groups(kind, [](auto& groups) { groups.emplace_back(); });
+    ++batches_.back().count;
+    chunks_.back().end = static_cast<int>(batches_.size());
   }
-  share(threads_, batches_.size(), kBatchesAPiece, [&](std::size_t from, std::size_t to) {
-    for (std::size_t i = from; i < to; ++i) {
-      if (batches_[i].kind == Kind::Single) continue;
-      with_groups(batches_[i].kind,
-                  [&](auto& groups) { fill_groups(levels_.runs()[i], groups.data() + batches_[i].first); });
+  velocities_.resize(mass_.size() + chunks_.size());
+  impulses_.resize(blocks_.size() + chunks_.size());
+  share(threads_, chunks_.size(), kChunksAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t c = from; c < to; ++c) {
+      for (int i = chunks_[c].first; i < chunks_[c].end; ++i) {
+        const Batch& batch = batches_[at(i)];
+        if (batch.kind == Kind::Single) continue;
+        with_groups(batch.kind, [&](auto& groups) {
+          fill_groups(batch, static_cast<int>(c), groups.data() + batch.first);
+        });
+      }
     }
   });
 }
 
 template <int N>
-void BlockSweeps::fill_groups(const SweepLevels::Run& run, Group<N>* to) const {
-  const int ground = static_cast<int>(mass_.size()) - 1;
-  for (std::size_t i = run.begin; i < run.end; i += 4) {
+void BlockSweeps::fill_groups(const Batch& batch, int chunk, Group<N>* to) const {
+  const int ground = static_cast<int>(mass_.size()) - 1, unread = ground + 1 + chunk;
+  for (int i = 0; i < batch.count; ++i) {
     Group<N>& group = *to++;
+    const SweepOrder::Group& ordered = order_.groups()[at(batch.ordered + i)];
     for (std::size_t lane = 0; lane < 4; ++lane) {
-      const bool none = i + lane >= run.end;  // then the impulses behind the last are its
-      const int k = none ? static_cast<int>(blocks_.size()) : levels_.order()[i + lane];
+      const bool none = static_cast<int>(lane) >= ordered.count;
+      const int k = none ? static_cast<int>(blocks_.size()) + chunk : ordered.block[lane];
       group.block[lane] = k;
       group.a[lane] = none ? ground : blocks_[at(k)].a;
       group.b_body[lane] = none ? ground : blocks_[at(k)].b_body;
       // What reads the ground does not wait for what wrote it.
-      group.to_a[lane] = group.a[lane] == ground ? ground + 1 : group.a[lane];
-      group.to_b[lane] = group.b_body[lane] == ground ? ground + 1 : group.b_body[lane];
+      group.to_a[lane] = group.a[lane] == ground ? unread : group.a[lane];
+      group.to_b[lane] = group.b_body[lane] == ground ? unread : group.b_body[lane];
       if (none) continue;
       const Block& block = blocks_[at(k)];
       for (int r = 0; r < N; ++r) {
@@ -637,10 +674,40 @@ void BlockSweeps::restart() {
   }
 }
 
-double BlockSweeps::sweep() {
-  if (contact_give_ != 1)
-    return cpu_has_avx2() ? Kernels::sweep_soft_avx2(*this) : Kernels::sweep_soft_portable(*this);
-  return cpu_has_avx2() ? Kernels::sweep_avx2(*this) : Kernels::sweep_portable(*this);
+bool BlockSweeps::large() const {
+  return chunks_.size() >= kManyChunks;
+}
+
+double BlockSweeps::sweep(int count) {
+  return contact_give_ != 1 ? sweep_all<true>(count) : sweep_all<false>(count);
+}
+
+template <bool kSoft>
+double BlockSweeps::sweep_all(int count) {
+  const auto some = [this](std::size_t from, std::size_t to) {
+    return cpu_has_avx2() ? Kernels::sweep_avx2<kSoft>(*this, from, to)
+                          : Kernels::sweep_portable<kSoft>(*this, from, to);
+  };
+  double largest = 0;
+  if (!large() || threads_ == nullptr || threads_->threads() == 1) {
+    for (int i = 0; i < count; ++i) largest = some(0, chunks_.size());
+    return largest;
+  }
+  while (count > 0) {
+    const int together = std::min(count, kTogether);
+    std::array<Progress, kTogether> progress;
+    threads_->run(at(together), [&](std::size_t sweep) {
+      double change = 0;
+      for (std::size_t c = 0; c < chunks_.size(); ++c) {
+        if (sweep > 0) progress[sweep - 1].wait_for(order_.need()[c] + 1);
+        change = std::max(change, some(c, c + 1));
+        progress[sweep].done.store(static_cast<int>(c) + 1, std::memory_order_release);
+      }
+      if (sweep + 1 == at(together)) largest = change;
+    });
+    count -= together;
+  }
+  return largest;
 }
 
 ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses,
@@ -651,14 +718,12 @@ ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, c
 }
 
 double BlockSweeps::violation() const {
-  if (batches_.empty() || threads_ == nullptr)
-    return std::max(contradiction_,
-                    cpu_has_avx2() ? Kernels::violation_avx2(*this) : Kernels::violation_portable(*this));
+  const std::size_t count = std::max<std::size_t>(chunks_.size(), 1);
   Spare<std::vector<double>> found;
-  found->assign(batches_.size() / kBatchesAPiece + 1, 0);
-  share(threads_, batches_.size(), kBatchesAPiece, [&](std::size_t from, std::size_t to) {
-    (*found)[from / kBatchesAPiece] = cpu_has_avx2() ? Kernels::violation_avx2(*this, from, to)
-                                                     : Kernels::violation_portable(*this, from, to);
+  found->assign(count / kChunksAPiece + 1, 0);
+  share(threads_, count, kChunksAPiece, [&](std::size_t from, std::size_t to) {
+    (*found)[from / kChunksAPiece] = cpu_has_avx2() ? Kernels::violation_avx2(*this, from, to)
+                                                    : Kernels::violation_portable(*this, from, to);
   });
   return std::max(contradiction_, *std::max_element(found->begin(), found->end()));
 }

@@ -8,7 +8,9 @@
 // Up to four rows of one pair of bodies (two points with friction) make a block. They read the velocities
 // once and are corrected for each other by their own entries of W: the numbers of a row-by-row sweep, without
 // waiting for each other's stores. Of large islands four blocks at a time that share no body are swept side
-// by side, one a lane (`sweep_levels.h`); that changes no bit.
+// by side, one a lane (`sweep_order.h`); that changes no bit. Nor does it where several threads make one
+// sweep each: a sweep begins a chunk of blocks as soon as the one before it has done with all of their
+// bodies.
 //
 // Up to four rows of joints between one pair of bodies make a block, too. Rows without bounds are replaced by
 // orthonormal combinations of theirs, and the others made orthogonal to those:
@@ -25,7 +27,7 @@
 
 #include "physics/islands/island_system.h"
 #include "physics/solver/simd.h"
-#include "physics/solver/sweep_levels.h"
+#include "physics/solver/sweep_order.h"
 #include "physics/thread_pool.h"
 
 namespace skerry {
@@ -36,7 +38,7 @@ class BlockSweeps {
   using Impulses = BodyVector;
 
   /// Packs `system`. @param joints  rows of joints, and compliant ones among them, are taken
-  /// @param threads  share packing, but not the sweeps, until the next `assign`; null: the caller alone
+  /// @param threads  share the work until the next `assign`; null: the caller alone
   /// @return false, with nothing packed, if there are such rows that are not, compliant contacts, or a row
   /// that stands apart from the normal row that scales its bounds
   bool assign(const IslandSystem& system, bool joints = false, ThreadPool* threads = nullptr);
@@ -49,9 +51,9 @@ class BlockSweeps {
 
   std::size_t blocks() const { return blocks_.size(); }
   int rows() const { return rows_; }
-  /// Scaled impulses (of joints: of the rows of Q), one vector a block and a zero, and scaled changes of
-  /// velocity, one a body and two zeros for the ground: one that is read, one that is written. Whoever
-  /// changes the first has to change the second with them, or `restart`.
+  /// Scaled impulses (of joints: of the rows of Q), one vector a block, and scaled changes of velocity,
+  /// one a body, and zeros for the ground and for lanes without a block. Whoever changes the
+  /// first has to change the second with them, or `restart`.
   std::vector<Impulses>& impulses() { return impulses_; }
   std::vector<BodyVector>& velocities() { return velocities_; }
 
@@ -59,9 +61,12 @@ class BlockSweeps {
   void get(const std::vector<Impulses>& from, std::vector<double>& lambda) const;
   void restart();  ///< velocities from the impulses
 
-  /// One sweep in the order of the blocks. @return largest change of a row's velocity [m/s], an estimate of
-  /// the residual
-  double sweep();
+  /// How many sweeps should be made at a time: more than one of large islands, whatever the number of
+  /// threads, which are given one each.
+  int together() const { return large() ? kTogether : 1; }
+  /// Sweeps in the order of the blocks. @return largest change of a row's velocity in the last of them [m/s],
+  /// an estimate of the residual
+  double sweep(int count = 1);
 
   /// Largest violation of the natural map (islands/island_system.h) [m/s].
   double violation() const;
@@ -69,6 +74,7 @@ class BlockSweeps {
  private:
   struct Kernels;
   static constexpr int kRows = 4;
+  static constexpr int kTogether = 4;
   /// N or NN; NF or NFNF; other contacts; joints without bounds; other joints.
   enum class Pattern : std::uint8_t { Smooth, Rough, General, Held, Joint };
   struct alignas(32) Block {
@@ -107,12 +113,17 @@ class BlockSweeps {
     std::array<int, 4> a, b_body;   ///< where velocities are read
     std::array<int, 4> to_a, to_b;  ///< and written
   };
-  /// Blocks that go through the kernels in one way.
+  /// Groups that go through the kernels in one way.
   enum class Kind : std::uint8_t { Rough4, Rough2, Smooth2, Smooth1, Held3, Held2, Held1, Single };
   static constexpr int kKinds = 8;
   struct Batch {
     Kind kind;
-    int first, count;  ///< groups of that kind, or for single ones blocks in the order of the levels
+    int first, count;  ///< groups of that kind, of single blocks those of the order
+    int ordered;       ///< the first one in the order
+  };
+  /// Some batches. Lanes without a block write to one place a chunk: no two threads sweep the same.
+  struct Chunk {
+    int first, end;
   };
 
   static Kind kind_of(const Block& block);
@@ -129,7 +140,10 @@ class BlockSweeps {
   double violation_of(const JointBlock& joint) const;
   void group();
   template <int N>
-  void fill_groups(const SweepLevels::Run& run, Group<N>* group) const;
+  void fill_groups(const Batch& batch, int chunk, Group<N>* group) const;
+  bool large() const;
+  template <bool kSoft>
+  double sweep_all(int count);
   static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
 
   int rows_ = 0;
@@ -143,8 +157,9 @@ class BlockSweeps {
   std::vector<BodyVector> mass_;              ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
   std::vector<BodyVector> velocities_;
-  SweepLevels levels_;
-  std::vector<Batch> batches_;  ///< empty: one block after the other
+  SweepOrder order_;
+  std::vector<Batch> batches_;
+  std::vector<Chunk> chunks_;  ///< empty: one block after the other
   std::vector<Group<4>> groups4_;
   std::vector<Group<3>> groups3_;
   std::vector<Group<2>> groups2_;  ///< rough, smooth and held ones

@@ -51,9 +51,13 @@ bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start
   const int most = options.max_iterations > 0 ? options.max_iterations : kDefaultSweeps;
   const double limit = options.work_limit > 0 ? options.work_limit : kInfinity;
   while (solution.iterations < most && solution.work.visits < limit) {
-    ++solution.iterations;
-    solution.work.visits += static_cast<double>(system.rows.size());
-    if (sweeps->sweep() <= 0.5 * target && sweeps->violation() <= target) break;
+    int count = 0;
+    do {
+      ++count;
+      ++solution.iterations;
+      solution.work.visits += static_cast<double>(system.rows.size());
+    } while (count < sweeps->together() && solution.iterations < most && solution.work.visits < limit);
+    if (sweeps->sweep(count) <= 0.5 * target && sweeps->violation() <= target) break;
   }
   sweeps->get(sweeps->impulses(), solution.lambda);
   conclude(system, options, solution);

@@ -392,21 +392,27 @@ class OnePieceStep {
       sweeps->get(sweeps->impulses(), solution.lambda);
       return look(solution.lambda);
     };
+    const auto due = [&] {
+      return solution.iterations == kInteriorFrom || solution.work.visits >= kFirstShare * options.work_limit;
+    };
     int attempt = kInteriorFrom;
     while (worst > target && solution.work.visits < options.work_limit) {
-      const bool due =
-          solution.iterations == kInteriorFrom || solution.work.visits >= kFirstShare * options.work_limit;
-      if (!looked && due && stops()) break;
+      if (!looked && due() && stops()) break;
       if (solution.iterations == attempt) {
         attempt *= kInteriorAgain;
         if (improve_by_interior_point(system, options.work_limit, *sweeps, worst, solution.work))
           target = std::max(target, kGoodEnough * scale);
         if (worst <= target) break;
       }
-      ++solution.iterations;
-      solution.work.visits += rows;
+      int count = 0;
+      do {
+        ++count;
+        ++solution.iterations;
+        solution.work.visits += rows;
+      } while (count < sweeps->together() && solution.iterations != attempt && (looked || !due()) &&
+               solution.work.visits < options.work_limit);
       // The change underestimates the violation.
-      change = sweeps->sweep();
+      change = sweeps->sweep(count);
       const bool done = change <= 0.5 * target || !(solution.work.visits < options.work_limit);
       if (done) worst = sweeps->violation();
     }

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
-#include <set>
 
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/solver.h"
-#include "physics/solver/sweep_levels.h"
+#include "physics/solver/sweep_order.h"
 
 namespace skerry {
 namespace {
@@ -303,47 +302,135 @@ TEST(Sweeps, SayWhatJointsThatContradictEachOtherLeave) {
   EXPECT_NEAR(violation, 2, 1e-12);
 }
 
-TEST(Sweeps, LevelsKeepTheOrderOfBlocksThatShareABody) {
-  for (unsigned seed = 1; seed <= 30; ++seed) {
+struct Pair {
+  int a, b, kind;
+};
+
+/// Blocks between neighbours of a row of bodies, some between far ones, and some with the ground, all of
+/// which are first in every third case.
+std::vector<Pair> random_pairs(unsigned seed, int bodies, int blocks) {
+  std::mt19937 random(seed);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  std::vector<Pair> made;
+  for (int k = 0; k < blocks; ++k) {
+    Pair pair{below(20) == 0 ? below(bodies) : std::min(bodies - 1, k * bodies / blocks + below(4)), 0,
+              below(3)};
+    // The ground is every number that is no body's.
+    pair.b = below(4) == 0 ? bodies + below(5) : std::max(-2, pair.a - 1 - below(5));
+    made.push_back(pair);
+  }
+  if (seed % 3 == 0)
+    std::stable_partition(made.begin(), made.end(), [&](const Pair& p) { return p.b < 0 || p.b >= bodies; });
+  return made;
+}
+
+bool share_a_body(const Pair& p, const Pair& q, int bodies) {
+  for (const int body : {p.a, p.b}) {
+    if (body >= 0 && body < bodies && (body == q.a || body == q.b)) return true;
+  }
+  return false;
+}
+
+SweepOrder order_of(const std::vector<Pair>& pairs, int bodies) {
+  SweepOrder order;
+  order.start(static_cast<std::size_t>(bodies), 3);
+  for (const Pair& pair : pairs) order.add(pair.a, pair.b, pair.kind);
+  order.finish();
+  return order;
+}
+
+TEST(Sweeps, GroupsKeepTheOrderOfBlocksThatShareABody) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    std::mt19937 random(seed);
-    const int bodies = 2 + static_cast<int>(random() % 40), blocks = static_cast<int>(random() % 200);
-    SweepLevels levels;
-    levels.start(static_cast<std::size_t>(bodies), 3);
-    std::vector<std::array<int, 3>> made;
-    for (int k = 0; k < blocks; ++k) {
-      // The ground is every number that is no body's.
-      made.push_back({static_cast<int>(random() % bodies), static_cast<int>(random() % (bodies + 5)) - 2,
-                      static_cast<int>(random() % 3)});
-      if (made.back()[1] == made.back()[0]) made.back()[1] = -1;
-      levels.add(made.back()[0], made.back()[1], made.back()[2]);
-    }
-    levels.finish();
-    std::vector<int> place(made.size(), -1);
-    std::size_t seen = 0;
-    for (const SweepLevels::Run& run : levels.runs()) {
-      std::set<int> touched;
-      for (std::size_t i = run.begin; i < run.end; ++i) {
-        const int k = levels.order()[i];
-        EXPECT_EQ(made[static_cast<std::size_t>(k)][2], run.kind);
-        place[static_cast<std::size_t>(k)] = static_cast<int>(seen++);
-        for (int side = 0; side < 2; ++side) {
-          const int body = made[static_cast<std::size_t>(k)][static_cast<std::size_t>(side)];
-          EXPECT_TRUE(body < 0 || body >= bodies || touched.insert(body).second);
-        }
+    const int bodies = 2 + static_cast<int>(seed * 7 % 40), blocks = static_cast<int>(seed * 37 % 900);
+    const std::vector<Pair> pairs = random_pairs(seed, bodies, blocks);
+    const SweepOrder order = order_of(pairs, bodies);
+    std::vector<int> group_of(pairs.size(), -1);
+    for (std::size_t g = 0; g < order.groups().size(); ++g) {
+      const SweepOrder::Group& group = order.groups()[g];
+      for (int i = 0; i < group.count; ++i) {
+        const std::size_t k = static_cast<std::size_t>(group.block[static_cast<std::size_t>(i)]);
+        EXPECT_EQ(pairs[k].kind, group.kind);
+        EXPECT_EQ(group_of[k], -1);
+        group_of[k] = static_cast<int>(g);
       }
     }
-    ASSERT_EQ(seen, made.size());
-    for (std::size_t k = 0; k < made.size(); ++k) {
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      ASSERT_GE(group_of[k], 0);
       for (std::size_t j = 0; j < k; ++j) {
-        bool share = false;
-        for (int x = 0; x < 2; ++x) {
-          for (int y = 0; y < 2; ++y) {
-            const int body = made[k][static_cast<std::size_t>(x)];
-            share |= body >= 0 && body < bodies && body == made[j][static_cast<std::size_t>(y)];
+        EXPECT_TRUE(!share_a_body(pairs[j], pairs[k], bodies) || group_of[j] < group_of[k]);
+      }
+    }
+  }
+}
+
+TEST(Sweeps, TheNextSweepWaitsForTheLastChunkWithABodyOfItsChunk) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const int bodies = 40 + static_cast<int>(seed * 31 % 300), blocks = 1500;
+    const std::vector<Pair> pairs = random_pairs(seed, bodies, blocks);
+    const SweepOrder order = order_of(pairs, bodies);
+    std::vector<std::vector<Pair>> chunks;
+    for (std::size_t g = 0; g < order.groups().size(); ++g) {
+      if (g % SweepOrder::kChunk == 0) chunks.emplace_back();
+      const SweepOrder::Group& group = order.groups()[g];
+      for (int i = 0; i < group.count; ++i)
+        chunks.back().push_back(pairs[static_cast<std::size_t>(group.block[static_cast<std::size_t>(i)])]);
+    }
+    ASSERT_EQ(order.need().size(), chunks.size());
+    for (std::size_t c = 0; c < chunks.size(); ++c) {
+      std::size_t last = c;
+      for (std::size_t later = c + 1; later < chunks.size(); ++later) {
+        for (const Pair& p : chunks[c]) {
+          for (const Pair& q : chunks[later]) {
+            if (share_a_body(p, q, bodies)) last = later;
           }
         }
-        EXPECT_TRUE(!share || place[j] < place[k]);
+      }
+      EXPECT_EQ(order.need()[c], static_cast<int>(last)) << "chunk " << c;
+    }
+  }
+}
+
+TEST(Sweeps, ContactsWithTheGroundStandWithTheOthersOfTheirBodies) {
+  // A row of bodies on the ground, whose contacts come first: a sweep follows the one before it closely.
+  constexpr int bodies = 2000;
+  std::vector<Pair> pairs;
+  for (int k = 0; k < bodies; ++k) pairs.push_back({-1, k, 0});
+  for (int k = 1; k < bodies; ++k) pairs.push_back({k - 1, k, 0});
+  const SweepOrder order = order_of(pairs, bodies);
+  const int chunks = static_cast<int>(order.need().size());
+  for (int c = 0; c < chunks; ++c)
+    EXPECT_LE(order.need()[static_cast<std::size_t>(c)] - c, 1 + 160 / SweepOrder::kChunk);
+}
+
+TEST(Sweeps, OfThreadsThatMakeOneEachGiveTheBitsOfOneAfterTheOther) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = islands(seed, 600, seed % 2 == 0);
+    for (const double give : {0.0, 0.3}) {
+      std::vector<double> expected;
+      double change = 0, violation = 0;
+      for (const int threads : {1, 2, 3, 4, 8}) {
+        ThreadPool pool(threads);
+        BlockSweeps sweeps;
+        ASSERT_TRUE(sweeps.assign(system, true, &pool));
+        ASSERT_GT(sweeps.together(), 1);
+        sweeps.soften(give, give);
+        sweeps.set({});
+        if (threads == 1) {
+          for (int i = 0; i < 11; ++i) change = sweeps.sweep();
+        } else {
+          EXPECT_EQ(sweeps.sweep(11), change);
+        }
+        std::vector<double> lambda;
+        sweeps.get(sweeps.impulses(), lambda);
+        if (threads == 1) {
+          expected = lambda;
+          violation = sweeps.violation();
+        }
+        EXPECT_EQ(sweeps.violation(), violation);
+        EXPECT_EQ(lambda, expected) << threads << " threads";
       }
     }
   }

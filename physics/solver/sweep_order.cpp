@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "physics/solver/sweep_order.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+namespace skerry {
+namespace {
+
+// Of this many times 64 groups, the last ones, those with free lanes are remembered: more of them fill some
+// percent more lanes, but lengthen the distance between sweeps.
+constexpr int kWords = 2, kWord = 64;
+
+std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+void SweepOrder::start(std::size_t bodies, int kinds) {
+  ground_ = static_cast<int>(bodies);
+  kinds_ = kinds;
+  blocks_.clear();
+  groups_.clear();
+}
+
+void SweepOrder::add(int a, int b, int kind) {
+  const auto known = [this](int i) { return i >= 0 && i < ground_ ? i : ground_; };
+  blocks_.push_back({static_cast<int>(blocks_.size()), kind, {known(a), known(b)}});
+}
+
+void SweepOrder::finish() {
+  // Contacts with a fixed body stand before all others, far from those that they hold up. Going there once
+  // they may end before another such contact's old place.
+  come_late();
+  come_late();
+  fill_groups();
+  find_need();
+}
+
+/// Moves each block to just before the first later one that shares a body with it.
+void SweepOrder::come_late() {
+  // The key of a block is less than the place of what follows it, and that not more than the key of that:
+  // sorted by keys, blocks that share a body keep their order.
+  const int n = static_cast<int>(blocks_.size());
+  place_.assign(at(ground_) + 1, n);
+  key_.resize(at(n));
+  beginning_.assign(at(n) + 1, 0);
+  for (int i = n - 1; i >= 0; --i) {
+    const auto [a, b] = blocks_[at(i)].body;
+    const int next = std::min(place_[at(a)], place_[at(b)]);
+    key_[at(i)] = next < n ? next - 1 : i;
+    if (a < ground_) place_[at(a)] = i;
+    if (b < ground_) place_[at(b)] = i;
+    ++beginning_[at(key_[at(i)]) + 1];
+  }
+  for (int i = 0; i < n; ++i) beginning_[at(i) + 1] += beginning_[at(i)];
+  sorted_.resize(at(n));
+  for (int i = 0; i < n; ++i) sorted_[at(beginning_[at(key_[at(i)])]++)] = blocks_[at(i)];
+  blocks_.swap(sorted_);
+}
+
+/// Each block goes to the first group of its kind with a free lane after those of its bodies.
+void SweepOrder::fill_groups() {
+  place_.assign(at(ground_) + 1, 0);  // by body: first group after its blocks
+  open_.assign(at(kinds_ * kWords), 0);
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const Block& block = blocks_[i];
+    const auto [a, b] = block.body;
+    int place = find_open(block.kind, std::max(place_[at(a)], place_[at(b)]));
+    const auto word_of = [&](int kind) -> std::uint64_t& {
+      return open_[at(kind * kWords + place / kWord % kWords)];
+    };
+    if (place < 0) {
+      place = static_cast<int>(groups_.size());
+      groups_.push_back({.kind = block.kind});
+      if (place % kWord == 0) {
+        for (int kind = 0; kind < kinds_; ++kind) word_of(kind) = 0;
+      }
+      word_of(block.kind) |= std::uint64_t{1} << (place % kWord);
+    }
+    Group& group = groups_[at(place)];
+    group.block[at(group.count++)] = block.number;
+    if (group.count == kLanes) word_of(block.kind) &= ~(std::uint64_t{1} << (place % kWord));
+    key_[i] = place;
+    if (a < ground_) place_[at(a)] = place + 1;
+    if (b < ground_) place_[at(b)] = place + 1;
+  }
+}
+
+/// The first remembered group of that kind with a free lane, not before `from`; -1: none.
+int SweepOrder::find_open(int kind, int from) const {
+  const int count = static_cast<int>(groups_.size());
+  const int words = (count + kWord - 1) / kWord;
+  from = std::max(from, (words - kWords) * kWord);
+  for (int word = from / kWord; word < words; ++word) {
+    std::uint64_t open = open_[at(kind * kWords + word % kWords)];
+    if (word == from / kWord) open &= ~std::uint64_t{0} << (from % kWord);
+    if (open != 0) return word * kWord + std::countr_zero(open);
+  }
+  return -1;
+}
+
+void SweepOrder::find_need() {
+  // What is left of filling the groups: by block its group, by body the first group after its blocks.
+  need_.assign((groups_.size() + kChunk - 1) / kChunk, 0);
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    int& need = need_[at(key_[i] / kChunk)];
+    need = std::max(need, key_[i] / kChunk);
+    for (const int body : blocks_[i].body) {
+      if (body < ground_) need = std::max(need, (place_[at(body)] - 1) / kChunk);
+    }
+  }
+}
+
+}  // namespace skerry
