@@ -175,7 +175,9 @@ struct StepReport {
   double worst_residual = 0;  ///< over the islands, relative
   double error_estimate = 0;  ///< largest of the islands' (see `IslandReport`)
   int inexact_islands = 0;
-  double worst_penetration = 0;  ///< [m], >= 0
+  /// Deepest overlap at the end of the step [m], >= 0; of islands in flow at its beginning, too: what met
+  /// unforeseen in the step before is known only then.
+  double worst_penetration = 0;
   int contained = 0;             ///< bodies put back and stopped, see `containments`
 
   // Conserved quantities at the end of the step, dynamic bodies only.

@@ -255,6 +255,7 @@ void write_report(WorldState& s, double h) {
     r.islands_by_time_stepping += !result.at_rest && result.report.stepper == "time_stepping";
     r.islands_in_flow += result.report.flowing;
     r.islands_in_one_piece += result.one_piece;
+    r.worst_penetration = std::max(r.worst_penetration, result.overlap);
     r.error_estimate = std::max(r.error_estimate, result.report.error_estimate);
     r.fallbacks += result.fallbacks;
     for (MotionEvent event : result.motion_events) {

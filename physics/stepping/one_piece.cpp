@@ -146,24 +146,39 @@ class OnePieceStep {
   }
 
   /// Points whose gap would close within the step if nothing acted, or nearly so, or as the last round moved
-  /// them; for an exact answer all near ones, which are the same from step to step.
-  void choose_points(std::vector<std::uint8_t>& points) const {
+  /// them; for an exact answer all near ones, which are the same from step to step. In flow the deepest
+  /// overlap is noted.
+  void choose_points(std::vector<std::uint8_t>& points) {
     points.assign(island_.contacts.size(), 0);
-    for_each(points.size(), [&](std::size_t k) {
-      const Contact& contact = state_.contacts[island_.contacts[k]];
-      const Vec2 fall = h_ * (acceleration(contact.body_b) - acceleration(contact.body_a));
-      const bool off_the_way = from_ == 0 && (is_rerouted(contact.body_a) || is_rerouted(contact.body_b));
-      for (int i = 0; i < contact.manifold.count; ++i) {
-        const ManifoldPoint& point = contact.manifold.points[i];
-        const Vec2 u = relative_velocity(state_, contact, point.position, from_) + fall;
-        double end = point.separation + h_ * dot(contact.manifold.normal, u);
-        if (off_the_way)
-          end = std::min(
-              end, point.separation + h_ * dot(contact.manifold.normal, on_the_way(contact, point.position)));
-        const double nearest = exact_ ? std::min(end, point.separation) : end;
-        if (nearest <= state_.config.contact_margin) points[k] |= 1u << i;
+    std::atomic<double> deepest = 0;
+    share(state_.island_threads, points.size(), kItemsAPiece, [&](std::size_t from, std::size_t to) {
+      double least = 0;
+      for (std::size_t k = from; k < to; ++k) points[k] = near_points(island_.contacts[k], least);
+      double known = deepest;
+      while (known < -least && !deepest.compare_exchange_weak(known, -least)) {
       }
     });
+    if (!exact_) result_.overlap = std::max(result_.overlap, deepest.load());
+  }
+
+  /// The points of one contact, a bit each. @param least  becomes the least separation, where it is less
+  std::uint8_t near_points(std::uint32_t index, double& least) const {
+    const Contact& contact = state_.contacts[index];
+    const Vec2 fall = h_ * (acceleration(contact.body_b) - acceleration(contact.body_a));
+    const bool off_the_way = from_ == 0 && (is_rerouted(contact.body_a) || is_rerouted(contact.body_b));
+    std::uint8_t points = 0;
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      least = std::min(least, point.separation);
+      const Vec2 u = relative_velocity(state_, contact, point.position, from_) + fall;
+      double end = point.separation + h_ * dot(contact.manifold.normal, u);
+      if (off_the_way)
+        end = std::min(
+            end, point.separation + h_ * dot(contact.manifold.normal, on_the_way(contact, point.position)));
+      const double nearest = exact_ ? std::min(end, point.separation) : end;
+      if (nearest <= state_.config.contact_margin) points |= 1u << i;
+    }
+    return points;
   }
 
   /// Calls `item(i)` for all i below `count`, which share nothing that is written, on the threads that this

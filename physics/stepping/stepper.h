@@ -53,6 +53,7 @@ struct IslandNumbers {
   bool at_rest = false;    ///< nothing changed since the last step: its result was used again
   bool unmoved = false;    ///< a body would leave its reach: to be made again, whatever it meets
   bool one_piece = false;  ///< one exact solve for impacts and forces
+  double overlap = 0;      ///< deepest one [m] at the beginning of a step in flow
   SolveWork work;
   double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration
   NarrowPhaseStats narrow;
