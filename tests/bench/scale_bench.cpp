@@ -3,11 +3,12 @@
 // Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description.
 //
 //   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
-//   [--awake] [--fresh]
+//   [--awake] [--fresh] [--overlaps]
 //               [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
-// step [ms], of the mean pairs and narrow phase [ms], penetration [m], largest gap of a hinge [m], residual
+// step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
+// deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual
 // of the contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the
 // means are those over the steps that all made. With one thread times are processor times, but pairs and
 // narrow phase are by the clock. Box2D 2.4 runs with its defaults and without its continuous collision;
@@ -27,9 +28,14 @@ using namespace skerry;
 using namespace skerry::scale;
 
 void print(const Run& row) {
-  std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.1e | %.1e | ", row.scene.c_str(),
-              row.engine.c_str(), row.bodies, row.ms.size(), row.mean(row.ms.size()), row.median(),
-              *std::max_element(row.ms.begin(), row.ms.end()), row.collision, row.penetration, row.apart);
+  std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | ", row.scene.c_str(), row.engine.c_str(),
+              row.bodies, row.ms.size(), row.mean(row.ms.size()), row.median(),
+              *std::max_element(row.ms.begin(), row.ms.end()), row.collision);
+  if (row.deepest >= 0)
+    std::printf("%.1e | %.1e", row.deepest, row.mean_deepest);
+  else
+    std::printf("- | -");
+  std::printf(" | %.1e | ", row.apart);
   if (row.residual >= 0)
     std::printf("%.1e", row.residual);
   else
@@ -73,13 +79,16 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
   world.observe({.stage_times = true});
   Run row{name, "Skerry " + options.solver, scene.items.size(), {}};
   double collision = 0;
+  OverlapLog overlaps(scene, options, [&](std::size_t i) {
+    return Transform{world.position(bodies[i]), Rot::from_angle(world.angle(bodies[i]))};
+  });
   measure(
       options, row, [&] { world.step(1.0 / 60); },
       [&] {
         const StepReport& report = world.report();
         collision += report.stage_seconds[static_cast<int>(Stage::Broad)] +
                      report.stage_seconds[static_cast<int>(Stage::Narrow)];
-        row.penetration = std::max(row.penetration, report.worst_penetration);
+        overlaps.note(row);
         for (const Hinge& hinge : scene.hinges) {
           const auto anchor = [&](int item) {
             const BodyId body = bodies[static_cast<std::size_t>(item)];
@@ -146,6 +155,8 @@ int main(int argc, char** argv) {
       options.flow_work = std::max(0.0, std::atof(next)), ++i;
     else if (word == "--stepper")
       options.stepper = next, ++i;
+    else if (word == "--overlaps")
+      options.overlaps = true;
     else if (word == "--awake")
       options.awake = true;
     else if (word == "--fresh")
@@ -161,8 +172,9 @@ int main(int argc, char** argv) {
   }
   std::printf(
       "| scene | engine | bodies | steps | mean ms | median ms | slowest ms | pairs + narrow ms | "
-      "penetration m | joints m | "
-      "residual | asleep |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "deepest m | mean deepest m | joints m | "
+      "residual | asleep |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
+      "|\n");
   std::vector<Ratio> ratios;
   for (const Named& named : kScenes) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end()) continue;

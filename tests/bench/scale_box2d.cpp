@@ -104,18 +104,15 @@ Run run_box2d(const char* name, const Scene& scene, const Options& options, bool
     }
   };
   note_free_velocities();
+  OverlapLog overlaps(scene, options, [&](std::size_t i) {
+    const b2Vec2 at = bodies[i]->GetPosition();
+    return Transform{{at.x, at.y}, Rot::from_angle(bodies[i]->GetAngle())};
+  });
   measure(
       options, row, [&] { world.Step(h, 8, 3); },
       [&] {
         collision += world.GetProfile().collide + world.GetProfile().broadphase;
-        for (const b2Contact* c = world.GetContactList(); c != nullptr; c = c->GetNext()) {
-          b2WorldManifold manifold;
-          c->GetWorldManifold(&manifold);
-          // The shapes carry a skin of b2_polygonRadius, so touching is a separation of zero between the
-          // skins.
-          for (int k = 0; k < c->GetManifold()->pointCount; ++k)
-            row.penetration = std::max(row.penetration, -static_cast<double>(manifold.separations[k]));
-        }
+        overlaps.note(row);
         for (b2Joint* j = world.GetJointList(); j != nullptr; j = j->GetNext())
           row.apart = std::max(row.apart, static_cast<double>((j->GetAnchorA() - j->GetAnchorB()).Length()));
         row.residual = natural_map_of(world, velocity, omega);

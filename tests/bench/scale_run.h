@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/bench/scale_overlap.h"
 #include "tests/bench/scale_scenes.h"
 
 namespace skerry::scale {
@@ -21,8 +22,9 @@ struct Options {
   std::string solver = "auto";
   double flow_work = WorldConfig{}.flow_work;  ///< of ours
   std::string stepper = "time_stepping";
-  bool awake = false;  ///< nothing sleeps
-  bool fresh = false;  ///< nor are islands at rest kept: every step solves everything
+  bool awake = false;     ///< nothing sleeps
+  bool fresh = false;     ///< nor are islands at rest kept: every step solves everything
+  bool overlaps = false;  ///< measured after every step, which disturbs the times
 };
 
 /// What a run of one engine gave.
@@ -30,10 +32,11 @@ struct Run {
   std::string scene, engine;
   std::size_t bodies = 0;
   std::vector<double> ms;
-  double collision = 0;    ///< pairs and narrow phase, mean [ms]
-  double penetration = 0;  ///< largest [m]
-  double apart = 0;        ///< largest distance of the two anchors of a hinge [m]
-  double residual = -1;    ///< of the last step; < 0: unknown
+  double collision = 0;     ///< pairs and narrow phase, mean [ms]
+  double deepest = -1;      ///< overlap of all steps [m]; < 0: not measured
+  double mean_deepest = 0;  ///< of the steps' deepest overlaps [m]
+  double apart = 0;         ///< largest distance of the two anchors of a hinge [m]
+  double residual = -1;     ///< of the last step; < 0: unknown
   int asleep = 0;
 
   double mean(std::size_t steps) const {
@@ -69,6 +72,28 @@ void measure(const Options& options, Run& row, Step&& step, After&& after) {
     after();
   }
 }
+
+/// Measures overlaps, if that is wanted. @param pose_of  gives the pose of item i of the scene
+template <class PoseOf>
+class OverlapLog {
+ public:
+  OverlapLog(const Scene& scene, const Options& options, PoseOf pose_of)
+      : on_(options.overlaps), overlaps_(scene), pose_(scene.items.size()), pose_of_(std::move(pose_of)) {}
+  void note(Run& row) {
+    if (!on_) return;
+    for (std::size_t i = 0; i < pose_.size(); ++i) pose_[i] = pose_of_(i);
+    const double deepest = overlaps_.deepest(pose_);
+    const auto steps = static_cast<double>(row.ms.size());
+    row.deepest = std::max(row.deepest, deepest);
+    row.mean_deepest += (deepest - row.mean_deepest) / steps;
+  }
+
+ private:
+  bool on_;
+  Overlaps overlaps_;
+  std::vector<Transform> pose_;
+  PoseOf pose_of_;
+};
 
 #ifdef SKERRY_WITH_BOX2D
 Run run_box2d(const char* name, const Scene& scene, const Options& options, bool continuous);

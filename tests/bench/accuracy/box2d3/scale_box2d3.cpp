@@ -58,7 +58,6 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
   }
   Run row{name, "Box2D 3", scene.items.size(), {}};
   double collision = 0;
-  std::vector<b2ContactData> contacts;
   const auto anchor = [&](int item, b2Vec2 at) {
     return b2Body_GetWorldPoint(bodies[static_cast<std::size_t>(item)], at);
   };
@@ -67,6 +66,11 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
     anchors.emplace_back(b2Body_GetLocalPoint(bodies[static_cast<std::size_t>(hinge.a)], convert(hinge.at)),
                          b2Body_GetLocalPoint(bodies[static_cast<std::size_t>(hinge.b)], convert(hinge.at)));
   }
+  OverlapLog overlaps(scene, options, [&](std::size_t i) {
+    const b2Vec2 at = b2Body_GetPosition(bodies[i]);
+    const b2Rot turn = b2Body_GetRotation(bodies[i]);
+    return Transform{{at.x, at.y}, Rot{turn.c, turn.s}};
+  });
   measure(
       options, row, [&] { b2World_Step(world, 1.0f / 60, 4); },
       [&] {
@@ -77,16 +81,7 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
           const b2Vec2 b = anchor(scene.hinges[i].b, anchors[i].second);
           row.apart = std::max(row.apart, static_cast<double>(b2Distance(a, b)));
         }
-        for (const b2BodyId body : bodies) {
-          contacts.resize(static_cast<std::size_t>(b2Body_GetContactCapacity(body)));
-          const int count = b2Body_GetContactData(body, contacts.data(), static_cast<int>(contacts.size()));
-          for (int k = 0; k < count; ++k) {
-            const b2Manifold& manifold = contacts[static_cast<std::size_t>(k)].manifold;
-            for (int i = 0; i < manifold.pointCount; ++i)
-              row.penetration =
-                  std::max(row.penetration, -static_cast<double>(manifold.points[i].separation));
-          }
-        }
+        overlaps.note(row);
       });
   row.collision = collision / static_cast<double>(row.ms.size());
   for (const b2BodyId body : bodies)
