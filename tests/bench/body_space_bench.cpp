@@ -35,8 +35,8 @@ const NamedScene kScenes[] = {
     {"pyramid_100", [](const SceneOptions& o) { return scenes::pyramid(100, o); }},
     {"wall_30x30", [](const SceneOptions& o) { return scenes::wall(30, 30, false, o); }},
     {"wall_sides_30x30", [](const SceneOptions& o) { return scenes::wall(30, 30, true, o); }},
-    {"discs_300", [](const SceneOptions& o) { return scenes::disc_heap(24, o); }},
-    {"discs_3003", [](const SceneOptions& o) { return scenes::disc_heap(77, o); }},
+    {"triangle_300", [](const SceneOptions& o) { return scenes::disc_heap(24, o); }},
+    {"triangle_3003", [](const SceneOptions& o) { return scenes::disc_heap(77, o); }},
 };
 
 using Clock = std::chrono::steady_clock;

@@ -18,7 +18,7 @@ from xml.sax.saxutils import escape
 COLOURS = {"auto": "#000000", "body_space": "#E69F00", "small_exact": "#999999", "sparse_contact": "#56B4E9",
            "dense_lu": "#009E73", "incremental_ldlt": "#CC79A7", "lemke": "#F0E442", "pgs": "#D55E00",
            "nncg": "#0072B2", "convex_step": "#7F3F98", "tgs_soft": "#8B5A2B"}
-WIDTH, HEIGHT, COLUMNS, LEFT, LEGEND = 250, 220, 5, 46, 150
+WIDTH, HEIGHT, COLUMNS, LEFT, LEGEND = 250, 220, 4, 46, 150
 FIRST, LAST = -2, -12  # powers of ten of the residual
 
 

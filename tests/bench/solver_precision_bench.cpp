@@ -2,10 +2,12 @@
 //
 // Work and precision: every solver on the frozen scenes, cold, the time that it takes to a residual of 1e-2,
 // 1e-4, 1e-8 and 1e-12 (or the rounding floor), and the share of scenes on which it gets there.
-//   solver_precision_bench [--quick] [FILE.csv]
-// Stack of 10, 100, 1000, pyramid of 10, 30, 100, brick wall, wall with sides, heaps of 300 and 3003 discs;
-// at rest and after a violent shock; with friction and without: 40 problems. --quick leaves out the five
-// largest scenes. tests/bench/solver_plot.py draws the file.
+//   solver_precision_bench [--quick] [--scene TEXT] [FILE.csv]
+// Stack of 10, 100, 1000, pyramid of 10, 30, 100, brick wall, wall with sides, heaps of 300 and 3000 discs
+// that settled in a box: at rest and after a violent shock, with friction and without, 40 problems. Besides 8
+// of triangles of discs in hexagonal packing, which no friction of 0.5 holds. --quick leaves out the six
+// largest scenes, --scene all whose name does not contain the text. tests/bench/solver_plot.py draws the
+// file.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -14,6 +16,7 @@
 
 #include "tests/bench/solver_timing.h"
 #include "tests/support/island_scenes.h"
+#include "tests/support/settled_heap.h"
 
 namespace {
 
@@ -35,8 +38,10 @@ const Frozen kFrozen[] = {
     {"pyramid_100", true, [](const SceneOptions& o) { return scenes::pyramid(100, o); }},
     {"wall_30x30", true, [](const SceneOptions& o) { return scenes::wall(30, 30, false, o); }},
     {"wall_sides_30x30", true, [](const SceneOptions& o) { return scenes::wall(30, 30, true, o); }},
-    {"discs_300", false, [](const SceneOptions& o) { return scenes::disc_heap(24, o); }},
-    {"discs_3003", true, [](const SceneOptions& o) { return scenes::disc_heap(77, o); }},
+    {"settled_300", false, [](const SceneOptions& o) { return scenes::settled_discs(300, 20, o); }},
+    {"settled_3000", true, [](const SceneOptions& o) { return scenes::settled_discs(3000, 60, o); }},
+    {"triangle_300", false, [](const SceneOptions& o) { return scenes::disc_heap(24, o); }},
+    {"triangle_3003", true, [](const SceneOptions& o) { return scenes::disc_heap(77, o); }},
 };
 
 constexpr double kTargets[] = {1e-2, 1e-4, 1e-8, 1e-12};
@@ -85,10 +90,12 @@ Reached reach(const SolverEntry& solver, const IslandSystem& system, double targ
 
 int main(int argc, char** argv) {
   bool quick = false;
-  const char* path = "solver_precision.csv";
+  const char *path = "solver_precision.csv", *part = "";
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
+    else if (std::strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
+      part = argv[++i];
     else
       path = argv[i];
   }
@@ -103,7 +110,7 @@ int main(int argc, char** argv) {
   };
   std::map<std::string, Count> counts;
   for (const Frozen& frozen : kFrozen) {
-    if (quick && frozen.large) continue;
+    if ((quick && frozen.large) || std::strstr(frozen.name, part) == nullptr) continue;
     for (const double friction : {0.0, 0.5})
       for (const double noise : {0.0, 0.3}) {
         const Scene scene = frozen.make({.friction = friction, .noise = noise, .seed = 7});

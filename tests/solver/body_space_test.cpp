@@ -8,6 +8,7 @@
 #include <random>
 
 #include "tests/support/island_scenes.h"
+#include "tests/support/settled_heap.h"
 
 namespace skerry {
 namespace {
@@ -66,6 +67,7 @@ const Frozen kFrozen[] = {
     {"wall", [](const SceneOptions& o) { return scenes::wall(8, 8, false, o); }},
     {"wall with sides", [](const SceneOptions& o) { return scenes::wall(8, 8, true, o); }},
     {"heap of discs", [](const SceneOptions& o) { return scenes::disc_heap(10, o); }},
+    {"discs that settled", [](const SceneOptions& o) { return scenes::settled_discs(300, 20, o); }},
 };
 
 TEST(BodySpace, SolvesFrozenScenesToTheFloor) {
