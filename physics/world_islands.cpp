@@ -23,7 +23,7 @@ constexpr std::size_t kLargeIsland = 1000;
 // Rounds of a step after which islands that may flow do, and how many times the work of flow a round may cost
 // for the next one to be exact, too.
 constexpr int kExactRounds = 3;
-constexpr double kDearRound = 5;
+constexpr double kDearRound = 10;
 
 /// Both are empty but for what the first one holds; most hold numbers only.
 void take_over(IslandResult& from, IslandResult& to) {

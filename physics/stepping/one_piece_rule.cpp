@@ -33,7 +33,7 @@ constexpr double kApart = 1e-5;
 // Restitution up to which a pile may flow: balls that keep more of their speed are no pile.
 constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
-constexpr double kBusy = 20;
+constexpr double kBusy = 50;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024;
 

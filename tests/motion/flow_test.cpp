@@ -123,6 +123,20 @@ TEST(Flow, IsNotSeenInStacksAtRestOrPushed) {
   }
 }
 
+TEST(Flow, IsNotSeenInALargePyramidWhoseForcesAreFoundFromNothing) {
+  World world = make_world(WorldConfig{}.flow_work);
+  const ShapeDef box = test::rough(make_box({1, 1}), 0.6);
+  test::add_ground(world, box);
+  for (int row = 0; row < 100; ++row) {
+    for (int k = 0; k < 100 - row; ++k) test::add(world, {k + 0.5 * row, row + 0.5}, box);
+  }
+  for (int k = 0; k < 2; ++k) {
+    const StepReport& report = world.step(kStep);
+    EXPECT_EQ(report.islands_in_flow, 0);
+    EXPECT_LE(report.worst_residual, 1e-10);
+  }
+}
+
 TEST(Flow, EndsInExactRest) {
   World world = make_world(400);
   test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
