@@ -62,17 +62,17 @@ struct BlockSweeps::Kernels {
     return low < upper ? low : upper;
   }
 
-  /// One block; `count` is known to the compiler in the hot cases. @tparam kSoft  contacts give
-  template <bool kSoft>
+  /// One block; `count` is known to the compiler in the hot cases.
+  template <Mode kMode>
   static SKERRY_ALWAYS_INLINE void update(const Block& k, const Bounds& bounds, Pattern pattern, int count,
-                                          int ground, double give, Impulses& impulses, BodyVector* y,
+                                          int ground, const Manner& how, Impulses& impulses, BodyVector* y,
                                           double& largest) {
     const Vec4 ya = y[k.a].v, yb = y[k.b_body].v;
     Vec4 t[kRows] = {};
     for (int r = 0; r < count; ++r) t[r] = k.low[r].v * ya + k.high[r].v * yb;
     Vec4 velocity;
     sums(t[0], t[1], t[2], t[3], velocity);
-    const Vec4 z = impulses.v - (velocity - k.b);
+    const Vec4 z = impulses.v - (velocity - (kMode == Mode::Part ? how.load * k.b : k.b));
 
     // In the order of the rows, each corrected for the changes before it.
     double next[kRows] = {}, d[kRows] = {};
@@ -90,7 +90,8 @@ struct BlockSweeps::Kernels {
         lower = bounds.lower[at(r)] - bound;
         upper = bounds.upper[at(r)] + bound;
       }
-      if (kSoft) wanted *= give;
+      if (kMode == Mode::Give) wanted *= how.contact_give;
+      if (kMode == Mode::Part) wanted = how.take * wanted + how.keep * impulses.v[r];
       next[r] = clamp(wanted, lower, upper);
       d[r] = next[r] - impulses.v[r];
     }
@@ -109,9 +110,10 @@ struct BlockSweeps::Kernels {
   }
 
   /// One block of joint rows.
+  template <Mode kMode>
   static SKERRY_ALWAYS_INLINE void update_joint(const Block& k, const JointBlock& joint, const Bounds& bounds,
-                                                int ground, double give, Impulses& impulses, BodyVector* y,
-                                                double& largest) {
+                                                int ground, const Manner& how, Impulses& impulses,
+                                                BodyVector* y, double& largest) {
     const bool held = k.pattern == Pattern::Held;
     Vec4 a = y[k.a].v, b = y[k.b_body].v;
     Vec4 t[kRows] = {};
@@ -121,15 +123,11 @@ struct BlockSweeps::Kernels {
     double d[kRows] = {};
     int entry = 0;
     for (int r = 0; r < k.count; ++r) {
-      const double was = impulses.v[r];
-      double next;
-      if (held) {
-        next = give * (was - (velocity[r] - k.b[r]));
-      } else {
-        double wanted = joint.keep[at(r)] * was - (velocity[r] - k.b[r]);
-        for (int c = 0; c < r; ++c) wanted -= k.couple[at(entry++)] * d[c];
-        next = clamp(give * wanted, bounds.lower[at(r)], bounds.upper[at(r)]);
-      }
+      const double was = impulses.v[r], aim = kMode == Mode::Part ? how.load * k.b[r] : k.b[r];
+      double wanted = (held ? was : joint.keep[at(r)] * was) - (velocity[r] - aim);
+      for (int c = 0; c < r && !held; ++c) wanted -= k.couple[at(entry++)] * d[c];
+      wanted = kMode == Mode::Part ? how.take * wanted + how.keep * was : how.joint_give * wanted;
+      const double next = held ? wanted : clamp(wanted, bounds.lower[at(r)], bounds.upper[at(r)]);
       d[r] = next - was;
       impulses.v[r] = next;
       const double change = std::abs(d[r]) * k.speed[at(r)];
@@ -144,26 +142,26 @@ struct BlockSweeps::Kernels {
   }
 
   /// One block with the shape of its rows known to the compiler.
-  template <bool kSoft>
-  static SKERRY_ALWAYS_INLINE void update_one(BlockSweeps& s, std::size_t k, double& largest) {
-    const double give = s.contact_give_;
+  template <Mode kMode>
+  static SKERRY_ALWAYS_INLINE void update_one(BlockSweeps& s, std::size_t k, const Manner& how,
+                                              double& largest) {
     const int ground = static_cast<int>(s.mass_.size()) - 1;
     BodyVector* y = s.velocities_.data();
     const Block& block = s.blocks_[k];
     Impulses& impulses = s.impulses_[k];
     const Bounds& bounds = s.bounds_[k];
     if (block.pattern >= Pattern::Held)
-      update_joint(block, s.joint_of(k), bounds, ground, s.joint_give_, impulses, y, largest);
+      update_joint<kMode>(block, s.joint_of(k), bounds, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Rough && block.count == 4)
-      update<kSoft>(block, bounds, Pattern::Rough, 4, ground, give, impulses, y, largest);
+      update<kMode>(block, bounds, Pattern::Rough, 4, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Rough)
-      update<kSoft>(block, bounds, Pattern::Rough, 2, ground, give, impulses, y, largest);
+      update<kMode>(block, bounds, Pattern::Rough, 2, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth && block.count == 2)
-      update<kSoft>(block, bounds, Pattern::Smooth, 2, ground, give, impulses, y, largest);
+      update<kMode>(block, bounds, Pattern::Smooth, 2, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth)
-      update<kSoft>(block, bounds, Pattern::Smooth, 1, ground, give, impulses, y, largest);
+      update<kMode>(block, bounds, Pattern::Smooth, 1, ground, how, impulses, y, largest);
     else
-      update<kSoft>(block, bounds, Pattern::General, block.count, ground, give, impulses, y, largest);
+      update<kMode>(block, bounds, Pattern::General, block.count, ground, how, impulses, y, largest);
   }
 
   /// Vectors of four become numbers of four.
@@ -177,9 +175,9 @@ struct BlockSweeps::Kernels {
   }
 
   /// As `update`, of four blocks: the same operations in the same order, lane by lane.
-  template <bool kSoft, int N, Pattern pattern>
-  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, double joint_give, double contact_give,
-                                               BodyVector* y, BodyVector* x, Vec4& largest) {
+  template <Mode kMode, int N, Pattern pattern>
+  static SKERRY_ALWAYS_INLINE void update_four(const Group<N>& k, const Manner& how, BodyVector* y,
+                                               BodyVector* x, Vec4& largest) {
     const Vec4 zero{};
     Vec4 a[4], b[4], was[4];
     for (int i = 0; i < 4; ++i) {
@@ -196,15 +194,16 @@ struct BlockSweeps::Kernels {
       Vec4 t[3];
       for (int c = 0; c < 3; ++c) t[c] = k.low[r][c].v * a[c] + k.high[r][c].v * b[c];
       const Vec4 velocity = (t[0] + t[1]) + (t[2] + zero);
-      z[r] = was[r] - (velocity - k.b[r].v);
+      z[r] = was[r] - (velocity - (kMode == Mode::Part ? how.load * k.b[r].v : k.b[r].v));
     }
     int entry = 0;
     for (int r = 0; r < N; ++r) {
       Vec4 wanted = z[r];
       for (int c = 0; c < r && pattern != Pattern::Held; ++c) wanted -= k.couple[entry++].v * d[c];
-      if (kSoft && pattern != Pattern::Held) wanted *= contact_give;
+      if (kMode == Mode::Give && pattern != Pattern::Held) wanted *= how.contact_give;
+      if (kMode == Mode::Part) wanted = how.take * wanted + how.keep * was[r];
       if (pattern == Pattern::Held) {
-        next[r] = joint_give * wanted;
+        next[r] = kMode == Mode::Part ? wanted : how.joint_give * wanted;
       } else if (pattern == Pattern::Rough && r % 2 == 1) {
         const Vec4 upper = k.mu[r].v * next[r - 1], lower = -upper;
         const Vec4 low = wanted > lower ? wanted : lower;
@@ -234,32 +233,33 @@ struct BlockSweeps::Kernels {
   }
 
   /// What a sweep does with four blocks, and with one.
-  template <bool kSoft>
+  template <Mode kMode>
   struct Update {
+    Manner how;
     template <int N, Pattern pattern>
-    static SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& group, Vec4& largest) {
-      update_four<kSoft, N, pattern>(group, s.joint_give_, s.contact_give_, s.velocities_.data(),
-                                     s.impulses_.data(), largest);
+    SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& group, Vec4& largest) const {
+      update_four<kMode, N, pattern>(group, how, s.velocities_.data(), s.impulses_.data(), largest);
     }
-    static SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double& largest) {
-      update_one<kSoft>(s, k, largest);
+    SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double& largest) const {
+      update_one<kMode>(s, k, how, largest);
     }
   };
 
-  template <class Task, int N, Pattern pattern, class Sweeps>
-  static SKERRY_ALWAYS_INLINE void visit_groups(Sweeps& s, const std::vector<Group<N>>& groups,
-                                                const Batch& batch, Vec4& largest) {
+  template <int N, Pattern pattern, class Task, class Sweeps>
+  static SKERRY_ALWAYS_INLINE void visit_groups(const Task& task, Sweeps& s,
+                                                const std::vector<Group<N>>& groups, const Batch& batch,
+                                                Vec4& largest) {
     for (int g = batch.first; g < batch.first + batch.count; ++g)
-      Task::template four<N, pattern>(s, groups[at(g)], largest);
+      task.template four<N, pattern>(s, groups[at(g)], largest);
   }
 
   /// Goes over some chunks, or where there are none over all blocks, in an order that gives the bits of one
   /// after the other. @return the largest number that the task found
   template <class Task, class Sweeps>
-  static SKERRY_ALWAYS_INLINE double visit(Sweeps& s, std::size_t chunk, std::size_t end) {
+  static SKERRY_ALWAYS_INLINE double visit(const Task& task, Sweeps& s, std::size_t chunk, std::size_t end) {
     if (s.chunks_.empty()) {
       double largest = 0;
-      for (std::size_t k = 0; k < s.blocks_.size(); ++k) Task::one(s, k, largest);
+      for (std::size_t k = 0; k < s.blocks_.size(); ++k) task.one(s, k, largest);
       return largest;
     }
     double largest = 0;
@@ -268,30 +268,30 @@ struct BlockSweeps::Kernels {
       const Batch& batch = s.batches_[at(i)];
       switch (batch.kind) {
         case Kind::Rough4:
-          visit_groups<Task, 4, Pattern::Rough>(s, s.groups4_, batch, four);
+          visit_groups<4, Pattern::Rough>(task, s, s.groups4_, batch, four);
           break;
         case Kind::Rough2:
-          visit_groups<Task, 2, Pattern::Rough>(s, s.groups2_, batch, four);
+          visit_groups<2, Pattern::Rough>(task, s, s.groups2_, batch, four);
           break;
         case Kind::Smooth2:
-          visit_groups<Task, 2, Pattern::Smooth>(s, s.groups2_, batch, four);
+          visit_groups<2, Pattern::Smooth>(task, s, s.groups2_, batch, four);
           break;
         case Kind::Smooth1:
-          visit_groups<Task, 1, Pattern::Smooth>(s, s.groups1_, batch, four);
+          visit_groups<1, Pattern::Smooth>(task, s, s.groups1_, batch, four);
           break;
         case Kind::Held3:
-          visit_groups<Task, 3, Pattern::Held>(s, s.groups3_, batch, four);
+          visit_groups<3, Pattern::Held>(task, s, s.groups3_, batch, four);
           break;
         case Kind::Held2:
-          visit_groups<Task, 2, Pattern::Held>(s, s.groups2_, batch, four);
+          visit_groups<2, Pattern::Held>(task, s, s.groups2_, batch, four);
           break;
         case Kind::Held1:
-          visit_groups<Task, 1, Pattern::Held>(s, s.groups1_, batch, four);
+          visit_groups<1, Pattern::Held>(task, s, s.groups1_, batch, four);
           break;
         case Kind::Single:
           for (int g = batch.first; g < batch.first + batch.count; ++g) {
             const SweepOrder::Group& group = s.order_.groups()[at(g)];
-            for (int k = 0; k < group.count; ++k) Task::one(s, at(group.block[at(k)]), largest);
+            for (int k = 0; k < group.count; ++k) task.one(s, at(group.block[at(k)]), largest);
           }
           break;
       }
@@ -300,13 +300,13 @@ struct BlockSweeps::Kernels {
     return largest;
   }
 
-  template <bool kSoft>
-  static double sweep_portable(BlockSweeps& s, std::size_t from, std::size_t to) {
-    return visit<Update<kSoft>>(s, from, to);
+  template <Mode kMode>
+  static double sweep_portable(BlockSweeps& s, const Manner& how, std::size_t from, std::size_t to) {
+    return visit(Update<kMode>{how}, s, from, to);
   }
-  template <bool kSoft>
-  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s, std::size_t from, std::size_t to) {
-    return visit<Update<kSoft>>(s, from, to);
+  template <Mode kMode>
+  SKERRY_AVX2 static double sweep_avx2(BlockSweeps& s, const Manner& how, std::size_t from, std::size_t to) {
+    return visit(Update<kMode>{how}, s, from, to);
   }
 
   /// Fills in the numbers of a block.
@@ -422,10 +422,10 @@ struct BlockSweeps::Kernels {
     }
   };
   static double violation_portable(const BlockSweeps& s, std::size_t from, std::size_t to) {
-    return visit<Violation>(s, from, to);
+    return visit(Violation{}, s, from, to);
   }
   SKERRY_AVX2 static double violation_avx2(const BlockSweeps& s, std::size_t from, std::size_t to) {
-    return visit<Violation>(s, from, to);
+    return visit(Violation{}, s, from, to);
   }
 };
 
@@ -679,33 +679,41 @@ bool BlockSweeps::large() const {
 }
 
 double BlockSweeps::sweep(int count) {
-  return contact_give_ != 1 ? sweep_all<true>(count) : sweep_all<false>(count);
+  const Manner how{.joint_give = joint_give_, .contact_give = contact_give_};
+  const auto always = [&](int) { return how; };
+  return contact_give_ != 1 ? sweep_all<Mode::Give>(count, always) : sweep_all<Mode::Plain>(count, always);
 }
 
-template <bool kSoft>
-double BlockSweeps::sweep_all(int count) {
-  const auto some = [this](std::size_t from, std::size_t to) {
-    return cpu_has_avx2() ? Kernels::sweep_avx2<kSoft>(*this, from, to)
-                          : Kernels::sweep_portable<kSoft>(*this, from, to);
+void BlockSweeps::sweep_part(double load, double take) {
+  sweep_all<Mode::Part>(2, [&](int sweep) {
+    return sweep == 0 ? Manner{.load = load, .take = take, .keep = 1 - take} : Manner{.load = load};
+  });
+}
+
+template <BlockSweeps::Mode kMode, class MannerOf>
+double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
+  const auto some = [this](const Manner& how, std::size_t from, std::size_t to) {
+    return cpu_has_avx2() ? Kernels::sweep_avx2<kMode>(*this, how, from, to)
+                          : Kernels::sweep_portable<kMode>(*this, how, from, to);
   };
   double largest = 0;
   if (!large() || threads_ == nullptr || threads_->threads() == 1) {
-    for (int i = 0; i < count; ++i) largest = some(0, chunks_.size());
+    for (int i = 0; i < count; ++i) largest = some(manner_of(i), 0, chunks_.size());
     return largest;
   }
-  while (count > 0) {
-    const int together = std::min(count, kTogether);
+  for (int first = 0; first < count; first += kTogether) {
+    const int together = std::min(count - first, kTogether);
     std::array<Progress, kTogether> progress;
     threads_->run(at(together), [&](std::size_t sweep) {
+      const Manner how = manner_of(first + static_cast<int>(sweep));
       double change = 0;
       for (std::size_t c = 0; c < chunks_.size(); ++c) {
         if (sweep > 0) progress[sweep - 1].wait_for(order_.need()[c] + 1);
-        change = std::max(change, some(c, c + 1));
+        change = std::max(change, some(how, c, c + 1));
         progress[sweep].done.store(static_cast<int>(c) + 1, std::memory_order_release);
       }
       if (sweep + 1 == at(together)) largest = change;
     });
-    count -= together;
   }
   return largest;
 }

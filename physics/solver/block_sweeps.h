@@ -67,6 +67,9 @@ class BlockSweeps {
   /// Sweeps in the order of the blocks. @return largest change of a row's velocity in the last of them [m/s],
   /// an estimate of the residual
   double sweep(int count = 1);
+  /// Two sweeps where only a share `load` of b is wanted: the first goes a share `take` of the way from the
+  /// impulses to those that a row wants, the second all of it. `soften` does not count.
+  void sweep_part(double load, double take);
 
   /// Largest violation of the natural map (islands/island_system.h) [m/s].
   double violation() const;
@@ -113,6 +116,14 @@ class BlockSweeps {
     std::array<int, 4> a, b_body;   ///< where velocities are read
     std::array<int, 4> to_a, to_b;  ///< and written
   };
+  /// How rows give way in a sweep: not at all (joints may), by `soften`, or as `sweep_part` says.
+  enum class Mode : std::uint8_t { Plain, Give, Part };
+  /// The numbers for that, of which a mode reads its own.
+  struct Manner {
+    double joint_give = 1, contact_give = 1;
+    double load = 1;            ///< share of b
+    double take = 1, keep = 0;  ///< shares of what is wanted and of what was
+  };
   /// Groups that go through the kernels in one way.
   enum class Kind : std::uint8_t { Rough4, Rough2, Smooth2, Smooth1, Held3, Held2, Held1, Single };
   static constexpr int kKinds = 8;
@@ -142,8 +153,8 @@ class BlockSweeps {
   template <int N>
   void fill_groups(const Batch& batch, int chunk, Group<N>* group) const;
   bool large() const;
-  template <bool kSoft>
-  double sweep_all(int count);
+  template <Mode kMode, class MannerOf>
+  double sweep_all(int count, const MannerOf& manner_of);
   static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
 
   int rows_ = 0;

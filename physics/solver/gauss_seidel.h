@@ -109,9 +109,10 @@ class MatrixOperator {
 
 /// Sweeps once over the rows in order; friction rows use the normal impulse of this sweep. The operator's
 /// state must belong to `lambda`.
+/// @param load  share of b that is wanted  @param take  share of the way to what a row wants
 /// @return largest change, as a velocity: an estimate of the residual, absolute [m/s]
 template <typename Operator>
-double gauss_seidel_sweep(Operator& op, std::vector<double>& lambda) {
+double gauss_seidel_sweep(Operator& op, std::vector<double>& lambda, double load = 1, double take = 1) {
   const std::vector<Row>& rows = op.problem().rows;
   double largest = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -120,7 +121,9 @@ double gauss_seidel_sweep(Operator& op, std::vector<double>& lambda) {
     const Row& row = rows[i];
     const double normal_impulse = is_scaled(row) ? lambda[static_cast<std::size_t>(row.normal)] : 0;
     const ImpulseBounds bounds = impulse_bounds(row, normal_impulse);
-    const double wanted = lambda[i] - op.velocity(i, lambda[i]) / diagonal;
+    // The operator knows the whole load; what is not wanted is taken back.
+    const double w = op.velocity(i, lambda[i]) + (1 - load) * op.problem().b[i];
+    const double wanted = lambda[i] - take * w / diagonal;
     const double change = std::clamp(wanted, bounds.lower, bounds.upper) - lambda[i];
     if (change == 0 || !std::isfinite(change)) continue;
     lambda[i] += change;

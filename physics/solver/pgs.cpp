@@ -46,6 +46,7 @@ bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start
   Spare<BlockSweeps> sweeps;
   if (options.trace || !sweeps->assign(system, false, options.threads)) return false;
   solution.method = "pgs";
+  solution.lambda = take_spare<std::vector<double>>();
   sweeps->set(warm_start);
   const double target = options.tolerance * largest_magnitude(system.b);
   const int most = options.max_iterations > 0 ? options.max_iterations : kDefaultSweeps;

@@ -3,18 +3,27 @@
 // Small steps with soft constraints, as game engines solve contacts: for comparison, and for scenes that want
 // that look.
 //
-// The load b is applied in N equal parts. For each part the impulses lambda_0 of the part before are the
-// start; one soft sweep, then one relaxing sweep without softness:
+// The load b is applied in N equal parts. Each part begins with the impulses of those before and, as a guess,
+// once more with what the last of them added; then there are a soft sweep and a relaxing one without
+// softness:
 //
-//   soft:   lambda <- clamp(lambda - m w / D - s (lambda - lambda_0)),   m = c / (1 + c), s = 1 / (1 + c)
+//   soft:       lambda <- clamp(lambda - m w / D - s (lambda - lambda_0)),   m = c / (1 + c), s = 1 / (1 + c)
+//   relaxing:   lambda <- clamp(lambda - w / D)
 //
 // with c = x (2 zeta + x), x = h omega: a spring of damping ratio zeta = 10 and a frequency of an eighth of
 // the sub-step rate (x = 2 pi / 8) [Catto 2011; Macklin et al. 2019]. An engine keeps the deflection of the
 // spring in the positions; a solver of velocities has none, so the spring is taken to be deflected as its
-// last impulse says: without lambda_0 a resting stack would lose a share s of its support in every part, and
-// sink or burst. The impulses of the parts add up; bounds hold for each part and, the friction cone being
-// convex, for their sum.
+// last impulse lambda_0 says: without that a resting stack would lose a share s of its support in every part,
+// and sink or burst. As a sweep sees each row once, lambda is lambda_0 there: what is left of softness is
+// that the row goes a share m of its way.
+//
+// Impulses are those of all parts together, and so are their bounds: within the friction cone the friction of
+// one part may use what normal impulses of others leave.
+#include <algorithm>
+
+#include "physics/solver/block_sweeps.h"
 #include "physics/solver/gauss_seidel.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -22,28 +31,23 @@ namespace {
 constexpr int kDefaultSubsteps = 4;
 constexpr double kStep = 2 * kPi / 8, kDamping = 10;
 constexpr double kStiffness = kStep * (2 * kDamping + kStep);
-constexpr double kMassScale = kStiffness / (1 + kStiffness), kImpulseScale = 1 / (1 + kStiffness);
+constexpr double kMassScale = kStiffness / (1 + kStiffness);
+// Velocities are guessed along with the impulses, not recomputed; every so many parts they are, so that
+// rounding does not add up.
+constexpr int kRefresh = 32;
+// Bodies or blocks that a thread takes at a time.
+constexpr std::size_t kVectorsAPiece = 4096;
 
-/// One sweep over the rows of a part. `op` holds the velocities of all parts so far; `load` is the share of b
-/// applied so far, `earlier` the sum of the parts before, `spring` the impulses at which the springs rest.
-template <typename Operator>
-void part_sweep(Operator& op, const std::vector<double>& earlier, const std::vector<double>& spring,
-                double load, double mass_scale, double impulse_scale, std::vector<double>& part) {
-  const auto& problem = op.problem();
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    const double diagonal = op.diagonal(i);
-    if (!(diagonal > 0)) continue;
-    const Row& row = problem.rows[i];
-    // The operator knows the whole load; take back what is not applied yet.
-    const double w = op.velocity(i, earlier[i] + part[i]) + (1 - load) * problem.b[i];
-    const double wanted = part[i] - mass_scale * w / diagonal - impulse_scale * (part[i] - spring[i]);
-    ImpulseBounds bounds = impulse_bounds(row, is_scaled(row) ? part[row.normal] : 0);
-    if (!is_scaled(row)) bounds = {bounds.lower - earlier[i], bounds.upper - earlier[i]};
-    const double change = std::clamp(wanted, bounds.lower, bounds.upper) - part[i];
-    if (change == 0 || !std::isfinite(change)) continue;
-    part[i] += change;
-    op.add(i, change);
-  }
+int parts_of(const SolveOptions& options) {
+  return options.max_iterations > 0 ? options.max_iterations : kDefaultSubsteps;
+}
+
+template <typename Problem>
+void record(const Problem& problem, const std::vector<double>& lambda, SolveTrace& trace) {
+  SolveIteration entry;
+  entry.residual = natural_map_residual(problem, lambda);
+  count_states(problem.rows, states_from_impulses(problem.rows, lambda), entry);
+  trace.iterations.push_back(entry);
 }
 
 template <typename Operator>
@@ -51,37 +55,99 @@ Solution solve_in_parts(const typename Operator::Problem& problem, std::span<con
                         const SolveOptions& options) {
   Solution solution;
   solution.method = "tgs_soft";
-  const int parts = options.max_iterations > 0 ? options.max_iterations : kDefaultSubsteps;
-  std::vector<double> part = starting_impulses(problem.rows, warm_start);
-  for (double& impulse : part) impulse /= parts;
-  std::vector<double> sum(problem.rows.size(), 0.0);
   if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+  const int parts = parts_of(options);
+  std::vector<double>& lambda = solution.lambda;
+  lambda = starting_impulses(problem.rows, warm_start);
+  for (double& impulse : lambda) impulse /= parts;
+  std::vector<double> before(lambda.size(), 0.0);
   Operator op(problem);
   for (int k = 1; k <= parts; ++k) {
-    std::vector<double> start = sum;
-    for (std::size_t i = 0; i < sum.size(); ++i) start[i] += part[i];
-    op.restart(start);
+    op.restart(lambda);
     const double load = static_cast<double>(k) / parts;
-    const std::vector<double> spring = part;
-    part_sweep(op, sum, spring, load, kMassScale, kImpulseScale, part);
-    part_sweep(op, sum, spring, load, 1, 0, part);
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
+    gauss_seidel_sweep(op, lambda, load, kMassScale);
+    gauss_seidel_sweep(op, lambda, load);
     ++solution.iterations;
-    solution.work.visits += 2 * static_cast<double>(sum.size());
-    if (options.trace) {
-      SolveIteration entry;
-      entry.residual = natural_map_residual(problem, sum);
-      count_states(problem.rows, states_from_impulses(problem.rows, sum), entry);
-      solution.trace->iterations.push_back(entry);
+    solution.work.visits += 2 * static_cast<double>(lambda.size());
+    if (solution.trace) record(problem, lambda, *solution.trace);
+    if (k == parts) break;
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      const double part = lambda[i] - before[i];
+      before[i] = lambda[i];
+      lambda[i] += part;
     }
   }
-  solution.lambda = std::move(sum);
   conclude(problem, options, solution);
   return solution;
 }
 
+/// The same over blocks.
+class BlockParts {
+ public:
+  /// @return false if the island does not fit into blocks
+  bool run(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
+           Solution& solution) {
+    if (!sweeps_.assign(system, true, options.threads)) return false;
+    solution.method = "tgs_soft";
+    solution.lambda = take_spare<std::vector<double>>();
+    if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+    const int parts = parts_of(options);
+    Vectors &x = sweeps_.impulses(), &y = sweeps_.velocities();
+    sweeps_.set(warm_start);
+    begin(1.0 / parts, x, x_before_, options.threads);
+    begin(1.0 / parts, y, y_before_, options.threads);
+    for (int k = 1; k <= parts; ++k) {
+      sweeps_.sweep_part(static_cast<double>(k) / parts, kMassScale);
+      ++solution.iterations;
+      solution.work.visits += 2 * static_cast<double>(system.rows.size());
+      if (solution.trace) {
+        sweeps_.get(x, solution.lambda);
+        record(system, solution.lambda, *solution.trace);
+      }
+      if (k == parts) break;
+      guess(x, x_before_, options.threads);
+      guess(y, y_before_, options.threads);
+      if (k % kRefresh == 0) sweeps_.restart();
+    }
+    sweeps_.get(x, solution.lambda);
+    conclude(system, options, solution);
+    return true;
+  }
+
+ private:
+  using Vectors = std::vector<BodyVector>;
+
+  static void begin(double share, Vectors& now, Vectors& before, ThreadPool* threads) {
+    before.resize(now.size());
+    skerry::share(threads, now.size(), kVectorsAPiece, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) {
+        before[k].v = Vec4{};
+        now[k].v *= share;
+      }
+    });
+  }
+
+  static void guess(Vectors& now, Vectors& before, ThreadPool* threads) {
+    share(threads, now.size(), kVectorsAPiece, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) {
+        const Vec4 part = now[k].v - before[k].v;
+        before[k].v = now[k].v;
+        now[k].v += part;
+      }
+    });
+  }
+
+  BlockSweeps sweeps_;
+  Vectors x_before_, y_before_;
+};
+
 Solution solve_tgs_soft(const IslandSystem& system, std::span<const double> warm_start,
                         const SolveOptions& options, std::unique_ptr<SolverMemory>*) {
+  Solution solution;
+  {
+    Spare<BlockParts> blocks;
+    if (blocks->run(system, warm_start, options, solution)) return solution;
+  }
   return solve_in_parts<BodyOperator>(system, warm_start, options);
 }
 

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "physics/islands/delassus.h"
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/solver.h"
 #include "physics/solver/sweep_order.h"
@@ -432,6 +433,109 @@ TEST(Sweeps, OfThreadsThatMakeOneEachGiveTheBitsOfOneAfterTheOther) {
         EXPECT_EQ(sweeps.violation(), violation);
         EXPECT_EQ(lambda, expected) << threads << " threads";
       }
+    }
+  }
+}
+
+/// As `islands`, some with joints of one row, which row by row are no other than as a block, or with contacts
+/// that give, which no block takes.
+IslandSystem islands_row_by_row(unsigned seed, int count) {
+  const IslandSystem all = islands(seed, count, seed % 3 == 0);
+  IslandSystem system;
+  system.bodies = all.bodies;
+  std::vector<int> number(all.rows.size(), -1);
+  for (std::size_t i = 0; i < all.rows.size(); ++i) {
+    Row row = all.rows[i];
+    const bool joint = row.kind >= RowKind::Joint;
+    if (joint && i > 0 && row.a == all.rows[i - 1].a && row.b == all.rows[i - 1].b) continue;
+    if (row.normal >= 0) row.normal = number[static_cast<std::size_t>(row.normal)];
+    number[i] = system.size();
+    system.rows.push_back(row);
+    system.b.push_back(all.b[i]);
+  }
+  if (seed % 4 == 1) {
+    for (std::size_t i = 0; i < system.rows.size(); ++i) system.compliance.push_back(i % 5 == 0 ? 0.1 : 0);
+  }
+  validate(system);
+  return system;
+}
+
+std::vector<double> random_start(unsigned seed, std::size_t rows) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-0.5, 1);
+  std::vector<double> start(seed % 2 == 0 ? rows : 0);
+  for (double& impulse : start) impulse = number(random);
+  return start;
+}
+
+TEST(TgsSoft, GivesOverBlocksWhatItGivesRowByRow) {
+  const SolverEntry& solver = find_solver("tgs_soft");
+  for (unsigned seed = 1; seed <= 120; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = islands_row_by_row(seed, 1 + static_cast<int>(seed % 5));
+    const std::vector<double> start = random_start(seed, system.rows.size());
+    // Of so many parts velocities are made anew more than once.
+    for (const int parts : {0, 1, 3, 70}) {
+      SolveOptions options;
+      options.max_iterations = parts;
+      options.trace = true;
+      const Solution blocks = solver.solve(system, start, options, nullptr);
+      const Solution rows = solver.solve_contact(contact_problem(system), start, options, nullptr);
+      EXPECT_EQ(blocks.iterations, parts == 0 ? 4 : parts);
+      ASSERT_EQ(blocks.lambda.size(), rows.lambda.size());
+      const double largest = std::max(1.0, largest_magnitude(rows.lambda));
+      for (std::size_t i = 0; i < rows.lambda.size(); ++i)
+        ASSERT_NEAR(blocks.lambda[i], rows.lambda[i], 1e-9 * largest) << "row " << i << ", " << parts;
+      ASSERT_EQ(blocks.trace->iterations.size(), rows.trace->iterations.size());
+      for (std::size_t k = 0; k < rows.trace->iterations.size(); ++k) {
+        EXPECT_NEAR(blocks.trace->iterations[k].residual, rows.trace->iterations[k].residual, 1e-8 * largest)
+            << "part " << k + 1;
+      }
+      // Nobody is kept from looking, nor does it change anything.
+      options.trace = false;
+      EXPECT_EQ(solver.solve(system, start, options, nullptr).lambda, blocks.lambda);
+    }
+  }
+}
+
+TEST(TgsSoft, KeepsTheBoundsWhateverThePartsLeave) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = islands(seed, 3, seed % 2 == 0);
+    const std::vector<double> start = random_start(seed, system.rows.size());
+    const Solution solution = find_solver("tgs_soft").solve(system, start, {}, nullptr);
+    for (std::size_t i = 0; i < system.rows.size(); ++i) {
+      const Row& row = system.rows[i];
+      const double normal = row.normal < 0 ? 0 : solution.lambda[static_cast<std::size_t>(row.normal)];
+      const ImpulseBounds bounds = impulse_bounds(row, normal);
+      EXPECT_GE(solution.lambda[i], bounds.lower);
+      EXPECT_LE(solution.lambda[i], bounds.upper);
+    }
+  }
+}
+
+TEST(TgsSoft, HoldsAJointInItsRelaxingSweeps) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = one_joint(seed, static_cast<int>(seed % 2));
+    const Solution solution = find_solver("tgs_soft").solve(system, {}, {}, nullptr);
+    EXPECT_LE(solution.residual, 1e-9 + 10 * residual_floor(system, solution.lambda));
+  }
+}
+
+TEST(TgsSoft, GivesTheSameBitsForAnyNumberOfThreads) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem system = islands(seed, 600, seed % 2 == 0);
+    const std::vector<double> start = random_start(seed, system.rows.size());
+    std::vector<double> expected;
+    for (const int threads : {1, 2, 3, 8}) {
+      ThreadPool pool(threads);
+      SolveOptions options;
+      options.threads = &pool;
+      const Solution solution = find_solver("tgs_soft").solve(system, start, options, nullptr);
+      if (threads == 1) expected = solution.lambda;
+      EXPECT_EQ(solution.lambda, expected) << threads << " threads";
     }
   }
 }
