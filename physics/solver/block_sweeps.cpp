@@ -64,10 +64,10 @@ struct BlockSweeps::Kernels {
 
   /// One block; `count` is known to the compiler in the hot cases.
   template <Mode kMode>
-  static SKERRY_ALWAYS_INLINE void update(const Block& k, const Bounds& bounds, Pattern pattern, int count,
+  static SKERRY_ALWAYS_INLINE void update(const Block& block, const Numbers& k, Pattern pattern, int count,
                                           int ground, const Manner& how, Impulses& impulses, BodyVector* y,
                                           double& largest) {
-    const Vec4 ya = y[k.a].v, yb = y[k.b_body].v;
+    const Vec4 ya = y[block.a].v, yb = y[block.b_body].v;
     Vec4 t[kRows] = {};
     for (int r = 0; r < count; ++r) t[r] = k.low[r].v * ya + k.high[r].v * yb;
     Vec4 velocity;
@@ -85,10 +85,10 @@ struct BlockSweeps::Kernels {
         upper = k.mu[at(r)] * next[r - 1];
         lower = -upper;
       } else if (pattern == Pattern::General) {
-        const int n = bounds.normal[at(r)];
+        const int n = k.normal[at(r)];
         const double bound = n < 0 ? 0 : k.mu[at(r)] * std::max(next[n], 0.0);
-        lower = bounds.lower[at(r)] - bound;
-        upper = bounds.upper[at(r)] + bound;
+        lower = k.lower[at(r)] - bound;
+        upper = k.upper[at(r)] + bound;
       }
       if (kMode == Mode::Give) wanted *= how.contact_give;
       if (kMode == Mode::Part) wanted = how.take * wanted + how.keep * impulses.v[r];
@@ -105,40 +105,40 @@ struct BlockSweeps::Kernels {
       a += k.low[r].v * d[r];
       b += k.high[r].v * d[r];
     }
-    if (k.a != ground) y[k.a].v = a;
-    if (k.b_body != ground) y[k.b_body].v = b;
+    if (block.a != ground) y[block.a].v = a;
+    if (block.b_body != ground) y[block.b_body].v = b;
   }
 
   /// One block of joint rows.
   template <Mode kMode>
-  static SKERRY_ALWAYS_INLINE void update_joint(const Block& k, const JointBlock& joint, const Bounds& bounds,
+  static SKERRY_ALWAYS_INLINE void update_joint(const Block& block, const Numbers& k, const JointBlock& joint,
                                                 int ground, const Manner& how, Impulses& impulses,
                                                 BodyVector* y, double& largest) {
-    const bool held = k.pattern == Pattern::Held;
-    Vec4 a = y[k.a].v, b = y[k.b_body].v;
+    const bool held = block.pattern == Pattern::Held;
+    Vec4 a = y[block.a].v, b = y[block.b_body].v;
     Vec4 t[kRows] = {};
-    for (int r = 0; r < k.count; ++r) t[r] = k.low[r].v * a + k.high[r].v * b;
+    for (int r = 0; r < block.count; ++r) t[r] = k.low[r].v * a + k.high[r].v * b;
     Vec4 velocity;
     sums(t[0], t[1], t[2], t[3], velocity);
     double d[kRows] = {};
     int entry = 0;
-    for (int r = 0; r < k.count; ++r) {
+    for (int r = 0; r < block.count; ++r) {
       const double was = impulses.v[r], aim = kMode == Mode::Part ? how.load * k.b[r] : k.b[r];
       double wanted = (held ? was : joint.keep[at(r)] * was) - (velocity[r] - aim);
       for (int c = 0; c < r && !held; ++c) wanted -= k.couple[at(entry++)] * d[c];
       wanted = kMode == Mode::Part ? how.take * wanted + how.keep * was : how.joint_give * wanted;
-      const double next = held ? wanted : clamp(wanted, bounds.lower[at(r)], bounds.upper[at(r)]);
+      const double next = held ? wanted : clamp(wanted, k.lower[at(r)], k.upper[at(r)]);
       d[r] = next - was;
       impulses.v[r] = next;
       const double change = std::abs(d[r]) * k.speed[at(r)];
       largest = largest < change ? change : largest;
     }
-    for (int r = 0; r < k.count; ++r) {
+    for (int r = 0; r < block.count; ++r) {
       a += k.low[r].v * d[r];
       b += k.high[r].v * d[r];
     }
-    if (k.a != ground) y[k.a].v = a;
-    if (k.b_body != ground) y[k.b_body].v = b;
+    if (block.a != ground) y[block.a].v = a;
+    if (block.b_body != ground) y[block.b_body].v = b;
   }
 
   /// One block with the shape of its rows known to the compiler.
@@ -149,19 +149,19 @@ struct BlockSweeps::Kernels {
     BodyVector* y = s.velocities_.data();
     const Block& block = s.blocks_[k];
     Impulses& impulses = s.impulses_[k];
-    const Bounds& bounds = s.bounds_[k];
+    const Numbers& numbers = s.numbers_of(block);
     if (block.pattern >= Pattern::Held)
-      update_joint<kMode>(block, s.joint_of(k), bounds, ground, how, impulses, y, largest);
+      update_joint<kMode>(block, numbers, s.joint_of(k), ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Rough && block.count == 4)
-      update<kMode>(block, bounds, Pattern::Rough, 4, ground, how, impulses, y, largest);
+      update<kMode>(block, numbers, Pattern::Rough, 4, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Rough)
-      update<kMode>(block, bounds, Pattern::Rough, 2, ground, how, impulses, y, largest);
+      update<kMode>(block, numbers, Pattern::Rough, 2, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth && block.count == 2)
-      update<kMode>(block, bounds, Pattern::Smooth, 2, ground, how, impulses, y, largest);
+      update<kMode>(block, numbers, Pattern::Smooth, 2, ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Smooth)
-      update<kMode>(block, bounds, Pattern::Smooth, 1, ground, how, impulses, y, largest);
+      update<kMode>(block, numbers, Pattern::Smooth, 1, ground, how, impulses, y, largest);
     else
-      update<kMode>(block, bounds, Pattern::General, block.count, ground, how, impulses, y, largest);
+      update<kMode>(block, numbers, Pattern::General, block.count, ground, how, impulses, y, largest);
   }
 
   /// Vectors of four become numbers of four.
@@ -309,62 +309,296 @@ struct BlockSweeps::Kernels {
     return visit(Update<kMode>{how}, s, from, to);
   }
 
-  /// Fills in the numbers of a block.
-  static SKERRY_ALWAYS_INLINE void close(BlockSweeps& s, const IslandSystem& system, std::size_t k) {
-    Block& block = s.blocks_[k];
-    Bounds& bounds = s.bounds_[k];
-    const int first = s.first_[k];
-    bool contact = true, rough = block.count % 2 == 0;
-    block.b = Vec4{};
+  /// A row on a body, for the velocities of which one is the root of the mass.
+  static SKERRY_ALWAYS_INLINE void scale(const std::array<double, 3>& J, const BodyVector& mass,
+                                         BodyVector& row) {
+    row.v = Vec4{J[0], J[1], J[2], 0} * mass.v;
+  }
+
+  /// D^1/2 of the rows of a contact, and in which pattern they are.
+  static SKERRY_ALWAYS_INLINE void measure(BlockSweeps& s, const IslandSystem& system, Block& block) {
+    bool contact = true, rough = block.count % 2 == 0, smooth = block.count <= 2;
+    const BodyVector &mass_a = s.mass_[at(block.a)], &mass_b = s.mass_[at(block.b_body)];
     for (int r = 0; r < block.count; ++r) {
-      const Row& row = system.rows[at(first + r)];
-      const BodyVector low{Vec4{row.Ja[0], row.Ja[1], row.Ja[2], 0} * s.mass_[at(block.a)].v};
-      const BodyVector high{Vec4{row.Jb[0], row.Jb[1], row.Jb[2], 0} * s.mass_[at(block.b_body)].v};
+      const Row& row = system.rows[at(block.first + r)];
+      BodyVector low, high;
+      scale(row.Ja, mass_a, low);
+      scale(row.Jb, mass_b, high);
       const double D = dot3(low, low) + dot3(high, high);
-      const double root = std::sqrt(D), inverse = D > 0 ? 1 / root : 0;
-      s.root_[at(first + r)] = root;
-      block.speed[at(r)] = root;
-      block.low[r].v = inverse * low.v;
-      block.high[r].v = inverse * high.v;
-      block.b[r] = inverse * system.b[at(first + r)];
-      const int n = bounds.normal[at(r)];
-      if (n >= 0) {
-        const double normal_root = s.root_[at(first + n)];
-        block.mu[at(r)] = normal_root > 0 ? row.mu * root / normal_root : 0;
-        rough = rough && r % 2 == 1 && n == r - 1;
+      s.root_[at(block.first + r)] = std::sqrt(D);
+      if (row.normal >= 0) {
+        rough = rough && r % 2 == 1 && row.normal == block.first + r - 1;
+        smooth = false;
       } else {
-        // What nothing moves stays at zero.
-        bounds.lower[at(r)] = D > 0 ? root * row.lower : 0;
-        bounds.upper[at(r)] = D > 0 ? root * row.upper : 0;
         rough = rough && r % 2 == 0;
         contact = contact && row.lower == 0 && row.upper == kInfinity && D > 0;
       }
     }
-    const bool smooth = block.count <= 2 && bounds.normal[0] < 0 && bounds.normal[1] < 0;
     if (contact && rough)
       block.pattern = Pattern::Rough;
     else if (contact && smooth)
       block.pattern = Pattern::Smooth;
+  }
+
+  static SKERRY_ALWAYS_INLINE void measure_some(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+                                                std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      if (s.blocks_[k].first >= 0) measure(s, system, s.blocks_[k]);
+    }
+  }
+  static void measure_portable(BlockSweeps& s, const IslandSystem& system, std::size_t from, std::size_t to) {
+    measure_some(s, system, from, to);
+  }
+  SKERRY_AVX2 static void measure_avx2(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+                                       std::size_t to) {
+    measure_some(s, system, from, to);
+  }
+
+  /// Fills in the numbers of a contact that is swept by itself.
+  static void close(BlockSweeps& s, const IslandSystem& system, Numbers& numbers) {
+    const Block& block = s.blocks_[at(numbers.block)];
+    numbers.b = Vec4{};
+    for (int r = 0; r < block.count; ++r) {
+      const Row& row = system.rows[at(block.first + r)];
+      const double root = s.root_[at(block.first + r)], inverse = root > 0 ? 1 / root : 0;
+      scale(row.Ja, s.mass_[at(block.a)], numbers.low[r]);
+      scale(row.Jb, s.mass_[at(block.b_body)], numbers.high[r]);
+      numbers.low[r].v *= inverse;
+      numbers.high[r].v *= inverse;
+      numbers.speed[at(r)] = root;
+      numbers.b[r] = inverse * system.b[at(block.first + r)];
+      if (row.normal >= 0) {
+        const double normal_root = s.root_[at(row.normal)];
+        numbers.normal[at(r)] = static_cast<std::int8_t>(row.normal - block.first);
+        numbers.mu[at(r)] = normal_root > 0 ? row.mu * root / normal_root : 0;
+      } else {
+        // What nothing moves stays at zero.
+        numbers.lower[at(r)] = root > 0 ? root * row.lower : 0;
+        numbers.upper[at(r)] = root > 0 ? root * row.upper : 0;
+      }
+    }
     std::size_t entry = 0;
     for (int r = 1; r < block.count; ++r) {
       for (int c = 0; c < r; ++c)
-        block.couple[entry++] = dot3(block.low[r], block.low[c]) + dot3(block.high[r], block.high[c]);
+        numbers.couple[entry++] =
+            dot3(numbers.low[r], numbers.low[c]) + dot3(numbers.high[r], numbers.high[c]);
     }
   }
 
-  static SKERRY_ALWAYS_INLINE void close_some(BlockSweeps& s, const IslandSystem& system, std::size_t from,
-                                              std::size_t to) {
-    for (std::size_t k = from; k < to; ++k) {
-      if (s.first_[k] >= 0) close(s, system, k);
+  /// The same of four blocks, straight from their rows.
+  template <int N>
+  static SKERRY_ALWAYS_INLINE void fill_contacts(const BlockSweeps& s, const IslandSystem& system,
+                                                 const SweepOrder::Group& ordered, Group<N>& group) {
+    static constexpr Row kNone{};
+    const Vec4 zero{};
+    Vec4 roots[N];
+    for (int r = 0; r < N; ++r) {
+      BodyVector low[4], high[4];
+      Vec4 root{}, b{}, mu{};
+      for (int lane = 0; lane < 4; ++lane) {
+        const bool none = lane >= ordered.count;
+        const int i = none ? 0 : s.blocks_[at(ordered.block[at(lane)])].first + r;
+        const Row& row = none ? kNone : system.rows[at(i)];
+        scale(row.Ja, s.mass_[at(group.a[at(lane)])], low[lane]);
+        scale(row.Jb, s.mass_[at(group.b_body[at(lane)])], high[lane]);
+        if (none) continue;
+        root[lane] = s.root_[at(i)];
+        b[lane] = system.b[at(i)];
+        mu[lane] = row.mu;
+      }
+      transpose(low[0].v, low[1].v, low[2].v, low[3].v);
+      transpose(high[0].v, high[1].v, high[2].v, high[3].v);
+      const Vec4 inverse = root > zero ? 1 / root : zero;
+      for (int c = 0; c < 3; ++c) {
+        group.low[r][c].v = inverse * low[c].v;
+        group.high[r][c].v = inverse * high[c].v;
+      }
+      roots[r] = root;
+      group.b[r].v = inverse * b;
+      group.speed[r].v = root;
+      // Of no use to normal rows.
+      const Vec4 normal = roots[r % 2 == 1 ? r - 1 : r];
+      group.mu[r].v = normal > zero ? mu * root / normal : zero;
+    }
+    int entry = 0;
+    for (int r = 1; r < N; ++r) {
+      for (int c = 0; c < r; ++c) {
+        const Lanes *p = group.low[r], *q = group.low[c], *u = group.high[r], *v = group.high[c];
+        group.couple[entry++].v = ((p[0].v * q[0].v + p[1].v * q[1].v) + p[2].v * q[2].v) +
+                                  ((u[0].v * v[0].v + u[1].v * v[1].v) + u[2].v * v[2].v);
+      }
     }
   }
-  static void close_portable(BlockSweeps& s, const IslandSystem& system, std::size_t from, std::size_t to) {
-    close_some(s, system, from, to);
+
+  /// Four blocks of joints, whose numbers are known.
+  template <int N>
+  static SKERRY_ALWAYS_INLINE void fill_joints(const BlockSweeps& s, const SweepOrder::Group& ordered,
+                                               Group<N>& group) {
+    for (int lane = 0; lane < 4; ++lane) {
+      const bool none = lane >= ordered.count;
+      const std::size_t k = none ? 0 : at(ordered.block[at(lane)]);
+      const Numbers* numbers = none ? nullptr : &s.numbers_of(s.blocks_[k]);
+      const JointBlock* joint = none ? nullptr : &s.joint_of(k);
+      int entry = 0;
+      for (int r = 0; r < N; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          group.low[r][c].v[lane] = none ? 0 : numbers->low[r].v[c];
+          group.high[r][c].v[lane] = none ? 0 : numbers->high[r].v[c];
+        }
+        group.b[r].v[lane] = none ? 0 : numbers->b[r];
+        group.speed[r].v[lane] = none ? 0 : numbers->speed[at(r)];
+        group.mu[r].v[lane] = none ? 0 : joint->L[at(r)][at(r)];
+        for (int c = 0; c < r; ++c) group.couple[entry++].v[lane] = none ? 0 : joint->L[at(r)][at(c)];
+      }
+    }
   }
-  SKERRY_AVX2 static void close_avx2(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+
+  template <int N>
+  static SKERRY_ALWAYS_INLINE void fill(BlockSweeps& s, const IslandSystem& system, const Batch& batch,
+                                        int chunk, std::vector<Group<N>>& groups) {
+    const int ground = static_cast<int>(s.mass_.size()) - 1, unread = ground + 1 + chunk;
+    for (int i = 0; i < batch.count; ++i) {
+      Group<N>& group = groups[at(batch.first + i)];
+      const SweepOrder::Group& ordered = s.order_.groups()[at(batch.ordered + i)];
+      for (int lane = 0; lane < 4; ++lane) {
+        const bool none = lane >= ordered.count;
+        const int k = none ? static_cast<int>(s.blocks_.size()) + chunk : ordered.block[at(lane)];
+        const int a = none ? ground : s.blocks_[at(k)].a, b = none ? ground : s.blocks_[at(k)].b_body;
+        group.block[at(lane)] = k;
+        group.a[at(lane)] = a;
+        group.b_body[at(lane)] = b;
+        // What reads the ground does not wait for what wrote it.
+        group.to_a[at(lane)] = a == ground ? unread : a;
+        group.to_b[at(lane)] = b == ground ? unread : b;
+      }
+      if (batch.kind == Kind::Held1 || batch.kind == Kind::Held2 || batch.kind == Kind::Held3)
+        fill_joints(s, ordered, group);
+      else
+        fill_contacts(s, system, ordered, group);
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void fill_some(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+                                             std::size_t to) {
+    for (std::size_t c = from; c < to; ++c) {
+      for (int i = s.chunks_[c].first; i < s.chunks_[c].end; ++i) {
+        const Batch& batch = s.batches_[at(i)];
+        // Not by `with_groups`: what is in a lambda is compiled for any processor.
+        const int chunk = static_cast<int>(c);
+        switch (batch.kind) {
+          case Kind::Rough4:
+            fill(s, system, batch, chunk, s.groups4_);
+            break;
+          case Kind::Held3:
+            fill(s, system, batch, chunk, s.groups3_);
+            break;
+          case Kind::Rough2:
+          case Kind::Smooth2:
+          case Kind::Held2:
+            fill(s, system, batch, chunk, s.groups2_);
+            break;
+          case Kind::Smooth1:
+          case Kind::Held1:
+            fill(s, system, batch, chunk, s.groups1_);
+            break;
+          case Kind::Single:
+            break;
+        }
+      }
+    }
+  }
+  static void fill_portable(BlockSweeps& s, const IslandSystem& system, std::size_t from, std::size_t to) {
+    fill_some(s, system, from, to);
+  }
+  SKERRY_AVX2 static void fill_avx2(BlockSweeps& s, const IslandSystem& system, std::size_t from,
+                                    std::size_t to) {
+    fill_some(s, system, from, to);
+  }
+
+  /// Given impulses of contacts, scaled and clamped to their bounds: of four blocks and of one.
+  struct Start {
+    std::span<const double> lambda;
+    template <int N, Pattern pattern>
+    SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& k, Vec4&) const {
+      if (pattern == Pattern::Held || lambda.empty()) return;
+      const Vec4 zero{};
+      Vec4 x[4] = {};
+      const int count = static_cast<int>(s.blocks_.size());
+      for (int lane = 0; lane < 4; ++lane) {
+        const int block = k.block[at(lane)];
+        for (int r = 0; r < N && block < count; ++r)
+          x[r][lane] = s.scaled(lambda, s.blocks_[at(block)].first + r);
+      }
+      for (int r = 0; r < N; ++r) {
+        if (pattern == Pattern::Rough && r % 2 == 1) {
+          const Vec4 upper = k.mu[r].v * x[r - 1], lower = -upper;
+          const Vec4 low = x[r] > lower ? x[r] : lower;
+          x[r] = low < upper ? low : upper;
+        } else {
+          x[r] = x[r] > zero ? x[r] : zero;
+        }
+      }
+      transpose(x[0], x[1], x[2], x[3]);
+      for (int i = 0; i < 4; ++i) s.impulses_[at(k.block[at(i)])].v = x[i];
+    }
+    SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double&) const {
+      const Block& block = s.blocks_[k];
+      if (block.first < 0) return;
+      Impulses& x = s.impulses_[k];
+      x.v = Vec4{};
+      for (int r = 0; r < block.count; ++r) {
+        const ImpulseBounds bounds = bounds_of(s.numbers_of(block), x, r);
+        x.v[r] = clamp(s.scaled(lambda, block.first + r), bounds.lower, bounds.upper);
+      }
+    }
+  };
+  static void start_portable(BlockSweeps& s, std::span<const double> lambda, std::size_t from,
+                             std::size_t to) {
+    visit(Start{lambda}, s, from, to);
+  }
+  SKERRY_AVX2 static void start_avx2(BlockSweeps& s, std::span<const double> lambda, std::size_t from,
                                      std::size_t to) {
-    close_some(s, system, from, to);
+    visit(Start{lambda}, s, from, to);
   }
+
+  /// Adds what the impulses do to the velocities.
+  struct Push {
+    template <int N, Pattern pattern>
+    static SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& k, Vec4&) {
+      BodyVector* y = s.velocities_.data();
+      Vec4 a[4], b[4], x[4];
+      for (int i = 0; i < 4; ++i) {
+        a[i] = y[k.a[at(i)]].v;
+        b[i] = y[k.b_body[at(i)]].v;
+        x[i] = s.impulses_[at(k.block[at(i)])].v;
+      }
+      transpose(a[0], a[1], a[2], a[3]);
+      transpose(b[0], b[1], b[2], b[3]);
+      transpose(x[0], x[1], x[2], x[3]);
+      for (int r = 0; r < N; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          a[c] += k.low[r][c].v * x[r];
+          b[c] += k.high[r][c].v * x[r];
+        }
+      }
+      transpose(a[0], a[1], a[2], a[3]);
+      transpose(b[0], b[1], b[2], b[3]);
+      for (int i = 0; i < 4; ++i) {
+        y[k.to_a[at(i)]].v = a[i];
+        y[k.to_b[at(i)]].v = b[i];
+      }
+    }
+    static SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double&) {
+      const Block& block = s.blocks_[k];
+      const Numbers& numbers = s.numbers_of(block);
+      for (int r = 0; r < block.count; ++r) {
+        s.velocities_[at(block.a)].v += numbers.low[r].v * s.impulses_[k].v[r];
+        s.velocities_[at(block.b_body)].v += numbers.high[r].v * s.impulses_[k].v[r];
+      }
+    }
+  };
+  static void push_portable(BlockSweeps& s) { visit(Push{}, s, 0, s.chunks_.size()); }
+  SKERRY_AVX2 static void push_avx2(BlockSweeps& s) { visit(Push{}, s, 0, s.chunks_.size()); }
 
   /// The largest violation, of four blocks and of one.
   struct Violation {
@@ -411,13 +645,14 @@ struct BlockSweeps::Kernels {
         worst = std::max(worst, s.violation_of(s.joint_of(k)));
         return;
       }
+      const Numbers& numbers = s.numbers_of(block);
       for (int r = 0; r < block.count; ++r) {
-        const double w = dot3(block.low[r], s.velocities_[at(block.a)]) +
-                         dot3(block.high[r], s.velocities_[at(block.b_body)]) - block.b[r];
-        const ImpulseBounds bounds = bounds_of(block, s.bounds_[k], s.impulses_[k], r);
+        const double w = dot3(numbers.low[r], s.velocities_[at(block.a)]) +
+                         dot3(numbers.high[r], s.velocities_[at(block.b_body)]) - numbers.b[r];
+        const ImpulseBounds bounds = bounds_of(numbers, s.impulses_[k], r);
         // D |lambda - clamp(lambda - w / D)| in scaled numbers.
         const double low = s.impulses_[k].v[r] - bounds.upper, high = s.impulses_[k].v[r] - bounds.lower;
-        worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
+        worst = std::max(worst, numbers.speed[at(r)] * std::abs(std::min(std::max(w, low), high)));
       }
     }
   };
@@ -432,8 +667,7 @@ struct BlockSweeps::Kernels {
 bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* threads) {
   threads_ = threads;
   blocks_.clear();
-  bounds_.clear();
-  first_.clear();
+  numbers_.clear();
   joints_.clear();
   rows_ = 0;
   contradiction_ = 0;
@@ -442,8 +676,6 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
   const int n = system.size(), ground = static_cast<int>(system.bodies.size());
   root_.resize(at(n));
   blocks_.reserve(at(n) / 2);
-  bounds_.reserve(at(n) / 2);
-  first_.reserve(at(n) / 2);
   mass_.resize(at(ground + 1));
   for (std::size_t k = 0; k < system.bodies.size(); ++k) {
     const double linear = std::sqrt(system.bodies[k].linear), angular = std::sqrt(system.bodies[k].angular);
@@ -456,15 +688,26 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
   }
   share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
     if (cpu_has_avx2())
-      Kernels::close_avx2(*this, system, from, to);
+      Kernels::measure_avx2(*this, system, from, to);
     else
-      Kernels::close_portable(*this, system, from, to);
+      Kernels::measure_portable(*this, system, from, to);
   });
   for (JointBlock& joint : joints_) close_joint(system, joint);
   rows_ = n;
   velocities_.assign(at(ground + 1), BodyVector{});
   impulses_.assign(blocks_.size(), Impulses{});
   group();
+  share(threads_, chunks_.size(), kChunksAPiece, [&](std::size_t from, std::size_t to) {
+    if (cpu_has_avx2())
+      Kernels::fill_avx2(*this, system, from, to);
+    else
+      Kernels::fill_portable(*this, system, from, to);
+  });
+  share(threads_, numbers_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      if (blocks_[at(numbers_[i].block)].first >= 0) Kernels::close(*this, system, numbers_[i]);
+    }
+  });
   return true;
 }
 
@@ -488,7 +731,7 @@ bool BlockSweeps::add_blocks(const IslandSystem& system, bool joints) {
     }
     // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
     Block& block = add_block(system, first);
-    Bounds& bounds = bounds_.back();
+    block.first = first;
     while (i < n && block.count < kRows && !is_joint(i)) {
       int end = i + 1;
       while (end < n && system.rows[at(end)].normal == i) ++end;
@@ -496,12 +739,10 @@ bool BlockSweeps::add_blocks(const IslandSystem& system, bool joints) {
       if (i > first && (!same_bodies(i, first) || block.count + end - i > kRows)) break;
       for (int r = i; r < end; ++r) {
         if (!system.compliance.empty() && system.compliance[at(r)] != 0) return false;
-        bounds.normal[at(block.count)] = r == i ? std::int8_t{-1} : static_cast<std::int8_t>(i - first);
         ++block.count;
       }
       i = end;
     }
-    first_.push_back(first);
   }
   return true;
 }
@@ -510,10 +751,14 @@ bool BlockSweeps::add_blocks(const IslandSystem& system, bool joints) {
 BlockSweeps::Block& BlockSweeps::add_block(const IslandSystem& system, int row) {
   const int ground = static_cast<int>(system.bodies.size());
   Block& block = blocks_.emplace_back();
-  bounds_.emplace_back();
   block.a = system.rows[at(row)].a < 0 ? ground : system.rows[at(row)].a;
   block.b_body = system.rows[at(row)].b < 0 ? ground : system.rows[at(row)].b;
   return block;
+}
+
+void BlockSweeps::add_numbers(std::size_t block) {
+  blocks_[block].numbers = static_cast<int>(numbers_.size());
+  numbers_.emplace_back().block = static_cast<int>(block);
 }
 
 BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
@@ -534,6 +779,19 @@ BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
   return Kind::Single;
 }
 
+/// Where the groups of a kind stand.
+template <class Visit>
+void BlockSweeps::with_groups(Kind kind, Visit&& visit) {
+  if (kind == Kind::Rough4)
+    visit(groups4_);
+  else if (kind == Kind::Held3)
+    visit(groups3_);
+  else if (kind == Kind::Smooth1 || kind == Kind::Held1)
+    visit(groups1_);
+  else if (kind != Kind::Single)
+    visit(groups2_);
+}
+
 /// Four blocks a group.
 void BlockSweeps::group() {
   batches_.clear();
@@ -542,22 +800,16 @@ void BlockSweeps::group() {
   groups3_.clear();
   groups2_.clear();
   groups1_.clear();
-  if (blocks_.size() < kFewBlocks) return;
+  const bool few = blocks_.size() < kFewBlocks;
   // The ground's number is that of no body.
-  order_.start(mass_.size() - 1, kKinds);
-  for (const Block& block : blocks_) order_.add(block.a, block.b_body, static_cast<int>(kind_of(block)));
+  if (!few) order_.start(mass_.size() - 1, kKinds);
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const Kind kind = kind_of(blocks_[k]);
+    if ((few || kind == Kind::Single) && blocks_[k].numbers < 0) add_numbers(k);
+    if (!few) order_.add(blocks_[k].a, blocks_[k].b_body, static_cast<int>(kind));
+  }
+  if (few) return;
   order_.finish();
-  // Where the groups of a kind stand.
-  const auto with_groups = [this](Kind kind, auto&& visit) {
-    if (kind == Kind::Rough4)
-      visit(groups4_);
-    else if (kind == Kind::Held3)
-      visit(groups3_);
-    else if (kind == Kind::Smooth1 || kind == Kind::Held1)
-      visit(groups1_);
-    else
-      visit(groups2_);
-  };
   const std::vector<SweepOrder::Group>& ordered = order_.groups();
   for (std::size_t i = 0; i < ordered.size(); ++i) {
     const Kind kind = static_cast<Kind>(ordered[i].kind);
@@ -566,66 +818,15 @@ void BlockSweeps::group() {
     if (new_chunk || batches_.back().kind != kind) {
       const int number = static_cast<int>(i);
       int first = number;
-      if (kind != Kind::Single)
-        with_groups(kind, [&](auto& groups) { first = static_cast<int>(groups.size()); });
+      with_groups(kind, [&](auto& groups) { first = static_cast<int>(groups.size()); });
       batches_.push_back({kind, first, 0, number});
     }
-    if (kind != Kind::Single) with_groups(kind, [](auto& groups) { groups.emplace_back(); });
+    with_groups(kind, [](auto& groups) { groups.emplace_back(); });
     ++batches_.back().count;
     chunks_.back().end = static_cast<int>(batches_.size());
   }
   velocities_.resize(mass_.size() + chunks_.size());
   impulses_.resize(blocks_.size() + chunks_.size());
-  share(threads_, chunks_.size(), kChunksAPiece, [&](std::size_t from, std::size_t to) {
-    for (std::size_t c = from; c < to; ++c) {
-      for (int i = chunks_[c].first; i < chunks_[c].end; ++i) {
-        const Batch& batch = batches_[at(i)];
-        if (batch.kind == Kind::Single) continue;
-        with_groups(batch.kind, [&](auto& groups) {
-          fill_groups(batch, static_cast<int>(c), groups.data() + batch.first);
-        });
-      }
-    }
-  });
-}
-
-template <int N>
-void BlockSweeps::fill_groups(const Batch& batch, int chunk, Group<N>* to) const {
-  const int ground = static_cast<int>(mass_.size()) - 1, unread = ground + 1 + chunk;
-  for (int i = 0; i < batch.count; ++i) {
-    Group<N>& group = *to++;
-    const SweepOrder::Group& ordered = order_.groups()[at(batch.ordered + i)];
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      const bool none = static_cast<int>(lane) >= ordered.count;
-      const int k = none ? static_cast<int>(blocks_.size()) + chunk : ordered.block[lane];
-      group.block[lane] = k;
-      group.a[lane] = none ? ground : blocks_[at(k)].a;
-      group.b_body[lane] = none ? ground : blocks_[at(k)].b_body;
-      // What reads the ground does not wait for what wrote it.
-      group.to_a[lane] = group.a[lane] == ground ? unread : group.a[lane];
-      group.to_b[lane] = group.b_body[lane] == ground ? unread : group.b_body[lane];
-      if (none) continue;
-      const Block& block = blocks_[at(k)];
-      for (int r = 0; r < N; ++r) {
-        for (int c = 0; c < 3; ++c) {
-          group.low[r][c].v[lane] = block.low[r].v[c];
-          group.high[r][c].v[lane] = block.high[r].v[c];
-        }
-        group.b[r].v[lane] = block.b[r];
-        group.mu[r].v[lane] = block.mu[at(r)];
-        group.speed[r].v[lane] = block.speed[at(r)];
-      }
-      if (block.pattern == Pattern::Held) {
-        const JointBlock& joint = joint_of(at(k));
-        for (int r = 0, e = 0; r < N; ++r) {
-          group.mu[r].v[lane] = joint.L[at(r)][at(r)];
-          for (int c = 0; c < r; ++c) group.couple[e++].v[lane] = joint.L[at(r)][at(c)];
-        }
-        continue;
-      }
-      for (int e = 0; e < N * (N - 1) / 2; ++e) group.couple[e].v[lane] = block.couple[at(e)];
-    }
-  }
 }
 
 /// A given impulse as the sweeps have it.
@@ -635,15 +836,13 @@ double BlockSweeps::scaled(std::span<const double> lambda, int row) const {
 }
 
 void BlockSweeps::set(std::span<const double> lambda) {
-  share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
-    for (std::size_t k = from; k < to; ++k) {
-      impulses_[k].v = Vec4{};
-      if (first_[k] < 0) continue;
-      for (int r = 0; r < blocks_[k].count; ++r) {
-        const ImpulseBounds bounds = bounds_of(blocks_[k], bounds_[k], impulses_[k], r);
-        impulses_[k].v[r] = Kernels::clamp(scaled(lambda, first_[k] + r), bounds.lower, bounds.upper);
-      }
-    }
+  std::fill(impulses_.begin(), impulses_.end(), Impulses{});
+  const std::size_t count = std::max<std::size_t>(chunks_.size(), 1);
+  share(threads_, count, kChunksAPiece, [&](std::size_t from, std::size_t to) {
+    if (cpu_has_avx2())
+      Kernels::start_avx2(*this, lambda, from, to);
+    else
+      Kernels::start_portable(*this, lambda, from, to);
   });
   for (const JointBlock& joint : joints_) set_joint(joint, lambda);
   restart();
@@ -653,9 +852,9 @@ void BlockSweeps::get(const std::vector<Impulses>& from, std::vector<double>& la
   lambda.resize(at(rows_));
   share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      if (first_[k] < 0) continue;
+      if (blocks_[k].first < 0) continue;
       for (int r = 0; r < blocks_[k].count; ++r) {
-        const std::size_t row = at(first_[k] + r);
+        const std::size_t row = at(blocks_[k].first + r);
         lambda[row] = root_[row] > 0 ? from[k].v[r] / root_[row] : 0;
       }
     }
@@ -665,13 +864,14 @@ void BlockSweeps::get(const std::vector<Impulses>& from, std::vector<double>& la
 
 void BlockSweeps::restart() {
   std::fill(velocities_.begin(), velocities_.end(), BodyVector{});
-  for (std::size_t k = 0; k < blocks_.size(); ++k) {
-    const Block& block = blocks_[k];
-    for (int r = 0; r < block.count; ++r) {
-      velocities_[at(block.a)].v += block.low[r].v * impulses_[k].v[r];
-      velocities_[at(block.b_body)].v += block.high[r].v * impulses_[k].v[r];
-    }
-  }
+  const auto acts = [](const Impulses& x) {
+    return x.v[0] != 0 || x.v[1] != 0 || x.v[2] != 0 || x.v[3] != 0;
+  };
+  if (std::none_of(impulses_.begin(), impulses_.end(), acts)) return;
+  if (cpu_has_avx2())
+    Kernels::push_avx2(*this);
+  else
+    Kernels::push_portable(*this);
 }
 
 bool BlockSweeps::large() const {
@@ -718,14 +918,17 @@ double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
   return largest;
 }
 
-ImpulseBounds BlockSweeps::bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses,
-                                     int r) {
-  const int n = bounds.normal[at(r)];
-  const double bound = n < 0 ? 0 : block.mu[at(r)] * std::max(impulses.v[n], 0.0);
-  return {bounds.lower[at(r)] - bound, bounds.upper[at(r)] + bound};
+ImpulseBounds BlockSweeps::bounds_of(const Numbers& numbers, const Impulses& impulses, int r) {
+  const int n = numbers.normal[at(r)];
+  const double bound = n < 0 ? 0 : numbers.mu[at(r)] * std::max(impulses.v[n], 0.0);
+  return {numbers.lower[at(r)] - bound, numbers.upper[at(r)] + bound};
 }
 
 double BlockSweeps::violation() const {
+  // What is no number is no larger than anything.
+  Vec4 none{};
+  for (const BodyVector& y : velocities_) none += 0 * y.v;
+  if (none[0] + none[1] + none[2] != 0) return kInfinity;
   const std::size_t count = std::max<std::size_t>(chunks_.size(), 1);
   Spare<std::vector<double>> found;
   found->assign(count / kChunksAPiece + 1, 0);

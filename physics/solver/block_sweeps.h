@@ -71,7 +71,8 @@ class BlockSweeps {
   /// impulses to those that a row wants, the second all of it. `soften` does not count.
   void sweep_part(double load, double take);
 
-  /// Largest violation of the natural map (islands/island_system.h) [m/s].
+  /// Largest violation of the natural map (islands/island_system.h) [m/s]; infinite where velocities are not
+  /// finite.
   double violation() const;
 
  private:
@@ -80,15 +81,23 @@ class BlockSweeps {
   static constexpr int kTogether = 4;
   /// N or NN; NF or NFNF; other contacts; joints without bounds; other joints.
   enum class Pattern : std::uint8_t { Smooth, Rough, General, Held, Joint };
-  struct alignas(32) Block {
+  struct Block {
+    int a = 0, b_body = 0;
+    int first = 0;     ///< row of a contact; of joints: -1 - its number in `joints_`
+    int numbers = -1;  ///< in `numbers_`; -1: they are in its group only
+    std::int16_t count = 0;
+    Pattern pattern = Pattern::General;
+  };
+  /// What a block needs that is swept by itself.
+  struct alignas(32) Numbers {
     BodyVector low[kRows], high[kRows];  ///< rows on both bodies
     Vec4 b;
     std::array<double, 6> couple{};     ///< W below its diagonal: 10, 20, 21, 30, 31, 32
     std::array<double, kRows> mu{};     ///< scaled
     std::array<double, kRows> speed{};  ///< D^1/2: of a change, as a velocity
-    int a = 0, b_body = 0;
-    std::int16_t count = 0;
-    Pattern pattern = Pattern::General;
+    std::array<double, kRows> lower{}, upper{};
+    std::array<std::int8_t, kRows> normal{-1, -1, -1, -1};
+    int block = 0;
   };
   /// What else there is to know of a block of joint rows.
   struct JointBlock {
@@ -97,11 +106,6 @@ class BlockSweeps {
     std::array<std::array<double, kRows>, kRows> L{};  ///< lower triangle
     std::array<double, kRows> keep{1, 1, 1, 1};        ///< 1 - compliance / (diagonal of W)
   };
-  struct Bounds {
-    std::array<double, kRows> lower{}, upper{};
-    std::array<std::int8_t, kRows> normal{-1, -1, -1, -1};
-  };
-
   /// Four blocks of `N` rows, one a lane; lanes without a block have rows of zeros on the ground.
   struct alignas(32) Lanes {
     Vec4 v;
@@ -115,6 +119,8 @@ class BlockSweeps {
     std::array<int, 4> block;
     std::array<int, 4> a, b_body;   ///< where velocities are read
     std::array<int, 4> to_a, to_b;  ///< and written
+
+    Group() {}  ///< leaves the numbers to `fill`: they are many
   };
   /// How rows give way in a sweep: not at all (joints may), by `soften`, or as `sweep_part` says.
   enum class Mode : std::uint8_t { Plain, Give, Part };
@@ -140,27 +146,30 @@ class BlockSweeps {
   static Kind kind_of(const Block& block);
   bool add_blocks(const IslandSystem& system, bool joints);
   Block& add_block(const IslandSystem& system, int row);
+  void add_numbers(std::size_t block);
   void add_joint_blocks(const IslandSystem& system, int first, int end);
   void close_joint(const IslandSystem& system, JointBlock& joint);
   const JointBlock& joint_of(std::size_t block) const {
-    return joints_[static_cast<std::size_t>(-1 - first_[block])];
+    return joints_[static_cast<std::size_t>(-1 - blocks_[block].first)];
+  }
+  const Numbers& numbers_of(const Block& block) const {
+    return numbers_[static_cast<std::size_t>(block.numbers)];
   }
   double scaled(std::span<const double> lambda, int row) const;
   void set_joint(const JointBlock& joint, std::span<const double> lambda);
   void get_joint(const JointBlock& joint, const Impulses& from, std::vector<double>& lambda) const;
   double violation_of(const JointBlock& joint) const;
   void group();
-  template <int N>
-  void fill_groups(const Batch& batch, int chunk, Group<N>* group) const;
+  template <class Visit>
+  void with_groups(Kind kind, Visit&& visit);
   bool large() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
-  static ImpulseBounds bounds_of(const Block& block, const Bounds& bounds, const Impulses& impulses, int r);
+  static ImpulseBounds bounds_of(const Numbers& numbers, const Impulses& impulses, int r);
 
   int rows_ = 0;
   std::vector<Block> blocks_;
-  std::vector<Bounds> bounds_;  ///< by block
-  std::vector<int> first_;      ///< row of each block of a contact; of joints: -1 - its number in `joints_`
+  std::vector<Numbers> numbers_;
   std::vector<JointBlock> joints_;
   double joint_give_ = 1, contact_give_ = 1;  ///< of an impulse, what stays
   double contradiction_ = 0;                  ///< of rows of one block that depend on each other [m/s]

@@ -9,6 +9,9 @@
 namespace skerry {
 namespace {
 
+// Residual of sweeps that no rounding explains.
+constexpr double kFarFromRounding = 1e-4;
+
 /// Normal impulse that scales the bounds of a row; 0 for rows with bounds of their own.
 double scaling_impulse(const Row& row, const std::vector<double>& lambda) {
   return is_scaled(row) ? lambda[static_cast<std::size_t>(row.normal)] : 0;
@@ -94,6 +97,17 @@ void count_states(const std::vector<Row>& rows, const std::vector<RowState>& sta
 
 void conclude(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
   judge(system, options, solution);
+}
+
+void conclude(const IslandSystem& system, double violation, const SolveOptions& options, Solution& solution) {
+  if (!std::isfinite(violation)) return conclude(system, options, solution);
+  clamp_to_bounds(system.rows, solution.lambda);
+  const double scale = largest_magnitude(system.b);
+  solution.residual = scale > 0 ? violation / scale : violation;
+  const bool exact = solution.residual <= options.tolerance ||
+                     (solution.residual <= kFarFromRounding &&
+                      solution.residual <= 16 * residual_floor(system, solution.lambda));
+  solution.status = exact ? SolveStatus::Solved : SolveStatus::Inexact;
 }
 
 void conclude(const ContactProblem& problem, const SolveOptions& options, Solution& solution) {

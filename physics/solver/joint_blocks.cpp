@@ -37,8 +37,8 @@ void BlockSweeps::add_joint_blocks(const IslandSystem& system, int first, int en
     for (int i = first; i < end; ++i) {
       if (is_free(system, i) != free) continue;
       if (count == kRows) {
-        add_block(system, first);
-        first_.push_back(-1 - static_cast<int>(joints_.size()));
+        add_block(system, first).first = -1 - static_cast<int>(joints_.size());
+        add_numbers(blocks_.size() - 1);
         joints_.emplace_back().block = static_cast<int>(blocks_.size()) - 1;
         count = 0;
       }
@@ -51,8 +51,8 @@ void BlockSweeps::add_joint_blocks(const IslandSystem& system, int first, int en
 /// Fills in the numbers of a block of joint rows.
 void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
   Block& block = blocks_[at(joint.block)];
-  Bounds& bounds = bounds_[at(joint.block)];
-  block.b = Vec4{};
+  Numbers& numbers = numbers_[at(block.numbers)];
+  numbers.b = Vec4{};
   int free = 0;
   for (int r = 0; r < block.count; ++r) {
     const int i = joint.row[at(r)];
@@ -63,7 +63,7 @@ void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
     const double D = dot3(low, low) + dot3(high, high) + soft;
     const double root = std::sqrt(D), inverse = D > 0 ? 1 / root : 0;
     root_[at(i)] = root;
-    block.speed[at(r)] = root;
+    numbers.speed[at(r)] = root;
     low.v *= inverse;
     high.v *= inverse;
     double b = inverse * system.b[at(i)];
@@ -71,10 +71,10 @@ void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
     std::array<double, kRows>& L = joint.L[at(r)];
     for (int pass = 0; pass < 2; ++pass) {
       for (int c = 0; c < free; ++c) {
-        const double share = dot3(low, block.low[c]) + dot3(high, block.high[c]);
-        low.v -= share * block.low[c].v;
-        high.v -= share * block.high[c].v;
-        b -= share * block.b[c];
+        const double share = dot3(low, numbers.low[c]) + dot3(high, numbers.high[c]);
+        low.v -= share * numbers.low[c].v;
+        high.v -= share * numbers.high[c].v;
+        b -= share * numbers.b[c];
         L[at(c)] += share;
       }
     }
@@ -89,20 +89,20 @@ void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
     }
     const double length = depends ? 0 : std::sqrt(rest), shrink = depends ? 0 : 1 / length;
     L[at(r)] = length;
-    block.low[r].v = shrink * low.v;
-    block.high[r].v = shrink * high.v;
-    block.b[r] = shrink * b;
+    numbers.low[r].v = shrink * low.v;
+    numbers.high[r].v = shrink * high.v;
+    numbers.b[r] = shrink * b;
     joint.keep[at(r)] = depends ? 1 : stiff / rest;
     if (is_free(system, i)) ++free;
-    bounds.lower[at(r)] = depends ? 0 : length * root * row.lower;
-    bounds.upper[at(r)] = depends ? 0 : length * root * row.upper;
+    numbers.lower[at(r)] = depends ? 0 : length * root * row.lower;
+    numbers.upper[at(r)] = depends ? 0 : length * root * row.upper;
   }
   block.pattern = free == block.count ? Pattern::Held : Pattern::Joint;
   std::size_t entry = 0;
   for (int r = 1; r < block.count; ++r) {
     for (int c = 0; c < r; ++c, ++entry) {
       if (c >= free)
-        block.couple[entry] = dot3(block.low[r], block.low[c]) + dot3(block.high[r], block.high[c]);
+        numbers.couple[entry] = dot3(numbers.low[r], numbers.low[c]) + dot3(numbers.high[r], numbers.high[c]);
     }
   }
 }
@@ -110,13 +110,14 @@ void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
 /// Impulses of Q are L' lambda; bounded rows, which are clamped, have a diagonal there only.
 void BlockSweeps::set_joint(const JointBlock& joint, std::span<const double> lambda) {
   const std::size_t k = at(joint.block);
+  const Numbers& numbers = numbers_of(blocks_[k]);
   for (int r = 0; r < blocks_[k].count; ++r) {
     const std::array<double, kRows>& L = joint.L[at(r)];
     const double length = L[at(r)];
     if (!(length > 0)) continue;
-    const double x = std::clamp(length * scaled(lambda, joint.row[at(r)]), bounds_[k].lower[at(r)],
-                                bounds_[k].upper[at(r)]) /
-                     length;
+    const double x =
+        std::clamp(length * scaled(lambda, joint.row[at(r)]), numbers.lower[at(r)], numbers.upper[at(r)]) /
+        length;
     for (int c = 0; c <= r; ++c) impulses_[k].v[c] += L[at(c)] * x;
   }
 }
@@ -138,18 +139,20 @@ void BlockSweeps::get_joint(const JointBlock& joint, const Impulses& from,
 double BlockSweeps::violation_of(const JointBlock& joint) const {
   const std::size_t k = at(joint.block);
   const Block& block = blocks_[k];
+  const Numbers& numbers = numbers_of(block);
   double worst = 0;
   std::array<double, kRows> w{};
   for (int r = 0; r < block.count; ++r) {
     const double x = impulses_[k].v[r], length = joint.L[at(r)][at(r)];
     if (!(length > 0)) continue;
-    w[at(r)] = dot3(block.low[r], velocities_[at(block.a)]) +
-               dot3(block.high[r], velocities_[at(block.b_body)]) + (1 - joint.keep[at(r)]) * x - block.b[r];
+    w[at(r)] = dot3(numbers.low[r], velocities_[at(block.a)]) +
+               dot3(numbers.high[r], velocities_[at(block.b_body)]) + (1 - joint.keep[at(r)]) * x -
+               numbers.b[r];
     double own = 0;
     for (int c = 0; c <= r; ++c) own += joint.L[at(r)][at(c)] * w[at(c)];
     // As for contacts, of the row as it was before it was combined.
-    const double low = (x - bounds_[k].upper[at(r)]) / length, high = (x - bounds_[k].lower[at(r)]) / length;
-    worst = std::max(worst, block.speed[at(r)] * std::abs(std::min(std::max(own, low), high)));
+    const double low = (x - numbers.upper[at(r)]) / length, high = (x - numbers.lower[at(r)]) / length;
+    worst = std::max(worst, numbers.speed[at(r)] * std::abs(std::min(std::max(own, low), high)));
   }
   return worst;
 }

@@ -61,7 +61,7 @@ bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start
     if (sweeps->sweep(count) <= 0.5 * target && sweeps->violation() <= target) break;
   }
   sweeps->get(sweeps->impulses(), solution.lambda);
-  conclude(system, options, solution);
+  conclude(system, sweeps->violation(), options, solution);
   return true;
 }
 

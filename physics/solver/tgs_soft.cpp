@@ -110,7 +110,7 @@ class BlockParts {
       if (k % kRefresh == 0) sweeps_.restart();
     }
     sweeps_.get(x, solution.lambda);
-    conclude(system, options, solution);
+    conclude(system, sweeps_.violation(), options, solution);
     return true;
   }
 

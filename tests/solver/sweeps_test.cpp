@@ -486,6 +486,7 @@ TEST(TgsSoft, GivesOverBlocksWhatItGivesRowByRow) {
       const double largest = std::max(1.0, largest_magnitude(rows.lambda));
       for (std::size_t i = 0; i < rows.lambda.size(); ++i)
         ASSERT_NEAR(blocks.lambda[i], rows.lambda[i], 1e-9 * largest) << "row " << i << ", " << parts;
+      EXPECT_NEAR(blocks.residual, natural_map_residual(system, blocks.lambda), 1e-9 * largest);
       ASSERT_EQ(blocks.trace->iterations.size(), rows.trace->iterations.size());
       for (std::size_t k = 0; k < rows.trace->iterations.size(); ++k) {
         EXPECT_NEAR(blocks.trace->iterations[k].residual, rows.trace->iterations[k].residual, 1e-8 * largest)
@@ -496,6 +497,16 @@ TEST(TgsSoft, GivesOverBlocksWhatItGivesRowByRow) {
       EXPECT_EQ(solver.solve(system, start, options, nullptr).lambda, blocks.lambda);
     }
   }
+}
+
+TEST(Sweeps, TellVelocitiesThatAreNoNumbers) {
+  IslandSystem system = islands(1, 3, false);
+  BlockSweeps sweeps;
+  ASSERT_TRUE(sweeps.assign(system));
+  sweeps.set({});
+  EXPECT_TRUE(std::isfinite(sweeps.violation()));
+  sweeps.velocities()[1].v[2] = kInfinity;
+  EXPECT_EQ(sweeps.violation(), kInfinity);
 }
 
 TEST(TgsSoft, KeepsTheBoundsWhateverThePartsLeave) {
