@@ -78,11 +78,15 @@ struct Topology {
   std::array<Group, kGroups> group;          // the first `groups` are set
   // Of each row: what bounds it, its group and its place in it.
   std::array<signed char, kSmallRows> normal, group_of, lane;
+  // Every body stands on one edge of an earlier one, or of the ground: which group that is. Set where
+  // `tower`.
+  bool tower;
+  std::array<signed char, kSmallBodies> support;
 
   bool operator==(const Topology& o) const {
-    return bodies == o.bodies && rows == o.rows && groups == o.groups &&
+    return bodies == o.bodies && rows == o.rows && groups == o.groups && tower == o.tower &&
            std::equal(group.begin(), group.begin() + groups, o.group.begin()) &&
-           std::equal(normal.begin(), normal.begin() + rows, o.normal.begin());
+           (tower || std::equal(normal.begin(), normal.begin() + rows, o.normal.begin()));
   }
 };
 
@@ -326,10 +330,30 @@ class Sticking {
     each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
              SKERRY_INLINED { take_last<rows, grounded>(group, slot, x, v); });
     scale(v);
-    R worst{}, largest{};
-    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
-             SKERRY_INLINED { judge<rows, grounded>(group, slot, v, worst, largest); });
-    conclude(v, worst, largest);
+    verdict(v);
+  }
+
+  // Of a tower: as `stick_edge`, upwards for the velocities and downwards for the impulses.
+  SKERRY_ALWAYS_INLINE void run_tower() {
+    Vector v, force;
+    S apart[most];
+    for (int j = 0; j < t_.bodies; ++j)
+      at_support(j, [&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+                        SKERRY_INLINED { open_edge<rows, grounded>(group, slot, apart); });
+    for (int j = 0; j < t_.bodies; ++j)
+      at_support(j, [&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+                        SKERRY_INLINED { carry<rows, grounded>(group, slot, apart, v, force); });
+    for (int j = t_.bodies - 1; j >= 0; --j)
+      at_support(j, [&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+                        SKERRY_INLINED { bear<rows, grounded>(group, slot, apart, force); });
+    clear(v);
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot) SKERRY_INLINED {
+      R z[rows];
+      for (int i = 0; i < rows; ++i) z[i] = slot[i].lambda;
+      settle<grounded>(group, slot, z, v);
+    });
+    scale(v);
+    verdict(v);
   }
 
  private:
@@ -353,6 +377,13 @@ class Sticking {
       else
         choose<4>(grounded, f, group, slot);
     }
+  }
+  // The same for the group under body j of a tower.
+  template <class F>
+  SKERRY_ALWAYS_INLINE void at_support(int j, F&& f) {
+    const int k = t_.support[at(j)];
+    const Group& group = t_.group[at(k)];
+    choose<kLanes ? 1 : 4>(group.a < 0, f, group, n_.slot + (kLanes ? k : group.slot));
   }
   template <int n, class F>
   SKERRY_ALWAYS_INLINE static void choose(bool grounded, F&& f, const Group& group, Slot<R>* slot) {
@@ -430,21 +461,11 @@ class Sticking {
   SKERRY_ALWAYS_INLINE void begin(const Group& group, Slot<R>* slot, SmallFactor<S, most>& factor,
                                   Vector& x) {
     const int ia = a<grounded>(group), ib = b(group);
-    const auto& mb = n_.inverse_mass[ib];
-    [[maybe_unused]] const auto& ma = n_.inverse_mass[ia];
     R s[3][n];
     for (int i = 0; i < n; ++i) {
-      const R(&J)[3] = slot[i].Jb;
-      // Both directions have the same mass.
-      R D = (J[0] * J[0] + J[1] * J[1]) * mb[0] + J[2] * J[2] * mb[2];
-      if constexpr (!grounded) {
-        const R(&K)[3] = slot[i].Ja;
-        D += (K[0] * K[0] + K[1] * K[1]) * ma[0] + K[2] * K[2] * ma[2];
-      }
-      raise(D, R{} + kLeastD);
-      slot[i].D = D;
-      weigh(D, slot[i].g);
-      for (int c = 0; c < 3; ++c) s[c][i] = slot[i].g * J[c];
+      measure<grounded>(group, slot[i]);
+      weigh(slot[i].D, slot[i].g);
+      for (int c = 0; c < 3; ++c) s[c][i] = slot[i].g * slot[i].Jb[c];
     }
     begin_body(slot, &Slot<R>::Jb, s, factor.diagonal[ib], x[ib]);
     if constexpr (!grounded) {
@@ -458,6 +479,105 @@ class Sticking {
         for (int i = 0; i < n; ++i) s[c][i] = slot[i].g * slot[i].Ja[c];
       begin_body(slot, &Slot<R>::Ja, s, factor.diagonal[ia], x[ia]);
     }
+  }
+
+  // Four rows of a group, one by one.
+  template <int n>
+  SKERRY_ALWAYS_INLINE static void unpack(const R (&x)[n], S (&to)[4]) {
+    for (int i = 0; i < 4; ++i) {
+      if constexpr (kLanes)
+        to[i] = x[0][i];
+      else
+        to[i] = x[i];
+    }
+  }
+  template <int n>
+  SKERRY_ALWAYS_INLINE static void unpack(const Slot<R>* slot, int k, S (&to)[4]) {
+    R x[n];
+    for (int i = 0; i < n; ++i) x[i] = slot[i].Jb[k];
+    unpack(x, to);
+  }
+
+  // D of an edge, and one over the distance of its points.
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void open_edge(const Group& group, Slot<R>* slot, S (&apart)[most]) {
+    for (int i = 0; i < n; ++i) measure<grounded>(group, slot[i]);
+    S turn[4];
+    unpack<n>(slot, 2, turn);
+    apart[b(group)] = 1.0 / (turn[0] - turn[2]);
+  }
+
+  // The velocity that sticking to what is below gives a body, and the impulse that it takes.
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void carry(const Group& group, const Slot<R>* slot, const S (&apart)[most], Vector& v,
+                                  Vector& force) {
+    const int ia = a<grounded>(group), ib = b(group);
+    R wanted[n];
+    for (int i = 0; i < n; ++i) {
+      wanted[i] = slot[i].b;
+      if constexpr (!grounded)
+        wanted[i] -= slot[i].Ja[0] * v[ia][0] + slot[i].Ja[1] * v[ia][1] + slot[i].Ja[2] * v[ia][2];
+    }
+    S u[4], x[4], y[4], turn[4];
+    unpack(wanted, u);
+    unpack<n>(slot, 0, x);
+    unpack<n>(slot, 1, y);
+    unpack<n>(slot, 2, turn);
+    const S omega = (u[0] - u[2]) * apart[ib];
+    const S rise = u[0] - turn[0] * omega;
+    const S slide = ((u[1] - turn[1] * omega) + (u[3] - turn[3] * omega)) * 0.5;
+    v[ib][0] = x[0] * rise + x[1] * slide;
+    v[ib][1] = y[0] * rise + y[1] * slide;
+    v[ib][2] = omega;
+    for (int k = 0; k < 3; ++k) force[ib][k] = v[ib][k] / n_.inverse_mass[ib][k];
+  }
+
+  // The impulses of its edge that give a body what it takes, and what it passes on to the body below.
+  template <int n, bool grounded>
+  SKERRY_ALWAYS_INLINE void bear(const Group& group, Slot<R>* slot, const S (&apart)[most], Vector& force) {
+    const int ib = b(group);
+    S x[4], y[4], turn[4];
+    unpack<n>(slot, 0, x);
+    unpack<n>(slot, 1, y);
+    unpack<n>(slot, 2, turn);
+    const S pressure = x[0] * force[ib][0] + y[0] * force[ib][1];
+    const S drag = (x[1] * force[ib][0] + y[1] * force[ib][1]) * 0.5;
+    const S moment = force[ib][2] - (turn[1] + turn[3]) * drag;
+    const S first = (moment - turn[2] * pressure) * apart[ib],
+            second = (turn[0] * pressure - moment) * apart[ib];
+    R z[n];
+    if constexpr (kLanes) {
+      z[0] = R{first, drag, second, drag};
+    } else {
+      z[0] = first;
+      z[1] = z[3] = drag;
+      z[2] = second;
+    }
+    for (int i = 0; i < n; ++i) slot[i].lambda = z[i];
+    if constexpr (!grounded) {
+      R push[3][n];
+      S sum[3];
+      for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < n; ++i) push[k][i] = slot[i].Ja[k] * z[i];
+      add_up(push, sum);
+      for (int k = 0; k < 3; ++k) force[group.a][k] -= sum[k];
+    }
+  }
+
+  // D of a row, or of the rows in its lanes.
+  template <bool grounded>
+  SKERRY_ALWAYS_INLINE void measure(const Group& group, Slot<R>& slot) const {
+    const auto& mb = n_.inverse_mass[b(group)];
+    const R(&J)[3] = slot.Jb;
+    // Both directions have the same mass.
+    R D = (J[0] * J[0] + J[1] * J[1]) * mb[0] + J[2] * J[2] * mb[2];
+    if constexpr (!grounded) {
+      const auto& ma = n_.inverse_mass[group.a];
+      const R(&K)[3] = slot.Ja;
+      D += (K[0] * K[0] + K[1] * K[1]) * ma[0] + K[2] * K[2] * ma[2];
+    }
+    raise(D, R{} + kLeastD);
+    slot.D = D;
   }
 
   // Takes the first step x, from nothing, and adds what the impulses do to the bodies.
@@ -488,7 +608,7 @@ class Sticking {
     add_impulses<grounded>(slot, z, x[ia], x[ib]);
   }
 
-  // Takes it, and puts the impulses into their bounds.
+  // Takes it, puts the impulses into their bounds, and adds what they do to the bodies.
   template <int n, bool grounded>
   SKERRY_ALWAYS_INLINE void take_last(const Group& group, Slot<R>* slot, const Vector& x, Vector& v) {
     const int ia = a<grounded>(group), ib = b(group);
@@ -498,6 +618,12 @@ class Sticking {
       velocity_along<grounded>(slot[i], x[ia], x[ib], u);
       z[i] = slot[i].lambda - slot[i].g * u;
     }
+    settle<grounded>(group, slot, z, v);
+  }
+
+  template <bool grounded, int n>
+  SKERRY_ALWAYS_INLINE void settle(const Group& group, Slot<R>* slot, R (&z)[n], Vector& v) {
+    const int ia = a<grounded>(group), ib = b(group);
     if (group.bounds == Bounds::Contacts) {
       for (int i = 0; i < n; i += 2) hold_contact(slot + i, z + i);
       for (int i = 0; i < n; ++i) slot[i].lambda = z[i];
@@ -627,7 +753,10 @@ class Sticking {
     clamp_to(w, low, high);
   }
 
-  SKERRY_ALWAYS_INLINE void conclude(const Vector& v, const R& worst, const R& largest) {
+  SKERRY_ALWAYS_INLINE void verdict(const Vector& v) {
+    R worst{}, largest{};
+    each([&](auto rows, auto grounded, const Group& group, Slot<R>* slot)
+             SKERRY_INLINED { judge<rows, grounded>(group, slot, v, worst, largest); });
     S most_wrong, size;
     if constexpr (kLanes) {
       most_wrong = worst[0];
@@ -650,6 +779,57 @@ class Sticking {
   N& n_;
 };
 
+// A body on two points of one edge, with friction: rows are normal, friction, normal, friction, and both
+// normals are one direction. Velocities of the points say how the body moves; the moment about each point how
+// they share the normal impulse; friction is shared evenly, as both rows have the same D where the edge lies
+// flat. With one body there are two divisions one after the other, and a third of the roundings of the steps
+// above. Judged as they are.
+template <class R>
+SKERRY_ALWAYS_INLINE void stick_edge(Slot<R>* slot, const R (&inverse_mass)[3], R& residual) {
+  const R &mass = inverse_mass[0], &inertia = inverse_mass[2];
+  const R &a = slot[0].Jb[2], &b = slot[1].Jb[2], &c = slot[2].Jb[2], &d = slot[3].Jb[2];
+  const R apart = 1.0 / (a - c);
+  const R turn = (slot[0].b - slot[2].b) * apart;
+  const R rise = slot[0].b - a * turn;
+  const R slide = ((slot[1].b - b * turn) + (slot[3].b - d * turn)) * 0.5;
+  const R pressure = rise / mass;
+  R drag = (slide / mass) * 0.5;
+  const R moment = turn / inertia - (b + d) * drag;
+  R z[4] = {(moment - c * pressure) * apart, drag, (a * pressure - moment) * apart, drag};
+  for (int i = 0; i < 4; i += 2) {
+    z[i] = z[i] < R{} ? R{} : z[i];
+    const R most_allowed = slot[i + 1].mu * z[i];
+    clamp_to(z[i + 1], R(-most_allowed), most_allowed);
+  }
+  R v[3];
+  for (int k = 0; k < 3; ++k) {
+    const R sum =
+        (slot[0].Jb[k] * z[0] + slot[1].Jb[k] * z[1]) + (slot[2].Jb[k] * z[2] + slot[3].Jb[k] * z[3]);
+    v[k] = sum * inverse_mass[k];
+  }
+  R worst{}, largest{};
+  for (int i = 0; i < 4; ++i) {
+    const R(&J)[3] = slot[i].Jb;
+    const R D = (J[0] * J[0] + J[1] * J[1]) * mass + J[2] * J[2] * inertia;
+    R w = (J[0] * v[0] + J[1] * v[1] + J[2] * v[2]) - slot[i].b, size = slot[i].b;
+    const R most_wrong = D * z[i];
+    if (i % 2 == 0) {
+      w = w > most_wrong ? most_wrong : w;
+    } else {
+      const R most_allowed = slot[i].mu * z[i - 1];
+      clamp_to(w, R(D * (z[i] - most_allowed)), R(D * (z[i] + most_allowed)));
+    }
+    slot[i].lambda = z[i];
+    make_absolute(w);
+    make_absolute(size);
+    raise(worst, w);
+    raise(largest, size);
+  }
+  // A comparison does not see what is not a number; a sum does.
+  const R spoiled = (v[0] + v[1]) + v[2];
+  residual = worst / (largest > R{} ? largest : R{} + 1.0) + spoiled * 0.0;
+}
+
 template <class N>
 SKERRY_ALWAYS_INLINE void solve_one_group(const Topology& t, N& n) {
   if (t.slots == 2)
@@ -659,7 +839,9 @@ SKERRY_ALWAYS_INLINE void solve_one_group(const Topology& t, N& n) {
 }
 template <class N>
 SKERRY_ALWAYS_INLINE void solve_groups(const Topology& t, N& n) {
-  if (t.bodies > 1)
+  if (t.tower)
+    Sticking<N, kSmallBodies, 0>(t, n).run_tower();
+  else if (t.bodies > 1)
     Sticking<N, kSmallBodies, 0>(t, n).run();
   else
     Sticking<N, 1, 0>(t, n).run();
@@ -684,14 +866,21 @@ void solve_one_portable(const Topology& t, OneIsland& n) {
 SKERRY_AVX2 void solve_one_avx2(const Topology& t, OneIsland& n) {
   solve_groups(t, n);
 }
+template <class V>
+SKERRY_ALWAYS_INLINE void solve_side_by_side(const Topology& t, Islands<V>& n) {
+  if (t.tower && t.bodies == 1)
+    stick_edge(n.slot, n.inverse_mass[0], n.residual);
+  else
+    solve_small(t, n);
+}
 void solve_eight_portable(const Topology& t, EightIslands& n) {
-  for (Islands<Vec2>& two : n.two) solve_small(t, two);
+  for (Islands<Vec2>& two : n.two) solve_side_by_side(t, two);
 }
 SKERRY_AVX2 void solve_eight_avx2(const Topology& t, EightIslands& n) {
-  for (Islands<Vec4>& four : n.four) solve_small(t, four);
+  for (Islands<Vec4>& four : n.four) solve_side_by_side(t, four);
 }
 SKERRY_AVX512 void solve_eight_avx512(const Topology& t, EightIslands& n) {
-  solve_small(t, n.eight);
+  solve_side_by_side(t, n.eight);
 }
 
 bool cpu_has_avx512() {
@@ -751,6 +940,7 @@ bool read_topology(const IslandSystem& system, Topology& t) {
   t.bodies = static_cast<int>(bodies);
   t.rows = static_cast<int>(rows);
   t.groups = t.slots = 0;
+  t.tower = false;
   for (std::size_t j = 0; j < bodies; ++j) t.below[j] = 0;
   Group* group = nullptr;
   for (std::size_t i = 0; i < rows; ++i) {
@@ -779,6 +969,91 @@ bool read_topology(const IslandSystem& system, Topology& t) {
       t.below[at(parent)] |= t.below[j] & ~(1u << parent);
     }
   return true;
+}
+
+void begin_answer(std::size_t rows, double residual, Solution& solution) {
+  solution.status = SolveStatus::Solved;
+  solution.method = "small_exact";
+  solution.lambda = take_spare<std::vector<double>>();
+  solution.lambda.resize(rows);
+  solution.residual = residual;
+  solution.iterations = 1;
+}
+
+void note_sticking(const SolveOptions& options, Solution& solution) {
+  if (!options.trace) return;
+  solution.trace = std::make_unique<SolveTrace>();
+  solution.trace->notes.emplace_back("small island, everything sticks");
+}
+
+// Points that are close to each other say less of how the body turns: what is worse than this is for the
+// steps that always reach rounding.
+constexpr double kEdgeTolerance = 1e-13;
+
+// Whether four rows, from row `first` of an island, are an edge as `stick_edge` wants it.
+bool is_edge(const Row* rows, int first) {
+  const bool swapped = rows[0].a > rows[0].b;
+  for (int i = 0; i < 4; ++i) {
+    const Row& row = rows[i];
+    if (row.a != rows[0].a || row.b != rows[0].b) return false;
+    const bool friction = row.normal == first + i - 1;
+    const bool contact =
+        row.normal < 0 && row.kind == RowKind::Normal && row.lower == 0 && row.upper == kInfinity;
+    if (i % 2 == 0 ? !contact : !friction) return false;
+  }
+  const auto direction = [&](int i) -> const std::array<double, 3>& {
+    return swapped ? rows[i].Ja : rows[i].Jb;
+  };
+  const auto &n = direction(0), &t = direction(1), &n2 = direction(2), &t2 = direction(3);
+  const bool one_direction = n[0] == n2[0] && n[1] == n2[1] && t[0] == t2[0] && t[1] == t2[1];
+  return one_direction && ((t[0] == -n[1] && t[1] == n[0]) || (t[0] == n[1] && t[1] == -n[0]));
+}
+
+// Whether a body stands on an edge of the ground.
+bool is_edge(const IslandSystem& system) {
+  if (system.rows.size() != 4 || system.bodies.size() != 1 || !system.compliance.empty()) return false;
+  const InverseMass& body = system.bodies[0];
+  return body.linear > 0 && body.angular > 0 && is_edge(system.rows.data(), 0);
+}
+
+// Topology of a tower. @return false if the island is none
+bool read_tower(const IslandSystem& system, Topology& t) {
+  const std::size_t bodies = system.bodies.size();
+  if (bodies > kSmallBodies || system.rows.size() != 4 * bodies || bodies == 0 || !system.compliance.empty())
+    return false;
+  for (const InverseMass& m : system.bodies)
+    if (!(m.linear > 0 && m.angular > 0)) return false;
+  t.bodies = t.groups = static_cast<int>(bodies);
+  t.rows = t.slots = 4 * t.bodies;
+  t.tower = true;
+  unsigned stands = 0;
+  for (int k = 0; k < t.groups; ++k) {
+    const Row* const rows = system.rows.data() + 4 * k;
+    const int a = std::min(rows[0].a, rows[0].b), b = std::max(rows[0].a, rows[0].b);
+    if (b < 0 || (stands >> b & 1) != 0 || !is_edge(rows, 4 * k)) return false;
+    stands |= 1u << b;
+    t.support[at(b)] = static_cast<signed char>(k);
+    t.group[at(k)] = {static_cast<signed char>(a),     static_cast<signed char>(b),
+                      static_cast<signed char>(4 * k), 4,
+                      static_cast<signed char>(4 * k), Bounds::Contacts};
+  }
+  return true;
+}
+
+// Its numbers by way of `put(T&, double)`.
+template <class N, class Put>
+SKERRY_ALWAYS_INLINE void read_edge(const IslandSystem& system, N& n, Put&& put) {
+  put(n.inverse_mass[0][0], system.bodies[0].linear);
+  put(n.inverse_mass[0][1], system.bodies[0].linear);
+  put(n.inverse_mass[0][2], system.bodies[0].angular);
+  const bool swapped = system.rows[0].a == 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Row& row = system.rows[i];
+    const std::array<double, 3>& J = swapped ? row.Ja : row.Jb;
+    for (std::size_t c = 0; c < 3; ++c) put(n.slot[i].Jb[c], J[c]);
+    put(n.slot[i].b, system.b[i]);
+    put(n.slot[i].mu, row.mu);
+  }
 }
 
 const Row kNoRow{};
@@ -878,17 +1153,41 @@ void solve_one(const Topology& t, OneIsland& n) {
 // The answer that everything sticks. @param impulse  of a group's row
 template <class Impulse>
 void tell(const Topology& t, double residual, Impulse&& impulse, Solution& solution) {
-  solution.status = SolveStatus::Solved;
-  solution.method = "small_exact";
-  solution.lambda = take_spare<std::vector<double>>();
-  solution.lambda.resize(at(t.rows));
+  begin_answer(at(t.rows), residual, solution);
   double* to = solution.lambda.data();
   for (int k = 0; k < t.groups; ++k)
     for (int i = 0; i < t.group[at(k)].count; ++i) *to++ = impulse(k, i);
-  solution.residual = residual;
-  solution.iterations = 1;
+}
+
+// What `Sticking` does.
+void count_work(Solution& solution) {
   solution.work.factorisations = 1;
   solution.work.resolves = kSteps;
+}
+
+// Edges and towers, by formula. @return false, and `solution` as it was, where the island is none, or does
+// not stick, or not to the last digits
+bool try_tower(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
+  const double tolerance = std::min(options.tolerance, kEdgeTolerance);
+  if (is_edge(system)) {
+    OneGroup n;
+    read_edge(system, n, [](double& to, double from) { to = from; });
+    stick_edge(n.slot, n.inverse_mass[0], n.residual);
+    if (!(n.residual <= tolerance)) return false;
+    begin_answer(4, n.residual, solution);
+    for (std::size_t i = 0; i < 4; ++i) solution.lambda[i] = n.slot[i].lambda;
+  } else {
+    Topology t;
+    if (!read_tower(system, t)) return false;
+    OneIsland n;
+    read_numbers(system, t, n);
+    solve_one(t, n);
+    if (!(n.residual <= tolerance)) return false;
+    tell(
+        t, n.residual, [&](int k, int i) { return n.slot[k].lambda[i]; }, solution);
+  }
+  note_sticking(options, solution);
+  return true;
 }
 
 }  // namespace
@@ -899,6 +1198,7 @@ bool fits_small_exact(const IslandSystem& system) {
 }
 
 bool try_small_exact(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
+  if (try_tower(system, options, solution)) return true;
   Topology topology;
   if (!read_topology(system, topology)) return false;
   if (topology.bodies == 1 && topology.groups == 1) {
@@ -916,10 +1216,8 @@ bool try_small_exact(const IslandSystem& system, const SolveOptions& options, So
     tell(
         topology, numbers.residual, [&](int k, int i) { return numbers.slot[k].lambda[i]; }, solution);
   }
-  if (options.trace) {
-    solution.trace = std::make_unique<SolveTrace>();
-    solution.trace->notes.emplace_back("small island, everything sticks");
-  }
+  count_work(solution);
+  note_sticking(options, solution);
   return true;
 }
 
@@ -946,7 +1244,7 @@ bool SmallBatch::set(int lane, const IslandSystem& system) {
   if (lane < 0 || lane >= kLanes)
     throw std::invalid_argument("SmallBatch: lane " + std::to_string(lane) + " of 8");
   Topology topology;
-  if (!read_topology(system, topology)) return false;
+  if (!read_tower(system, topology) && !read_topology(system, topology)) return false;
   if (data_->any && !(topology == data_->topology)) return false;
   if (!data_->any) {
     // Lanes that stay empty must be harmless: they all start as this island.
@@ -972,7 +1270,7 @@ double SmallBatch::residual(int lane) const {
   double residual = kInfinity;
   if (data_->any)
     at_lane(data_->numbers, lane, [&](auto& islands, int k) { residual = islands.residual[k]; });
-  return residual;
+  return data_->topology.tower && !(residual <= kEdgeTolerance) ? kInfinity : residual;
 }
 
 Solution SmallBatch::solution(int lane) const {
@@ -984,6 +1282,7 @@ Solution SmallBatch::solution(int lane) const {
     };
     tell(t, islands.residual[k], impulse, solution);
   });
+  if (!data_->topology.tower) count_work(solution);
   return solution;
 }
 

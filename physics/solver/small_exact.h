@@ -17,8 +17,9 @@ inline constexpr int kSmallRows = 48;  ///< 16 contacts with friction and rollin
 /// `kSmallRows` rows, contacts and joints only, no compliance.
 bool fits_small_exact(const IslandSystem& system);
 
-/// Tries "everything that touches sticks": one block factorisation and two proximal steps in fixed-size
-/// arrays. @return false, and `solution` as it was, where that is not the answer, or the island does not fit
+/// Tries "everything that touches sticks": a formula for one body on two points of a straight edge with
+/// friction (a box on the floor), else one block factorisation and two proximal steps in fixed-size arrays.
+/// @return false, and `solution` as it was, where that is not the answer, or the island does not fit
 bool try_small_exact(const IslandSystem& system, const SolveOptions& options, Solution& solution);
 
 /// The same; where there is no answer, `solve_body_space` takes over (and is named as the method). A warm
@@ -36,7 +37,8 @@ class SmallBatch {
   SmallBatch& operator=(SmallBatch&&) noexcept;
 
   /// Puts `system` into a lane; the first one fixes the topology (bodies, pairs, kinds of rows).
-  /// @return false if the island does not fit (`fits_small_exact`), or its topology is another one
+  /// @return false if the island does not fit (`fits_small_exact`), or its topology is another one, or only
+  /// one of both is a body on an edge (`try_small_exact`)
   /// @throws std::invalid_argument if `lane` is not in [0, kLanes)
   bool set(int lane, const IslandSystem& system);
   /// Solves all lanes at once. Lanes that were never set hold copies of no island and are left alone.
