@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/islands/path_lanes.h"
+#include "physics/islands/planar.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -77,6 +79,140 @@ double residual_of(const IslandSystem& system, const std::vector<double>& lambda
     }
   }
   return scale > 0 ? worst / scale : worst;
+}
+
+// Whether the first two rows could begin a path: others are known at once.
+bool may_be_path(const IslandSystem& system) {
+  if (system.rows.empty() || !system.compliance.empty()) return false;
+  return system.rows.size() == 1 || (system.rows[1].normal < 0 && system.rows[1].a >= system.rows[0].b);
+}
+
+bool lanes_pay(const IslandSystem& system) {
+  return system.rows.size() >= 12 && cpu_has_avx2();
+}
+
+// Clamps and judges, as `clamp_and_judge`, an island in which bodies ascend along the rows: each row lies
+// between a body and a later one, begins no earlier than the row before ended, and has bounds of its own. A
+// body's velocity is then known with the row behind it, and one pass does, with the same bits.
+// @return false at the first row that is another one or moves nothing, and at impulses or violations that are
+//   not finite
+bool judge_path(const IslandSystem& system, std::vector<double>& lambda, double& residual) {
+  const InverseMass* const bodies = system.bodies.data();
+  const double* b = system.b.data();
+  double* impulse = lambda.data();
+  double worst = 0, scale = 0;
+  // Of the row before: its second body, which the next row may push, too; its velocity without that of this
+  // body; the rest of its natural map.
+  int end = -1;
+  Planar J_end{}, v_end{};
+  double u = 0, wanted = 0, low = 0, high = 0;
+  const auto judge = [&] {
+    const double w = (u + along(J_end, v_end)) - wanted;
+    const double violation = std::abs(std::min(std::max(w, low), high));
+    if (violation <= worst) return true;
+    worst = violation;
+    return !std::isnan(worst);
+  };
+  for (const Row& row : system.rows) {
+    double x = *impulse;
+    if (row.normal >= 0 || row.a < end || row.b <= row.a || !std::isfinite(x)) return false;
+    x = x < row.lower ? row.lower : x;
+    x = x > row.upper ? row.upper : x;
+    *impulse++ = x;
+    double of_a = 0, diagonal = 0;
+    if (row.a >= 0) {
+      const Planar J = planar(row.Ja);
+      Planar v = pushed(bodies[row.a], J, x);
+      if (row.a == end) {
+        v_end.xy += v.xy;
+        v_end.turn += v.turn;
+        v = v_end;
+      }
+      of_a = along(J, v);
+      diagonal = coupled(bodies[row.a], J, J);
+    }
+    if (!judge()) return false;
+    end = row.b;
+    J_end = planar(row.Jb);
+    v_end = pushed(bodies[end], J_end, x);
+    diagonal += coupled(bodies[end], J_end, J_end);
+    if (!(diagonal > 0)) return false;
+    u = of_a;
+    wanted = *b++;
+    low = diagonal * (x - row.upper);
+    high = diagonal * (x - row.lower);
+    scale = std::max(scale, std::abs(wanted));
+  }
+  if (!judge()) return false;
+  residual = scale > 0 ? worst / scale : worst;
+  return true;
+}
+
+// The same four rows at a time, for impulses that are within their bounds.
+SKERRY_AVX2 bool judge_path_lanes(const IslandSystem& system, const std::vector<double>& lambda,
+                                  double& residual) {
+  using Bits = std::int64_t __attribute__((vector_size(32)));
+  constexpr std::int64_t kNoSign = ~(std::int64_t{1} << 63);
+  const Bits no_sign{kNoSign, kNoSign, kNoSign, kNoSign};
+  const int n = system.size();
+  const PathReader reader(system);
+  Vec4 worst{}, scale{};
+  Bits good = ~Bits{};
+  // Of the last body of the four before: its share in the velocity and in D of the row behind it.
+  Vec4 u_before{}, D_before{};
+  for (int k = 0; k <= n; k += 4) {
+    PathLanes four{};
+    Vec4 lower, upper, before, behind, b;  // `before`, `behind`: impulses of the rows there
+    if (reader.inside(k)) {
+      if (!reader.read(k, four)) return false;
+      const Row* const r = system.rows.data() + k;
+      lower = Vec4{r[-1].lower, r[0].lower, r[1].lower, r[2].lower};
+      upper = Vec4{r[-1].upper, r[0].upper, r[1].upper, r[2].upper};
+      std::memcpy(&before, lambda.data() + k - 1, sizeof(Vec4));
+      std::memcpy(&behind, lambda.data() + k, sizeof(Vec4));
+      std::memcpy(&b, system.b.data() + k - 1, sizeof(Vec4));
+    } else {
+      const Row* rows[5];
+      if (!reader.read_end(k, rows, four)) return false;
+      double impulse[5], wanted[5];
+      for (int i = 0; i < 5; ++i) {
+        const int row = k - 1 + i;
+        const bool there = row >= 0 && row < n;
+        impulse[i] = there ? lambda[static_cast<std::size_t>(row)] : 0;
+        wanted[i] = there ? system.b[static_cast<std::size_t>(row)] : 0;
+      }
+      lower = Vec4{rows[0]->lower, rows[1]->lower, rows[2]->lower, rows[3]->lower};
+      upper = Vec4{rows[0]->upper, rows[1]->upper, rows[2]->upper, rows[3]->upper};
+      std::memcpy(&before, impulse, sizeof(Vec4));
+      std::memcpy(&behind, impulse + 1, sizeof(Vec4));
+      std::memcpy(&b, wanted, sizeof(Vec4));
+    }
+    const Vec4 bturn = four.angular * four.bturn, aturn = four.angular * four.aturn;
+    const Vec4 x = four.linear * four.bx * before + four.linear * four.ax * behind;
+    const Vec4 y = four.linear * four.by * before + four.linear * four.ay * behind;
+    const Vec4 turn = bturn * before + aturn * behind;
+    const Vec4 u_behind = four.ax * x + four.ay * y + four.aturn * turn;
+    const Vec4 u_of_b = four.bx * x + four.by * y + four.bturn * turn;
+    const Vec4 D_behind = four.linear * (four.ax * four.ax + four.ay * four.ay) + aturn * four.aturn;
+    const Vec4 D_of_b = four.linear * (four.bx * four.bx + four.by * four.by) + bturn * four.bturn;
+    const Vec4 w = (__builtin_shufflevector(u_before, u_behind, 3, 4, 5, 6) + u_of_b) - b;
+    const Vec4 D = __builtin_shufflevector(D_before, D_behind, 3, 4, 5, 6) + D_of_b;
+    u_before = u_behind;
+    D_before = D_behind;
+    const Vec4 low = D * (before - upper), high = D * (before - lower);
+    Vec4 violation = w < low ? low : w;
+    violation = violation > high ? high : violation;
+    violation = (Vec4)((Bits)violation & no_sign);
+    const Vec4 size = (Vec4)((Bits)b & no_sign);
+    good &= (before >= lower) & (before <= upper) & (D > 0.0) & (violation < kInfinity);
+    worst = violation > worst ? violation : worst;
+    scale = size > scale ? size : scale;
+  }
+  if (!(good[0] & good[1] & good[2] & good[3])) return false;
+  const double most = std::max(std::max(worst[0], worst[1]), std::max(worst[2], worst[3]));
+  const double largest = std::max(std::max(scale[0], scale[1]), std::max(scale[2], scale[3]));
+  residual = largest > 0 ? most / largest : most;
+  return true;
 }
 
 [[noreturn]] void reject(std::size_t row, const char* what, double value) {
@@ -155,9 +291,18 @@ std::vector<double> inverse_effective_masses(const IslandSystem& system) {
 }
 
 double largest_magnitude(const std::vector<double>& values) {
-  double largest = 0;
-  for (const double value : values) largest = std::max(largest, std::abs(value));
-  return largest;
+  // Four maxima side by side: one alone waits for the one before.
+  double largest[4] = {};
+  const std::size_t count = values.size();
+  const auto take = [&](std::size_t i, double& most) {
+    const double size = std::abs(values[i]);
+    most = most < size ? size : most;
+  };
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4)
+    for (std::size_t lane = 0; lane < 4; ++lane) take(i + lane, largest[lane]);
+  for (; i < count; ++i) take(i, largest[0]);
+  return std::max(std::max(largest[0], largest[1]), std::max(largest[2], largest[3]));
 }
 
 double natural_map_residual(const IslandSystem& system, const std::vector<double>& lambda) {
@@ -168,6 +313,10 @@ double natural_map_residual(const IslandSystem& system, const std::vector<double
 }
 
 double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda) {
+  double residual = 0;
+  if (may_be_path(system) && ((lanes_pay(system) && judge_path_lanes(system, lambda, residual)) ||
+                              judge_path(system, lambda, residual)))
+    return residual;
   Spare<Velocities> change;
   change->assign(system.bodies.size(), {0, 0, 0});
   const InverseMass* const bodies = system.bodies.data();

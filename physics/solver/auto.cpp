@@ -12,6 +12,8 @@
 #include "physics/solver/convex_step.h"
 #include "physics/solver/independent_parts.h"
 #include "physics/solver/small_exact.h"
+#include "physics/solver/tridiagonal.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -47,7 +49,9 @@ bool is_one_contact(const IslandSystem& system) {
 
 // Rows i and i + 1 share a body, others do not: W is tridiagonal. Only contacts in which every body has two.
 bool is_chain(const IslandSystem& system) {
-  std::vector<int> rows_of_body(system.bodies.size(), 0);
+  Spare<std::vector<int>> spare;
+  std::vector<int>& rows_of_body = *spare;
+  rows_of_body.assign(system.bodies.size(), 0);
   for (std::size_t i = 0; i < system.rows.size(); ++i) {
     const Row& row = system.rows[i];
     if (row.kind != RowKind::Normal || row.a < 0 || row.b < 0) return false;
@@ -131,12 +135,18 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   }
 
   Solution solution;
+  constexpr const char* kChain = "chain without friction: tridiagonal";
+  if (try_chain(system, options, solution)) {
+    if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+    note(solution, kChain);
+    return solution;
+  }
   const bool smooth = std::none_of(system.rows.begin(), system.rows.end(), is_scaled);
   if (smooth && is_chain(system)) {
     static const SolverEntry& tridiagonal = find_solver("tridiagonal");
     solution = tridiagonal.solve(system, warm_start, options, nullptr);
     if (solution.status == SolveStatus::Solved) {
-      note(solution, "chain without friction: tridiagonal");
+      note(solution, kChain);
       return solution;
     }
   }

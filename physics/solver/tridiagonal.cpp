@@ -1,25 +1,33 @@
 // SPDX-License-Identifier: MIT
 //
 // Chains (Newton's cradle, a column of discs): frictionless rows that each share bodies with at most two
-// others, in a path. W is tridiagonal along the path, and one LDL^T sweep solves it in O(n).
+// others, in a path. W is tridiagonal along the path, and elimination takes O(n).
 //
-// Contacts that only push, with couplings below zero (W is an M-matrix: discs in a row): one pass from the
-// left. What is free stays free, so a row that approaches joins the run on its left, and a row at its bound
-// between two runs joins both when their impulses make it approach; runs are known by their two ends, so that
-// joining them takes O(1) [Chandrasekaran 1970; for equal discs this
-// pools adjacent violators of the order of velocities, Barlow et al. 1972].
+// Contacts that only push, with couplings not above zero (W is an M-matrix: discs in a row): the one pass of
+// physics/solver/run_pooling.h, straight from the rows where bodies ascend along the path, and judged in one
+// more.
 //
 // Everything else by active set: rows at a bound cut the path into pieces. All violated rows change at once;
 // when the number of violations does not fall for eight rounds, one row a round, which ends for the positive
 // definite W of a chain [Judice & Pires 1994].
+#include "physics/solver/tridiagonal.h"
+
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "physics/archive.h"
+#include "physics/islands/path_lanes.h"
+#include "physics/islands/planar.h"
 #include "physics/solver/contact_states.h"
+#include "physics/solver/run_pooling.h"
 #include "physics/spare.h"
 
 namespace skerry {
 namespace {
+
+/// Rows from which on four at a time are read faster than one.
+constexpr std::size_t kLanesPay = 12;
 
 /// W along the path: diagonal and the coupling of each row with the next.
 struct Path {
@@ -241,115 +249,126 @@ RowState wanted_state(const Path& path, RowState state, const std::vector<double
   return held || path.lower[k] == path.upper[k] ? state : RowState::Free;
 }
 
-/// Whether W is an M-matrix as far as signs tell, and all bounds are those of contacts.
-bool only_pushes(const Path& path) {
-  bool pushes = true;
-  for (std::size_t k = 0; k < path.row.size(); ++k)
-    pushes = pushes && path.lower[k] == 0 && path.upper[k] == kInfinity && path.next[k] <= 0 &&
-             path.diagonal[k] > 0;
-  return pushes;
+/// Rows that approach by less are at rest, to rounding.
+double rest_slack(const std::vector<double>& b) {
+  return 4 * kRoundingUnit * largest_magnitude(b);
 }
 
-/// Neighbouring free rows, seen from their two ends: with nothing pushing from outside, `g` are the impulses
-/// of the first and the last row, and `inverse` the entries of W^-1 between these two.
-struct Run {
-  int first = 0, last = 0;
-  double g_first = 0, g_last = 0;
-  double inverse_first = 0, inverse_across = 0, inverse_last = 0;
+/// Gives up on rows that do more than push, and on couplings above zero.
+bool pushes(const PathRow& row, double lower, double upper) {
+  // Bounds by their bits: one comparison.
+  constexpr auto kAbove = std::bit_cast<std::uint64_t>(kInfinity);
+  const std::uint64_t others =
+      std::bit_cast<std::uint64_t>(lower) << 1 | (std::bit_cast<std::uint64_t>(upper) ^ kAbove);
+  return others == 0 && row.push >= 0 && row.diagonal > 0;
+}
+
+/// The rows of an island in which bodies ascend along the path (each row lies between a body and a later one,
+/// and begins no earlier than the row before ended), read as they come.
+class AscendingRows {
+ public:
+  explicit AscendingRows(const IslandSystem& system)
+      : rows_(system.rows.data()), bodies_(system.bodies.data()), b_(system.b.data()) {}
+
+  SKERRY_ALWAYS_INLINE bool operator()(int k, PathRow& to) {
+    const Row& row = rows_[k];
+    if (is_scaled(row) || row.a < end_ || row.b <= row.a) return false;
+    to.diagonal = to.push = 0;
+    if (row.a >= 0) [[likely]] {
+      const InverseMass& mass = bodies_[row.a];
+      const Planar J = planar(row.Ja);
+      to.diagonal = coupled(mass, J, J);
+      if (row.a == end_) to.push = -coupled(mass, J_end_, J);
+    }
+    end_ = row.b;
+    J_end_ = planar(row.Jb);
+    to.diagonal += coupled(bodies_[end_], J_end_, J_end_);
+    to.b = b_[k];
+    return pushes(to, row.lower, row.upper);
+  }
+
+ private:
+  const Row* rows_;
+  const InverseMass* bodies_;
+  const double* b_;
+  int end_ = -1;
+  Planar J_end_{};
 };
 
-/// A run of one row. @return false at a pivot that is not positive
-bool make_run(const Path& path, int k, Run& run) {
-  if (!(path.diagonal[k] > 0)) return false;
-  const double inverse = 1 / path.diagonal[k];
-  run = {k, k, path.b[k] * inverse, path.b[k] * inverse, inverse, inverse, inverse};
-  return true;
-}
+/// The same four bodies at a time where each row begins where the one before ended, with the same bits.
+class RowsInLanes {
+ public:
+  explicit RowsInLanes(const IslandSystem& system)
+      : rows_(system.rows.data()), b_(system.b.data()), count_(system.size()), reader_(system) {}
 
-/// Joins two runs side by side in O(1): each feels the end of the other through their coupling.
-/// @return false at a pivot that is not positive to rounding: the rows are dependent
-bool join(const Path& path, const Run& left, Run& run) {
-  const Run right = run;
-  const double c = path.next[left.last];
-  const double pivot = 1 - c * c * left.inverse_last * right.inverse_first;
-  if (!(pivot > 1e-14)) return false;
-  const double s = 1 / pivot;
-  // The impulses on both sides of the seam.
-  const double l = s * (left.g_last - left.inverse_last * c * right.g_first);
-  const double r = s * (right.g_first - right.inverse_first * c * left.g_last);
-  run.first = left.first;
-  run.g_first = left.g_first - left.inverse_across * c * r;
-  run.g_last = right.g_last - right.inverse_across * c * l;
-  const double from_left = left.inverse_across * c, from_right = right.inverse_across * c;
-  run.inverse_first = left.inverse_first + s * from_left * from_left * right.inverse_first;
-  run.inverse_last = right.inverse_last + s * from_right * from_right * left.inverse_last;
-  run.inverse_across = -s * from_left * right.inverse_across;
-  return true;
-}
-
-/// Finds the states in one pass over a path that only pushes; rows that approach by less than `slack` are at
-/// rest. Each row joins a run at most once, so the pass takes O(n).
-/// @return false at a pivot that is not positive to rounding
-bool pool_rows(const Path& path, double slack, std::vector<RowState>& states) {
-  const int n = static_cast<int>(path.row.size());
-  Spare<std::vector<Run>> spare;
-  std::vector<Run>& runs = *spare;
-  for (int k = 0; k < n; ++k) {
-    const bool beside = !runs.empty() && runs.back().last == k - 1;
-    double w = -path.b[k];
-    if (beside) w += path.next[k - 1] * runs.back().g_last;
-    states[k] = RowState::Lower;
-    if (!(w < -slack)) continue;
-    states[k] = RowState::Free;
-    Run run;
-    if (!make_run(path, k, run)) return false;
-    if (beside) {
-      if (!join(path, runs.back(), run)) return false;
-      runs.pop_back();
-    }
-    // Its impulse reaches the row before its run, which may have to join.
-    while (run.first > 0) {
-      const int before = run.first - 1;
-      const bool meets = !runs.empty() && runs.back().last == before - 1;
-      w = path.next[before] * run.g_first - path.b[before];
-      if (meets) w += path.next[before - 1] * runs.back().g_last;
-      if (!(w < -slack)) break;
-      states[before] = RowState::Free;
-      Run joining;
-      if (!make_run(path, before, joining) || !join(path, joining, run)) return false;
-      if (!meets) continue;
-      if (!join(path, runs.back(), run)) return false;
-      runs.pop_back();
-    }
-    runs.push_back(run);
+  SKERRY_ALWAYS_INLINE bool operator()(int k, PathRow& to) {
+    // The row needs the body behind it, too.
+    if (k + 1 >= read_ && !read_on()) return false;
+    to = {before_[k % kRing] + behind_[(k + 1) % kRing], push_[k % kRing], b_[k]};
+    return true;
   }
-  return true;
-}
 
-/// Impulses of a path that only pushes: free rows are solved run by run, the others push nothing.
-/// @return false at a pivot that is not positive to rounding
-bool solve_runs(const Path& path, const std::vector<RowState>& states, std::vector<double>& lambda) {
-  const int n = static_cast<int>(path.row.size());
-  Spare<std::vector<double>> spare;
-  spare->resize(n);
-  double* const inverse = spare->data();  // of the pivots; zero at bounds
-  for (int k = 0; k < n; ++k) {
-    inverse[k] = lambda[k] = 0;
-    if (states[k] != RowState::Free) continue;
-    double d = path.diagonal[k], y = path.b[k];
-    if (k > 0 && inverse[k - 1] != 0) {
-      const double factor = path.next[k - 1] * inverse[k - 1];
-      d -= factor * path.next[k - 1];
-      y -= factor * lambda[k - 1];
+ private:
+  static constexpr int kRing = 16;  // bodies of which parts are kept; half of them are read at a time
+
+  SKERRY_ALWAYS_INLINE bool read_on() {
+    using Bits = std::int64_t __attribute__((vector_size(32)));
+    Bits good = ~Bits{};
+    for (int end = read_ + kRing / 2; read_ < end && read_ <= count_; read_ += 4) {
+      PathLanes four{};
+      Vec4 lower{}, upper{};
+      if (reader_.inside(read_)) {
+        if (!reader_.read(read_, four)) return false;
+        const Row* const r = rows_ + read_;
+        lower = Vec4{r[0].lower, r[1].lower, r[2].lower, r[3].lower};
+        upper = Vec4{r[0].upper, r[1].upper, r[2].upper, r[3].upper};
+      } else {
+        const Row* rows[5];
+        if (!reader_.read_end(read_, rows, four)) return false;
+        for (int i = 0; i < 4; ++i) {
+          const bool there = read_ + i < count_;
+          lower[i] = there ? rows[i + 1]->lower : 0;
+          upper[i] = there ? rows[i + 1]->upper : kInfinity;
+          // Nothing pushes across the ends.
+          if (!there) four.ax[i] = four.ay[i] = four.aturn[i] = 0;
+          if (read_ + i == 0) four.bx[i] = four.by[i] = four.bturn[i] = 0;
+        }
+      }
+      const Vec4 bturn = four.angular * four.bturn;
+      const Vec4 before =
+          four.linear * (four.ax * four.ax + four.ay * four.ay) + four.angular * four.aturn * four.aturn;
+      const Vec4 behind = four.linear * (four.bx * four.bx + four.by * four.by) + bturn * four.bturn;
+      const Vec4 push = -(four.linear * (four.bx * four.ax + four.by * four.ay) + bturn * four.aturn);
+      good &= (lower == 0.0) & (upper == kInfinity) & (push >= 0.0);
+      const int at = read_ % kRing;
+      std::memcpy(before_ + at, &before, sizeof(Vec4));
+      std::memcpy(behind_ + at, &behind, sizeof(Vec4));
+      std::memcpy(push_ + at, &push, sizeof(Vec4));
     }
-    if (!(d > 1e-14 * path.diagonal[k])) return false;
-    inverse[k] = 1 / d;
-    lambda[k] = y;
+    return (good[0] & good[1] & good[2] & good[3]) != 0;
   }
-  double after = 0;
-  for (int k = n - 1; k >= 0; --k) after = lambda[k] = inverse[k] * (lambda[k] - path.next[k] * after);
-  return true;
-}
+
+  const Row* rows_;
+  const double* b_;
+  int count_, read_ = 0;
+  PathReader reader_;
+  // Of each body: its shares in D of the row behind it and of the row before, and the push between these.
+  double before_[kRing], behind_[kRing], push_[kRing];
+};
+
+/// The rows of a path.
+class PackedRows {
+ public:
+  explicit PackedRows(const Path& path) : path_(path) {}
+
+  SKERRY_ALWAYS_INLINE bool operator()(int k, PathRow& to) const {
+    to = {path_.diagonal[k], k > 0 ? -path_.next[k - 1] : 0, path_.b[k]};
+    return pushes(to, path_.lower[k], path_.upper[k]);
+  }
+
+ private:
+  const Path& path_;
+};
 
 struct TridiagonalMemory : SolverMemory {
   std::vector<RowState> states;
@@ -417,11 +436,76 @@ bool search(const Path& path, const SolveOptions& options, double slack, std::ve
   return true;
 }
 
+// Not inlined: the loops want all registers.
+__attribute__((noinline)) bool pool(const IslandSystem& system, RunPooling& pass) {
+  const double slack = rest_slack(system.b);
+  return pass.join_rows(system.size(), slack, AscendingRows(system));
+}
+SKERRY_AVX2 bool pool_lanes(const IslandSystem& system, RunPooling& pass) {
+  const double slack = rest_slack(system.b);
+  return pass.join_rows(system.size(), slack, RowsInLanes(system));
+}
+__attribute__((noinline)) bool pool(const Path& path, RunPooling& pass) {
+  return pass.join_rows(static_cast<int>(path.row.size()), rest_slack(path.b), PackedRows(path));
+}
+
+/// Whether the first two rows could begin an ascending path, so that others are known at once.
+bool may_ascend(const IslandSystem& system) {
+  if (system.rows.empty() || !system.compliance.empty()) return false;
+  if (system.rows.size() == 1) return true;
+  return !is_scaled(system.rows[1]) && system.rows[1].a >= system.rows[0].b;
+}
+
+/// Keeps the states of an answer; of one that the pass gave, it knows them.
+void keep(const std::vector<RowState>& states, std::unique_ptr<SolverMemory>& memory) {
+  auto* kept = dynamic_cast<TridiagonalMemory*>(memory.get());
+  if (kept == nullptr) {
+    memory = std::make_unique<TridiagonalMemory>();
+    kept = static_cast<TridiagonalMemory*>(memory.get());
+  }
+  kept->states = states;
+}
+
+/// The one pass over rows that ascend, judged. @return false, and `solution` as it was, for other rows
+bool try_ascending(const IslandSystem& system, const SolveOptions& options, Solution& solution,
+                   RunPooling& pass) {
+  if (!may_ascend(system)) return false;
+  const bool lanes = system.rows.size() >= kLanesPay && cpu_has_avx2();
+  if (!(lanes && pool_lanes(system, pass)) && !pool(system, pass)) return false;
+  const std::size_t n = system.rows.size();
+  solution.method = "tridiagonal";
+  solution.lambda = take_spare<std::vector<double>>();
+  solution.lambda.resize(n + 1);
+  pass.solve(solution.lambda.data());
+  solution.lambda.resize(n);
+  solution.iterations = solution.work.factorisations = 1;
+  conclude(system, options, solution);
+  return true;
+}
+
 Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, const SolveOptions& options,
                            std::unique_ptr<SolverMemory>* memory) {
   Solution solution;
+  const std::size_t n = system.rows.size();
+  const auto* kept = memory ? dynamic_cast<TridiagonalMemory*>(memory->get()) : nullptr;
+  const bool warm = kept && kept->states.size() == n;
+  Spare<RunPooling> pass;
+  Spare<std::vector<RowState>> spare_states;
+  std::vector<RowState>& states = *spare_states;
+  const auto tell_states = [&] {
+    states.assign(n, RowState::Free);
+    pass->each_at_rest([&](int k) { states[static_cast<std::size_t>(k)] = RowState::Lower; });
+  };
+  if (!warm && try_ascending(system, options, solution, *pass) && solution.status == SolveStatus::Solved) {
+    if (memory) {
+      tell_states();
+      keep(states, *memory);
+    }
+    return solution;
+  }
+
   solution.method = "tridiagonal";
-  solution.lambda.assign(system.rows.size(), 0.0);
+  solution.lambda.assign(n, 0.0);
   Spare<Path> spare_path;
   Path& path = *spare_path;
   if (!make_path(system, path)) {
@@ -430,50 +514,46 @@ Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, 
     solution.residual = natural_map_residual(system, solution.lambda);
     return solution;
   }
-  const std::size_t n = path.row.size();
-  auto* kept = memory ? dynamic_cast<TridiagonalMemory*>(memory->get()) : nullptr;
-  Spare<std::vector<RowState>> spare_states;
-  std::vector<RowState>& states = *spare_states;
   Spare<std::vector<double>> spare_lambda;
   std::vector<double>& lambda = *spare_lambda;
-  lambda.resize(n);
+  lambda.resize(n + 1);
   const auto judge = [&] {
     for (std::size_t k = 0; k < n; ++k) solution.lambda[path.row[k]] = lambda[k];
     conclude(system, options, solution);
   };
-  const double slack = 4 * kRoundingUnit * largest_magnitude(path.b);
-  const bool warm = kept && kept->states.size() == n;
-  bool pooled = false;
+  states.assign(n, RowState::Free);
   if (warm) {
     states = kept->states;
-  } else {
-    states.assign(n, RowState::Free);
-    pooled = only_pushes(path) && pool_rows(path, slack, states);
-    if (!pooled) states.assign(n, RowState::Free);
-  }
-  if (pooled && solve_runs(path, states, lambda)) {
+  } else if (pool(path, *pass)) {
+    pass->solve(lambda.data());
+    tell_states();
     solution.iterations = solution.work.factorisations = 1;
     judge();
   }
   if (solution.status != SolveStatus::Solved) {
-    const bool regular = search(path, options, slack, states, lambda, solution);
-    if (!regular) lambda.assign(n, 0.0);
+    const bool regular = search(path, options, rest_slack(path.b), states, lambda, solution);
+    if (!regular) std::fill(lambda.begin(), lambda.end(), 0.0);
     judge();
     if (!regular && solution.status != SolveStatus::Solved) solution.status = SolveStatus::Singular;
   }
-  if (memory && solution.status == SolveStatus::Solved) {
-    if (kept) {
-      kept->states = states;
-    } else {
-      auto fresh = std::make_unique<TridiagonalMemory>();
-      fresh->states = states;
-      *memory = std::move(fresh);
-    }
-  }
+  if (memory && solution.status == SolveStatus::Solved) keep(states, *memory);
   return solution;
 }
 
 }  // namespace
+
+bool try_chain(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
+  if (!may_ascend(system)) return false;
+  Spare<RunPooling> pass;
+  Solution found;
+  if (!try_ascending(system, options, found, *pass)) return false;
+  if (found.status != SolveStatus::Solved) {
+    give_spare(std::move(found.lambda));
+    return false;
+  }
+  solution = std::move(found);
+  return true;
+}
 
 extern const SolverEntry kTridiagonalEntry{
     .name = "tridiagonal",
