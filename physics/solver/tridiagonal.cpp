@@ -309,7 +309,7 @@ class RowsInLanes {
   }
 
  private:
-  static constexpr int kRing = 16;  // bodies of which parts are kept; half of them are read at a time
+  static constexpr int kRing = 32;  // bodies of which parts are kept; half of them are read at a time
 
   SKERRY_ALWAYS_INLINE bool read_on() {
     using Bits = std::int64_t __attribute__((vector_size(32)));
