@@ -3,7 +3,7 @@
 // Generalised reflections: contacts act while they approach [Smith, Kaufman, Vouga, Tamstorf & Grinspun
 // 2012].
 //
-//   x = v
+//   x = v, joints holding
 //   while the set A of approaching contacts is not empty:
 //     lambda = argmin |x + M^-1 J_A' lambda|_M, lambda >= 0       (joints hold meanwhile)
 //     x += 2 M^-1 J_A' lambda                                     (a mirror image: energy is kept)
@@ -141,6 +141,20 @@ bool can_all_open(const ImpactProblem& problem) {
   return true;
 }
 
+/// Takes out what joints are off by. A mirror image would keep it with the other sign, and contacts that it
+/// makes approach would do so in every round.
+void hold_joints(const ImpactProblem& problem, Velocities& x, std::vector<double>& lambda,
+                 ImpactResult& result) {
+  const std::vector<int> joints = rows_of(problem.system, RowKind::Joint);
+  if (joints.empty()) return;
+  std::vector<double> impulses = unilateral(problem, joints, x, {}, result);
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    apply_row(problem.system, joints[k], impulses[k], x);
+    lambda[joints[k]] += impulses[k];
+  }
+  give_spare(std::move(impulses));
+}
+
 /// The elastic phase. Returns x, adds to `lambda`; contacts that cannot open are locked (they stop
 /// plastically).
 Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, ImpactResult& result) {
@@ -149,6 +163,7 @@ Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, Im
   Neighbourhood near(system, *vectors);
   Velocities x = take_spare<Velocities>();
   x = problem.velocity;
+  hold_joints(problem, x, lambda, result);
   std::vector<std::uint8_t>&active = vectors->active, &locked = vectors->locked;
   active.assign(system.rows.size(), 0);
   locked.assign(system.rows.size(), 0);

@@ -288,5 +288,38 @@ TEST(Impact, RandomChainsEndKeepMomentumAndNeverGainEnergy) {
   }
 }
 
+// A mirror image of what joints are off by would make contacts approach in every round.
+TEST(Impact, OfHingedBodiesEndsSoonThoughTheirJointsMoveApart) {
+  const unsigned seed = 11;
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  int struck = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    World world(weightless());
+    test::add_ground(world, test::rough(make_box({1, 1}), 0.5, 0.5));
+    std::vector<BodyId> boxes;
+    for (int i = 0; i < 2 + trial % 6; ++i) {
+      boxes.push_back(add(world, {1.1 * i, 0.25}, test::rough(make_box({1, 0.5}), 0.5, 0.5), 1,
+                          {normal(random), normal(random)}, normal(random)));
+      if (i == 0) continue;
+      world.create_joint({.a = boxes[i - 1], .b = boxes[i], .anchor_a = {1.1 * i - 0.55, 0.25}});
+    }
+    const double energy = world.kinetic_energy();
+    const StepReport& report = world.step(1e-9);
+    struck += report.impacts;
+    EXPECT_LE(report.reflections, 500) << "seed " << seed << " trial " << trial;
+    EXPECT_LE(world.kinetic_energy(), energy * (1 + 1e-12)) << "seed " << seed << " trial " << trial;
+    for (std::size_t i = 1; i < boxes.size(); ++i) {
+      const Vec2 hinge{1.1 * static_cast<double>(i) - 0.55, 0.25};
+      const auto velocity = [&](BodyId body) {
+        return world.velocity(body) + world.omega(body) * perp(hinge - world.position(body));
+      };
+      EXPECT_LE(length(velocity(boxes[i]) - velocity(boxes[i - 1])), 1e-7)
+          << "seed " << seed << " trial " << trial;
+    }
+  }
+  EXPECT_GT(struck, 50);
+}
+
 }  // namespace
 }  // namespace skerry
