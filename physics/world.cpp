@@ -27,7 +27,7 @@ void check(const WorldConfig& config) {
   require_at_least_zero(config.touch_tolerance, "touch_tolerance");
   require_at_least_zero(config.rest_speed, "rest_speed");
   require_at_least_zero(config.solve.work_limit, "solve.work_limit");
-  require_at_least_zero(config.flow_work, "flow_work");
+  require_at_least_zero(config.flow_work.value_or(0), "flow_work");
   require_accuracy(config.accuracy);
   require(config.max_impacts_per_step >= 0,
           "max_impacts_per_step must be >= 0, got " + std::to_string(config.max_impacts_per_step));

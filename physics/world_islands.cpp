@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/contact_batch.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
@@ -315,7 +316,7 @@ bool Step::is_through() const {
 void Step::give_exact_rounds_up() {
   for (const SteppedIsland& last : s_.scratch.last_round) {
     const std::vector<std::uint32_t>& bodies = last.island.bodies;
-    const double dear = kDearRound * s_.config.flow_work * static_cast<double>(bodies.size());
+    const double dear = kDearRound * usual_flow_work(s_) * static_cast<double>(bodies.size());
     if (rounds_ <= kExactRounds && !(last.result.work.visits > dear)) continue;
     if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
       continue;

@@ -127,7 +127,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                     {"impact_law", config.impact_law},
                     {"stepper", config.stepper},
                     {"budget", config.solve.work_limit / 1e6},
-                    {"flow_work", config.flow_work},
+                    {"flow_work", config.flow_work ? Json(*config.flow_work) : Json(nullptr)},
                     {"accuracy", config.accuracy ? Json(*config.accuracy) : Json(nullptr)},
                     {"gravity", pair(config.gravity)}};
   Json parameters = Json::object();

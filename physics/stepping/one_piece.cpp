@@ -9,6 +9,7 @@
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/cone_interior_point.h"
 #include "physics/spare.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -47,9 +48,6 @@ constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
 // stays bounded, and limbs rather slip through each other than out of their joints.
 constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
-// Sweeps for positions that leave this share of the deepest overlap came to no answer: what they push on
-// lands in others.
-constexpr double kBlind = 0.5;
 // In flow there is a second round where joints are off by this share of a body's size: shifts are straight
 // lines.
 constexpr double kTorn = 0.05;
@@ -85,13 +83,14 @@ class OnePieceStep {
         from_(from),
         h_(to - from),
         exact_(answer != Answer::Swept),
-        nearly_(answer == Answer::NearlyExact && state.config.flow_work > 0),
+        nearly_(answer == Answer::NearlyExact && may_flow(state)),
         result_(result) {
-    // Without flow, sweeps for positions still want a bound.
-    const double work = state.config.flow_work > 0 ? state.config.flow_work : WorldConfig{}.flow_work;
     slow_ = slow_speed(state, island, h_);
-    bodies_work_ = work * static_cast<double>(island.bodies.size());
-    limit_ = bodies_work_ + work * kJointWork * static_cast<double>(island.joints.size());
+    exact_limit_ = kExactWork * usual_flow_work(state) * static_cast<double>(island.bodies.size());
+    // Without flow, sweeps for positions still want a bound.
+    const double work = may_flow(state) ? flow_work(state, island) : kUsualFlowWork;
+    limit_ = work * static_cast<double>(island.bodies.size()) +
+             work * kJointWork * static_cast<double>(island.joints.size());
   }
 
   /// @return false, and nothing has happened, if an exact answer, or nearly one, was wanted and there is none
@@ -222,9 +221,9 @@ class OnePieceStep {
     choose_points(*points);
     set_up(*points, before, after, assembly, *warm);
     SolveOptions options = state_.config.solve;
-    options.work_limit = !exact_                       ? kVelocityShare * limit_
-                         : state_.config.flow_work > 0 ? kExactWork * bodies_work_
-                                                       : work_left(state_, result_);
+    options.work_limit = !exact_            ? kVelocityShare * limit_
+                         : may_flow(state_) ? exact_limit_
+                                            : work_left(state_, result_);
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     options.threads = state_.island_threads;
     Solution solution = exact_ ? solve_exactly(system, *warm, options)
@@ -631,8 +630,7 @@ class OnePieceStep {
     shift.assign(island_.bodies.size(), Velocity{});
     apply_impulses(system, solution.lambda, shift);
     const bool free = is_free(state_, island_);
-    if (!island_.joints.empty() || (!exact_ && solution.residual > kBlind))
-      limit_shift(*assembly, shift, free);
+    if (!island_.joints.empty() || !exact_) limit_shift(*assembly, shift, free);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
@@ -650,8 +648,9 @@ class OnePieceStep {
   }
 
   /// Jointed bodies go no farther than half their size; others than what the next step finds, or than they
-  /// overlap themselves: what is passed on beyond that comes in later steps. The centre of mass of a free
-  /// island stays where it is.
+  /// overlap themselves: what is passed on beyond that comes in later steps. Sweeps that have not come to an
+  /// answer push on what lands in others, and throw what is light between heavy bodies out of the world. The
+  /// centre of mass of a free island stays where it is.
   void limit_shift(const Assembly& assembly, std::vector<Velocity>& shift, bool free) const {
     Spare<std::vector<double>> most;
     for (const std::uint32_t body : island_.bodies)
@@ -713,8 +712,8 @@ class OnePieceStep {
   bool nearly_;  ///< what is nearly exact serves, too: then the island flows
   IslandResult& result_;
   double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
-  double bodies_work_ = 0;        ///< of the step, without joints
-  double limit_ = 0;              ///< of the step
+  double exact_limit_ = 0;        ///< work for an exact answer
+  double limit_ = 0;              ///< work of the step in flow
   Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
 };
 

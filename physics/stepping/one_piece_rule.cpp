@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/touching.h"
@@ -43,7 +44,7 @@ int few_points(int joints) {
 }
 
 bool may_flow(const WorldState& state, const Island& island) {
-  return state.config.flow_work > 0 && !state.config.accuracy && !has_varying_forces(state, island);
+  return may_flow(state) && !state.config.accuracy && !has_varying_forces(state, island);
 }
 
 /// Points of the island, or 0 where something bounces well or depends on the state.
@@ -112,7 +113,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   bool bounces = false;
   const int all = points_that_flow(state, island, bounces);
   if (all > usual)
-    rule.work_limit = kBusy * state.config.flow_work * static_cast<double>(island.bodies.size());
+    rule.work_limit = kBusy * usual_flow_work(state) * static_cast<double>(island.bodies.size());
   // Only flow leaves joints off by more than exact steps take out at once: what it has jammed would be torn
   // apart.
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;

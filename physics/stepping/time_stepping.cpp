@@ -8,6 +8,7 @@
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flight_queue.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
@@ -167,8 +168,8 @@ class IslandStep {
   bool end_in_one_piece(double to) {
     if (!island_.joints.empty() || varying_ || state_.config.accuracy) return false;
     if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
-    if (state_.config.flow_work > 0) step_island_in_flow(state_, island_, elapsed_, to, result_);
-    return state_.config.flow_work > 0;
+    if (may_flow(state_)) step_island_in_flow(state_, island_, elapsed_, to, result_);
+    return may_flow(state_);
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ struct Options {
   double budget = 20;  ///< of one engine in one scene [s]
   int threads = 1;
   std::string solver = "auto";
-  double flow_work = WorldConfig{}.flow_work;  ///< of ours
+  std::optional<double> flow_work{};  ///< of ours
   std::string stepper = "time_stepping";
   bool awake = false;     ///< nothing sleeps
   bool fresh = false;     ///< nor are islands at rest kept: every step solves everything
