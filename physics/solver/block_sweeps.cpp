@@ -18,8 +18,8 @@ std::size_t at(int i) {
 
 // Fewer blocks leave too many lanes empty.
 constexpr std::size_t kFewBlocks = 12;
-// Blocks, or chunks of them, that a thread takes at a time where each is by itself.
-constexpr std::size_t kBlocksAPiece = 1024, kChunksAPiece = 4;
+// Rows, blocks, or chunks of them, that a thread takes at a time where each is by itself.
+constexpr std::size_t kRowsAPiece = 4096, kBlocksAPiece = 1024, kChunksAPiece = 4;
 // With fewer chunks, sweeps that follow each other are soon done.
 constexpr std::size_t kManyChunks = 24;
 // Looks at another thread's progress, some 50 us, before this one leaves the processor to others.
@@ -44,6 +44,14 @@ struct alignas(64) Progress {
 
 double dot3(const BodyVector& x, const BodyVector& y) {
   return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
+}
+
+bool is_joint(const Row& row) {
+  return row.kind >= RowKind::Joint && row.normal < 0;
+}
+
+bool have_same_bodies(const Row& x, const Row& y) {
+  return x.a == y.a && x.b == y.b;
 }
 
 }  // namespace
@@ -675,7 +683,6 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
   if (!joints && !system.compliance.empty()) return false;
   const int n = system.size(), ground = static_cast<int>(system.bodies.size());
   root_.resize(at(n));
-  blocks_.reserve(at(n) / 2);
   mass_.resize(at(ground + 1));
   for (std::size_t k = 0; k < system.bodies.size(); ++k) {
     const double linear = std::sqrt(system.bodies[k].linear), angular = std::sqrt(system.bodies[k].angular);
@@ -713,47 +720,117 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
 
 /// Which rows make which block. @return false if they do not
 bool BlockSweeps::add_blocks(const IslandSystem& system, bool joints) {
-  const int n = system.size();
-  const auto same_bodies = [&](int i, int k) {
-    return system.rows[at(i)].a == system.rows[at(k)].a && system.rows[at(i)].b == system.rows[at(k)].b;
-  };
-  const auto is_joint = [&](int i) {
-    return system.rows[at(i)].kind >= RowKind::Joint && system.rows[at(i)].normal < 0;
-  };
-  int i = 0;
-  while (i < n) {
-    const int first = i;
-    if (is_joint(i)) {
-      if (!joints) return false;
-      while (i < n && is_joint(i) && same_bodies(i, first)) ++i;
-      add_joint_blocks(system, first, i);
-      continue;
-    }
-    // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
-    Block& block = add_block(system, first);
-    block.first = first;
-    while (i < n && block.count < kRows && !is_joint(i)) {
-      int end = i + 1;
-      while (end < n && system.rows[at(end)].normal == i) ++end;
-      if (system.rows[at(i)].kind != RowKind::Normal || end - i > kRows) return false;
-      if (i > first && (!same_bodies(i, first) || block.count + end - i > kRows)) break;
-      for (int r = i; r < end; ++r) {
-        if (!system.compliance.empty() && system.compliance[at(r)] != 0) return false;
-        ++block.count;
-      }
-      i = end;
-    }
+  if (threads_ != nullptr && threads_->threads() > 1 && system.rows.size() > kRowsAPiece)
+    return add_blocks_of_pieces(system, joints);
+  for (int i = 0; i < system.size();) {
+    const int next = end_of_block(system, i, joints);
+    if (next < 0) return false;
+    if (is_joint(system.rows[at(i)]))
+      add_joint_blocks(system, i, next);
+    else
+      set_block(system, i, next, blocks_.emplace_back());
+    i = next;
   }
   return true;
 }
 
-/// A block of the bodies of a row, still without rows.
-BlockSweeps::Block& BlockSweeps::add_block(const IslandSystem& system, int row) {
+/// The same by pieces of the rows, where joints come first.
+bool BlockSweeps::add_blocks_of_pieces(const IslandSystem& system, bool joints) {
+  const int n = system.size();
+  int begin = 0;
+  while (begin < n && is_joint(system.rows[at(begin)])) {
+    const int next = end_of_block(system, begin, joints);
+    if (next < 0) return false;
+    add_joint_blocks(system, begin, next);
+    begin = next;
+  }
+  // A piece ends where the bodies change, at a row that is no bound's.
+  const auto beginning_of = [&](std::size_t piece) {
+    int i = begin + std::min(static_cast<int>(piece * kRowsAPiece), n - begin);
+    while (i > begin && i < n &&
+           (system.rows[at(i)].normal >= 0 || have_same_bodies(system.rows[at(i)], system.rows[at(i - 1)]))) {
+      ++i;
+    }
+    return i;
+  };
+  // Calls `visit(first, end)` for the blocks of a piece. @return false if its rows make none
+  const auto visit_blocks = [&](std::size_t piece, auto&& visit) {
+    const int end = beginning_of(piece + 1);
+    for (int i = beginning_of(piece); i < end;) {
+      const int next = is_joint(system.rows[at(i)]) ? -1 : end_of_block(system, i, joints);
+      if (next < 0) return false;
+      visit(i, next);
+      i = next;
+    }
+    return true;
+  };
+  const std::size_t pieces = (at(n - begin) + kRowsAPiece - 1) / kRowsAPiece;
+  Spare<std::vector<std::size_t>> first;
+  first->assign(pieces + 1, 0);
+  std::atomic<bool> all = true;
+  share(threads_, pieces, 1, [&](std::size_t from, std::size_t to) {
+    for (std::size_t piece = from; piece < to; ++piece) {
+      std::size_t count = 0;
+      if (!visit_blocks(piece, [&](int, int) { ++count; })) all = false;
+      (*first)[piece + 1] = count;
+    }
+  });
+  if (!all) {
+    // Joints that stand among contacts, or rows that make no block.
+    blocks_.clear();
+    numbers_.clear();
+    joints_.clear();
+    ThreadPool* const threads = threads_;
+    threads_ = nullptr;
+    const bool made = add_blocks(system, joints);
+    threads_ = threads;
+    return made;
+  }
+  first->front() = blocks_.size();
+  for (std::size_t piece = 0; piece < pieces; ++piece) (*first)[piece + 1] += (*first)[piece];
+  blocks_.resize(first->back());
+  share(threads_, pieces, 1, [&](std::size_t from, std::size_t to) {
+    for (std::size_t piece = from; piece < to; ++piece) {
+      std::size_t k = (*first)[piece];
+      visit_blocks(piece, [&](int row, int end) { set_block(system, row, end, blocks_[k++]); });
+    }
+  });
+  return true;
+}
+
+/// The row after those of the block, or of the blocks of joint rows, that begin at a row; -1 if they make
+/// none.
+int BlockSweeps::end_of_block(const IslandSystem& system, int first, bool joints) {
+  const int n = system.size();
+  const Row& head = system.rows[at(first)];
+  int i = first;
+  if (is_joint(head)) {
+    if (!joints) return -1;
+    while (i < n && is_joint(system.rows[at(i)]) && have_same_bodies(system.rows[at(i)], head)) ++i;
+    return i;
+  }
+  // A normal row takes its friction and rolling rows along; a second such set of the same bodies joins it.
+  while (i < n && i - first < kRows && !is_joint(system.rows[at(i)])) {
+    int end = i + 1;
+    while (end < n && system.rows[at(end)].normal == i) ++end;
+    if (system.rows[at(i)].kind != RowKind::Normal || end - i > kRows) return -1;
+    if (i > first && (!have_same_bodies(system.rows[at(i)], head) || end - first > kRows)) break;
+    for (int r = i; r < end; ++r)
+      if (!system.compliance.empty() && system.compliance[at(r)] != 0) return -1;
+    i = end;
+  }
+  return i;
+}
+
+/// A block of contact rows.
+void BlockSweeps::set_block(const IslandSystem& system, int first, int end, Block& block) {
   const int ground = static_cast<int>(system.bodies.size());
-  Block& block = blocks_.emplace_back();
-  block.a = system.rows[at(row)].a < 0 ? ground : system.rows[at(row)].a;
-  block.b_body = system.rows[at(row)].b < 0 ? ground : system.rows[at(row)].b;
-  return block;
+  const Row& row = system.rows[at(first)];
+  block = {};
+  block.a = row.a < 0 ? ground : row.a;
+  block.b_body = row.b < 0 ? ground : row.b;
+  block.first = first;
+  block.count = static_cast<std::int16_t>(end - first);
 }
 
 void BlockSweeps::add_numbers(std::size_t block) {

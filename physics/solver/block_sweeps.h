@@ -145,7 +145,9 @@ class BlockSweeps {
 
   static Kind kind_of(const Block& block);
   bool add_blocks(const IslandSystem& system, bool joints);
-  Block& add_block(const IslandSystem& system, int row);
+  bool add_blocks_of_pieces(const IslandSystem& system, bool joints);
+  static int end_of_block(const IslandSystem& system, int first, bool joints);
+  static void set_block(const IslandSystem& system, int first, int end, Block& block);
   void add_numbers(std::size_t block);
   void add_joint_blocks(const IslandSystem& system, int first, int end);
   void close_joint(const IslandSystem& system, JointBlock& joint);

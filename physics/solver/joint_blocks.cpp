@@ -37,7 +37,8 @@ void BlockSweeps::add_joint_blocks(const IslandSystem& system, int first, int en
     for (int i = first; i < end; ++i) {
       if (is_free(system, i) != free) continue;
       if (count == kRows) {
-        add_block(system, first).first = -1 - static_cast<int>(joints_.size());
+        set_block(system, first, first, blocks_.emplace_back());
+        blocks_.back().first = -1 - static_cast<int>(joints_.size());
         add_numbers(blocks_.size() - 1);
         joints_.emplace_back().block = static_cast<int>(blocks_.size()) - 1;
         count = 0;
