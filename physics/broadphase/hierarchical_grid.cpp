@@ -14,7 +14,7 @@ using namespace grid;
 namespace {
 
 /// Below so many boxes a second thread costs more than it finds.
-constexpr std::size_t kBoxesPerThread = 10000;
+constexpr std::size_t kBoxesPerThread = 2500;
 /// Boxes in a line of the cache, and how many of a run are fetched at most: a long one fetches for itself.
 constexpr std::uint32_t kBoxesInLine = 4, kMostFetched = 32;
 

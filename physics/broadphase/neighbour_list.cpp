@@ -381,7 +381,7 @@ class NeighbourList final : public PairFinder {
     fat_.tidy_moved();
     refresh_grid();
     grid_->find({fat_, all}, parts, stats);
-    sort_pairs(parts, fat_.limit(), scratch_, pairs);
+    sort_pairs(parts, fat_.limit(), scratch_, pairs, workers_.get());
     for (PairBuffer& part : parts) part.clear();
     fat_.clear_moved();
   }

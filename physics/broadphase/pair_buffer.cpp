@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "physics/spare.h"
+
 namespace skerry {
 
 namespace {
@@ -12,6 +14,10 @@ namespace {
 constexpr int kDirectBits = 17;
 /// Pairs that are sorted by both numbers at most: two arrays of 512 KiB.
 constexpr std::size_t kMostByBoth = 1u << 16;
+/// Of more pairs with few numbers, so many by both at a time, as far as they are spread evenly, and the
+/// largest number up to which that pays: each time all numbers are counted.
+constexpr std::size_t kByBothAtATime = 1u << 15;
+constexpr ProxyIndex kFewNumbers = 1u << 15;
 /// Buckets of the second pass: their counters and pairs stay in the first-level cache.
 constexpr int kChunkBits = 10;
 /// So many numbers a pair, as a power of two, and more: digits instead of buckets.
@@ -106,23 +112,24 @@ void add_up(std::uint32_t* counts, std::uint32_t buckets) {
   }
 }
 
-/// Sorts `count` keys with numbers below `limit` into `out`: by `high`, then by `low` without a change of
-/// that order. Faster than networks where a number has several pairs.
-void sort_by_both(const std::uint64_t* keys, std::size_t count, ProxyIndex limit, PairSortScratch& scratch,
-                  Pair* out) {
-  scratch.counts.assign(2 * std::size_t{limit}, 0);
-  std::uint32_t* const highs = scratch.counts.data();
-  std::uint32_t* const lows = highs + limit;
+/// Sorts `count` keys with `high` below `limit` and `low` in [base, base + lows) into `out`: by `high`, then
+/// by `low` without a change of that order. Faster than networks where a number has several pairs.
+void sort_by_both(const std::uint64_t* keys, std::size_t count, ProxyIndex limit, std::uint32_t base,
+                  std::uint32_t lows, PairSortScratch& scratch, Pair* out) {
+  scratch.counts.assign(std::size_t{limit} + lows, 0);
+  std::uint32_t* const by_high = scratch.counts.data();
+  std::uint32_t* const by_low = by_high + limit;
   for (std::size_t i = 0; i < count; ++i) {
-    ++highs[static_cast<std::uint32_t>(keys[i])];
-    ++lows[keys[i] >> 32];
+    ++by_high[static_cast<std::uint32_t>(keys[i])];
+    ++by_low[static_cast<std::uint32_t>(keys[i] >> 32) - base];
   }
-  add_up(highs, limit);
-  add_up(lows, limit);
+  add_up(by_high, limit);
+  add_up(by_low, lows);
   scratch.keys.clear();
-  std::uint64_t* const by_high = scratch.keys.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) by_high[highs[static_cast<std::uint32_t>(keys[i])]++] = keys[i];
-  for (std::size_t i = 0; i < count; ++i) out[lows[by_high[i] >> 32]++] = to_pair(by_high[i]);
+  std::uint64_t* const sorted = scratch.keys.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) sorted[by_high[static_cast<std::uint32_t>(keys[i])]++] = keys[i];
+  for (std::size_t i = 0; i < count; ++i)
+    out[by_low[static_cast<std::uint32_t>(sorted[i] >> 32) - base]++] = to_pair(sorted[i]);
 }
 
 /// Sorts `count` keys with numbers below 2^bits into `out`, digit by digit from the last: for keys that are
@@ -177,7 +184,7 @@ void join_pairs(std::span<const PairBuffer> parts, std::vector<Pair>& pairs) {
 }
 
 void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& scratch,
-                std::vector<Pair>& pairs) {
+                std::vector<Pair>& pairs, Workers* workers) {
   std::size_t total = 0;
   for (const PairBuffer& part : parts) total += part.size();
   pairs.resize(total);
@@ -191,7 +198,9 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
   // Several pairs a number: two passes while they stay in the second-level cache.
   const bool is_dense = shift == 0 && total > 2 * std::size_t{limit};
   const bool is_sparse = shift >= kSparseShift;
-  if (is_sparse || (is_dense ? total <= kMostByBoth : low_bits - shift <= kDirectBits)) {
+  const bool in_chunks_by_both = is_dense && total > kMostByBoth && limit <= kFewNumbers;
+  if (is_sparse ||
+      (!in_chunks_by_both && (is_dense ? total <= kMostByBoth : low_bits - shift <= kDirectBits))) {
     PairBuffer* keys = &parts.front();
     for (PairBuffer& part : parts.subspan(1)) {
       std::uint64_t* to = keys->reserve(part.size());
@@ -199,7 +208,7 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
       keys->advance_to(to + part.size());
     }
     if (is_dense) {
-      return sort_by_both(keys->data(), total, limit, scratch, pairs.data());
+      return sort_by_both(keys->data(), total, limit, 0, limit, scratch, pairs.data());
     }
     if (total <= kFew) {
       std::transform(keys->data(), keys->data() + total, pairs.data(), to_pair);
@@ -212,20 +221,17 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
     return;
   }
 
-  // First pass: chunks of 2^kChunkBits buckets.
-  const int key_shift = 32 + shift + kChunkBits;
-  const std::uint32_t chunks = ((limit - 1) >> (shift + kChunkBits)) + 1;
+  // First pass: chunks of 2^chunk_bits buckets.
+  int chunk_bits = kChunkBits;
+  while (in_chunks_by_both && chunk_bits > 1 && (total << chunk_bits) > kByBothAtATime * limit) --chunk_bits;
+  const int key_shift = 32 + shift + chunk_bits;
+  const std::uint32_t chunks = ((limit - 1) >> (shift + chunk_bits)) + 1;
   std::vector<std::uint32_t>& ends = scratch.chunk_counts;
   ends.assign(chunks + 1, 0);
   for (const PairBuffer& part : parts) {
     for (std::size_t i = 0; i < part.size(); ++i) ++ends[part.data()[i] >> key_shift];
   }
-  std::uint32_t sum = 0;
-  for (std::uint32_t& end : ends) {
-    const std::uint32_t here = end;
-    end = sum;
-    sum += here;
-  }
+  add_up(ends.data(), chunks + 1);
   scratch.keys.clear();
   std::uint64_t* grouped = scratch.keys.reserve(total);
   for (const PairBuffer& part : parts) {
@@ -236,13 +242,27 @@ void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& 
   }
 
   // Second pass: each chunk within the cache.
-  scratch.counts.resize((std::size_t{1} << kChunkBits) + 1);
-  std::uint32_t begin = 0;
-  for (std::uint32_t c = 0; c < chunks; ++c) {
-    bucket_sort(grouped + begin, ends[c] - begin, shift, c << kChunkBits, 1u << kChunkBits,
-                scratch.counts.data(), pairs.data() + begin);
-    begin = ends[c];
-  }
+  const std::size_t shares =
+      workers != nullptr ? std::min<std::size_t>(workers->shares(total, kMostByBoth), chunks) : 1;
+  const auto sort_share = [&](std::size_t share) {
+    Spare<PairSortScratch> own;
+    own->counts.resize((std::size_t{1} << chunk_bits) + 1);
+    const auto first = static_cast<std::uint32_t>(chunks * share / shares);
+    const auto last = static_cast<std::uint32_t>(chunks * (share + 1) / shares);
+    for (std::uint32_t c = first; c < last; ++c) {
+      const std::uint32_t begin = c == 0 ? 0 : ends[c - 1], base = c << chunk_bits;
+      Pair* const out = pairs.data() + begin;
+      if (in_chunks_by_both) {
+        sort_by_both(grouped + begin, ends[c] - begin, limit, base, 1u << chunk_bits, *own, out);
+      } else {
+        bucket_sort(grouped + begin, ends[c] - begin, shift, base, 1u << chunk_bits, own->counts.data(), out);
+      }
+    }
+  };
+  if (shares == 1)
+    sort_share(0);
+  else
+    workers->run(shares, sort_share);
 }
 
 }  // namespace skerry

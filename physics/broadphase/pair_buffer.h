@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "physics/broadphase/broadphase.h"
+#include "physics/broadphase/workers.h"
 
 namespace skerry {
 
@@ -72,8 +73,9 @@ struct PairSortScratch {
 /// one pass while the buckets fit the second-level cache and in two beyond, then an insertion sort of the few
 /// neighbours that share a bucket. O(pairs), whatever `limit`.
 /// @param limit  one more than the largest number in the keys
+/// @param workers  share the work where there is much of it; may be null
 void sort_pairs(std::span<PairBuffer> parts, ProxyIndex limit, PairSortScratch& scratch,
-                std::vector<Pair>& pairs);
+                std::vector<Pair>& pairs, Workers* workers = nullptr);
 /// The same for keys that are sorted already, one part after the other.
 void join_pairs(std::span<const PairBuffer> parts, std::vector<Pair>& pairs);
 
