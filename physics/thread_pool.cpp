@@ -13,8 +13,8 @@
 namespace skerry {
 namespace {
 
-// Some 50 us.
-constexpr int kPatience = 1000;
+// Some 400 us: between the loops of a step one thread goes on alone for up to that.
+constexpr int kPatience = 8000;
 
 // What a thread does between two looks at what it waits for.
 void pause_briefly() {
