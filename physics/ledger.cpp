@@ -9,6 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::size_t kBlock = 64;  // bodies; a step that moves one body adds up 64, and 1/64 of the blocks
+constexpr std::size_t kBlocksAPiece = 16;  // that a thread takes at a time
 
 }  // namespace
 
@@ -52,12 +53,17 @@ void Ledger::mark(std::uint32_t body) {
   if (block < blocks_.size()) blocks_[block].stale = true;
 }
 
-BodySums Ledger::total(const BodyArrays& bodies, Vec2 gravity) {
+BodySums Ledger::total(const BodyArrays& bodies, Vec2 gravity, ThreadPool* threads) {
   blocks_.resize((bodies.size() + kBlock - 1) / kBlock);
+  const auto stale = std::count_if(blocks_.begin(), blocks_.end(), [](const Block& b) { return b.stale; });
+  const bool many = static_cast<std::size_t>(stale) > kBlocksAPiece;
+  share(many ? threads : nullptr, blocks_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i)
+      if (blocks_[i].stale) add_up(bodies, gravity, i, blocks_[i]);
+  });
   BodySums total;
   Fnv1a hash;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    if (blocks_[i].stale) add_up(bodies, gravity, i, blocks_[i]);
     if (blocks_[i].any) add(blocks_[i].sums, total, hash);
   }
   total.hash = hash.value();

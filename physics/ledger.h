@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/body.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 
@@ -30,7 +31,8 @@ class Ledger {
   void mark(std::uint32_t body);
   void mark_all() { blocks_.clear(); }
   /// The same bits as `sum_bodies`, from the blocks that were marked and the kept ones.
-  BodySums total(const BodyArrays& bodies, Vec2 gravity);
+  /// @param threads  share the work; may be null
+  BodySums total(const BodyArrays& bodies, Vec2 gravity, ThreadPool* threads = nullptr);
 
  private:
   struct Block {

@@ -3,6 +3,7 @@
 // A small pool: a fixed number of threads that share the items of one loop at a time.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <type_traits>
@@ -10,7 +11,7 @@
 namespace skerry {
 
 /// Runs loops on `threads` threads, the caller's among them. With one thread nothing is started and nothing
-/// is locked. Threads that wait look for the next loop for some 50 us before they sleep, unless there are
+/// is locked. Threads that wait look for the next loop for some 400 us before they sleep, unless there are
 /// more of them than processors.
 class ThreadPool {
  public:
@@ -53,6 +54,36 @@ void share(ThreadPool* pool, std::size_t count, std::size_t piece, Item&& item) 
     const std::size_t from = i * piece;
     item(from, from + piece < count ? from + piece : count);
   });
+}
+
+/// As `share`, and calls `other` once meanwhile, which shares nothing with the items that is written: what
+/// only one thread can do costs no time as long as the others have pieces.
+template <class Item, class Other>
+void share_beside(ThreadPool* pool, std::size_t count, std::size_t piece, Item&& item, Other&& other) {
+  if (pool == nullptr || pool->threads() == 1 || count <= piece) {
+    other();
+    if (count > 0) item(std::size_t{0}, count);
+    return;
+  }
+  pool->run((count + piece - 1) / piece + 1, [&](std::size_t i) {
+    if (i == 0) return other();
+    const std::size_t from = (i - 1) * piece;
+    item(from, from + piece < count ? from + piece : count);
+  });
+}
+
+/// Whether `test(i)` holds for any i below `count`; not all of them are asked, as soon as one does.
+template <class Test>
+bool any_of(ThreadPool* pool, std::size_t count, std::size_t piece, Test&& test) {
+  std::atomic<bool> any = false;
+  share(pool, count, piece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      if (!test(i)) continue;
+      any.store(true, std::memory_order_relaxed);
+      return;
+    }
+  });
+  return any;
 }
 
 }  // namespace skerry

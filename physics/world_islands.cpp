@@ -112,7 +112,7 @@ bool Step::wake_linked(bool first) {
   std::vector<std::uint32_t> struck;
   for (std::size_t i = 0; i < s_.links.size(); ++i) {
     for (const std::uint32_t body : {s_.links[i].body_a, s_.links[i].body_b}) {
-      if (s_.bodies.asleep[body] && s_.contacts[i].linked) struck.push_back(body);
+      if (s_.bodies.asleep[body] && s_.links[i].linked) struck.push_back(body);
     }
   }
   const std::vector<std::uint32_t> woken = s_.sleepers.wake(s_, struck);
@@ -168,11 +168,18 @@ void Step::link_together(std::size_t from, std::size_t to, LinkCount& count) con
 void Step::set_linked(Contact& contact, bool linked, LinkCount& count) const {
   count.relinked |= contact.linked != linked;
   contact.linked = linked;
+  note_linked(contact);
   if (!linked) return;
   // What rests on a body that moves, or was moved, has to be looked at.
   for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
     if (is_dynamic(s_, body) && s_.kept[body]) count.disturbed.push_back(body);
   }
+}
+
+/// Unless the small table will be made anew.
+void Step::note_linked(const Contact& contact) const {
+  if (!s_.table_changed)
+    s_.links[static_cast<std::size_t>(&contact - s_.contacts.data())].linked = contact.linked;
 }
 
 void Step::link(Contact& contact, bool first, LinkCount& count) const {
@@ -185,6 +192,7 @@ void Step::link(Contact& contact, bool first, LinkCount& count) const {
   const double paths = closest_approach(contact.body_a, contact.body_b);
   if (make_manifold(contact, count) > paths + s_.config.touch_tolerance || !meet_deeply(contact)) return;
   contact.linked = count.relinked = true;
+  note_linked(contact);
   count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});
 }
 
@@ -205,7 +213,7 @@ void Step::find_islands() {
   edges.clear();
   for (std::uint32_t i = 0; i < s_.links.size(); ++i) {
     const ContactLink& at = s_.links[i];
-    if (!s_.contacts[i].linked) continue;
+    if (!at.linked) continue;
     edges.push_back({at.body_a, at.body_b, is_dynamic(s_, at.body_a), is_dynamic(s_, at.body_b), i, false});
   }
   for (const std::uint32_t i : s_.active_joints) {
@@ -243,6 +251,8 @@ void Step::step_islands() {
   // Until the step is through: what throws leaves islands behind that mean nothing.
   s_.graph_known = false;
 
+  // What is prepared one island after the other, too, all threads may share.
+  s_.island_threads = s_.pool.get();
   std::vector<std::size_t>& to_step = s_.scratch.to_step;
   to_step.clear();
   auto last = s_.scratch.last_round.begin();
@@ -270,6 +280,7 @@ void Step::step_islands() {
     }
     to_step.push_back(n);
   }
+  s_.island_threads = nullptr;
   book(Stage::Islands, start);
   // Islands share nothing that is written, so their order does not matter.
   const auto step = [&](std::size_t k) {
@@ -344,13 +355,16 @@ bool Step::stays(const SteppedIsland& island) const {
 void Step::prepare(SteppedIsland& island) {
   island.result.clear();
   for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
-  for (const std::uint32_t i : island.island.contacts) {
-    Contact& contact = s_.contacts[i];
-    if (contact.begun == s_.steps + 1) continue;
-    // Its two bodies are where they were.
-    begin(contact);
-    contact.manifold_reused = true;
-  }
+  const std::vector<std::uint32_t>& contacts = island.island.contacts;
+  share(s_.pool.get(), contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      Contact& contact = s_.contacts[contacts[k]];
+      if (contact.begun == s_.steps + 1) continue;
+      // Its two bodies are where they were.
+      begin(contact);
+      contact.manifold_reused = true;
+    }
+  });
   for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
 }
 
@@ -359,15 +373,18 @@ void Step::prepare_again(SteppedIsland& island) {
   ++s_.report.island_retries;
   restore(island.island.bodies);
   for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
-  for (const std::uint32_t i : island.island.contacts) {
-    Contact& contact = s_.contacts[i];
-    if (contact.begun != s_.steps + 1) begin(contact);
-    for (std::size_t k = 0; k < contact.points.size(); ++k)
-      contact.points[k] = {contact.points_at_start[k], 0, 0, 0, {}};
-    match_points(contact);
-    contact.hit = false;
-    contact.hit_speed = 0;
-  }
+  const std::vector<std::uint32_t>& contacts = island.island.contacts;
+  share(s_.pool.get(), contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      Contact& contact = s_.contacts[contacts[k]];
+      if (contact.begun != s_.steps + 1) begin(contact);
+      for (std::size_t point = 0; point < contact.points.size(); ++point)
+        contact.points[point] = {contact.points_at_start[point], 0, 0, 0, {}};
+      match_points(contact);
+      contact.hit = false;
+      contact.hit_speed = 0;
+    }
+  });
   for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
   s_.report.manifolds_reused += update_manifolds(s_, island.island, 0, s_.report.narrow);
 }

@@ -46,11 +46,15 @@ void Step::find_pairs() {
   s_.shape_moved.assign(s_.shapes.size(), 0);
   if (rounds_ == 0) {
     s_.start_box.resize(s_.shapes.size());
-    for (const std::uint32_t body : s_.active) {
-      if (s_.kept[body]) continue;
-      const Transform at{s_.backup[body].position, s_.backup[body].rotation};
-      for (const std::uint32_t i : s_.shapes_of[body]) s_.start_box[i] = bounding_box(s_.shapes[i].shape, at);
-    }
+    share(s_.pool.get(), s_.active.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) {
+        const std::uint32_t body = s_.active[k];
+        if (s_.kept[body]) continue;
+        const Transform at{s_.backup[body].position, s_.backup[body].rotation};
+        for (const std::uint32_t i : s_.shapes_of[body])
+          s_.start_box[i] = bounding_box(s_.shapes[i].shape, at);
+      }
+    });
   }
   const bool moved = place_boxes(rounds_ == 0 ? s_.active : s_.scratch.left);
   s_.loose_shapes.clear();
@@ -89,11 +93,19 @@ bool Step::place_boxes(const std::vector<std::uint32_t>& bodies) {
   s_.box_updates.clear();
   bool moved = false;
   const BodyArrays& b = s_.bodies;
+  Spare<std::vector<Aabb>> boxes;
+  boxes->resize(s_.shapes.size());
+  share(s_.pool.get(), bodies.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      if (s_.kept[bodies[k]]) continue;
+      for (const std::uint32_t i : s_.shapes_of[bodies[k]]) (*boxes)[i] = box_of(i, bodies[k]);
+    }
+  });
   for (const std::uint32_t body : bodies) {
     if (s_.kept[body]) continue;
     for (const std::uint32_t i : s_.shapes_of[body]) {
       ShapeRecord& shape = s_.shapes[i];
-      Aabb box = box_of(i, body);
+      Aabb box = (*boxes)[i];
       // What was found in this step already is not lost.
       if (rounds_ > 0) {
         box.lower = {std::min(box.lower.x, shape.box.lower.x), std::min(box.lower.y, shape.box.lower.y)};

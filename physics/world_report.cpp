@@ -3,13 +3,18 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "physics/joint_rows.h"
+#include "physics/spare.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
 namespace {
+
+// Contacts, pairs and joints that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 1024, kPairsAPiece = 4096, kJointsAPiece = 256;
 
 bool touches_now(const WorldState& s, const Contact& contact) {
   if (contact.sensor) {
@@ -53,19 +58,35 @@ bool is_kept(const WorldState& s, const ContactLink& link) {
   return s.kept[link.body_a] && s.kept[link.body_b];
 }
 
+std::uint8_t bit_of(ContactEventKind kind) {
+  return static_cast<std::uint8_t>(1u << static_cast<unsigned>(kind));
+}
+
+/// What happened at a contact, a bit for each kind of event.
+std::uint8_t events_of(const WorldState& s, Contact& contact) {
+  const bool now = touches_now(s, contact), before = contact.touched;
+  contact.touched = now;
+  std::uint8_t events = contact.hit ? bit_of(ContactEventKind::Hit) : std::uint8_t{0};
+  if (now && !before) events |= bit_of(ContactEventKind::Begin);
+  if (!now && before) events |= bit_of(ContactEventKind::End);
+  if (now && before && s.observe.contacts) events |= bit_of(ContactEventKind::Persist);
+  return events;
+}
+
 void add_events(WorldState& s) {
   std::vector<ContactEvent>& events = s.report.events;
-  for (std::size_t i = 0; i < s.links.size(); ++i) {
-    if (is_kept(s, s.links[i]) && !s.observe.contacts) continue;
-    Contact& contact = s.contacts[i];
-    const bool now = touches_now(s, contact);
-    if (contact.hit) events.push_back(event_of(s, contact, ContactEventKind::Hit));
-    if (now && !contact.touched) events.push_back(event_of(s, contact, ContactEventKind::Begin));
-    if (!now && contact.touched) events.push_back(event_of(s, contact, ContactEventKind::End));
-    if (now && contact.touched && s.observe.contacts) {
-      events.push_back(event_of(s, contact, ContactEventKind::Persist));
+  Spare<std::vector<std::uint8_t>> kinds;
+  kinds->assign(s.links.size(), 0);
+  share(s.pool.get(), s.links.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      if (!is_kept(s, s.links[i]) || s.observe.contacts) (*kinds)[i] = events_of(s, s.contacts[i]);
     }
-    contact.touched = now;
+  });
+  for (std::size_t i = 0; i < s.links.size(); ++i) {
+    if ((*kinds)[i] == 0) continue;
+    using enum ContactEventKind;
+    for (const ContactEventKind kind : {Hit, Begin, End, Persist})
+      if (((*kinds)[i] & bit_of(kind)) != 0) events.push_back(event_of(s, s.contacts[i], kind));
   }
   for (const Contact& contact : s.scratch.lost) {
     if (s.shapes[contact.shape_a].alive && s.shapes[contact.shape_b].alive) {
@@ -97,10 +118,11 @@ ContactReport report_of(const WorldState& s, const Contact& contact) {
   return report;
 }
 
-IslandTotals totals_of(const WorldState& s, const Island& island) {
+/// Of some of the island's contacts.
+IslandTotals totals_of(const WorldState& s, const Island& island, std::size_t from, std::size_t to) {
   IslandTotals t;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = s.contacts[index];
+  for (std::size_t k = from; k < to; ++k) {
+    const Contact& contact = s.contacts[island.contacts[k]];
     for (const PointMemory& memory : contact.points) {
       t.normal_impulse += memory.total_normal + memory.total_impact;
       t.friction_impulse += std::abs(memory.total_friction);
@@ -112,6 +134,30 @@ IslandTotals totals_of(const WorldState& s, const Island& island) {
     }
     for (int i = 0; i < contact.manifold.count; ++i)
       t.worst_penetration = std::max(t.worst_penetration, -contact.manifold.points[i].separation);
+  }
+  return t;
+}
+
+/// Sums of pieces, whatever the number of threads: the same bits for any.
+IslandTotals totals_of(const WorldState& s, const Island& island) {
+  const std::size_t count = island.contacts.size();
+  if (count <= kContactsAPiece) return totals_of(s, island, 0, count);
+  Spare<std::vector<IslandTotals>> pieces;
+  pieces->resize((count + kContactsAPiece - 1) / kContactsAPiece);
+  share(s.pool.get(), pieces->size(), 1, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      const std::size_t first = k * kContactsAPiece;
+      (*pieces)[k] = totals_of(s, island, first, std::min(first + kContactsAPiece, count));
+    }
+  });
+  IslandTotals t;
+  for (const IslandTotals& piece : *pieces) {
+    t.normal_impulse += piece.normal_impulse;
+    t.friction_impulse += piece.friction_impulse;
+    t.points += piece.points;
+    t.touching += piece.touching;
+    t.touching_points += piece.touching_points;
+    t.worst_penetration = std::max(t.worst_penetration, piece.worst_penetration);
   }
   return t;
 }
@@ -133,10 +179,15 @@ void add_contacts(WorldState& s) {
   const auto solid =
       std::count_if(s.links.begin(), s.links.end(), [](const ContactLink& l) { return !l.sensor; });
   const std::vector<Pair>& distant = s.scratch.distant;
-  const auto solid_distant = std::count_if(distant.begin(), distant.end(), [&s](const Pair& pair) {
-    return !s.shapes[pair.low].sensor && !s.shapes[pair.high].sensor;
+  std::atomic<std::size_t> solid_distant = 0;
+  share(s.pool.get(), distant.size(), kPairsAPiece, [&](std::size_t from, std::size_t to) {
+    std::size_t count = 0;
+    for (std::size_t k = from; k < to; ++k)
+      count += !s.shapes[distant[k].low].sensor && !s.shapes[distant[k].high].sensor;
+    solid_distant += count;
   });
-  r.pairs_out_of_reach += static_cast<int>(solid + solid_distant) - static_cast<int>(linked);
+  r.pairs_out_of_reach +=
+      static_cast<int>(solid) + static_cast<int>(solid_distant) - static_cast<int>(linked);
 }
 
 void list_contacts(WorldState& s) {
@@ -185,21 +236,26 @@ bool is_kept(const WorldState& s, const JointRecord& joint) {
   return s.kept[s.bodies.type[b] == BodyType::Dynamic ? b : joint.def.a.index] != 0;
 }
 
-void set_reactions(WorldState& s) {
-  for (const std::uint32_t j : s.active_joints) {
-    JointRecord& joint = s.joints[j];
-    if (is_kept(s, joint)) continue;
-    joint.impulse = {};
-    joint.angular_impulse = 0;
-    const JointEnd b = joint_end(s, joint.def.b.index);
-    JointRows rows;
-    const int count = joint_geometry(joint, joint_end(s, joint.def.a.index), b, rows);
-    for (int k = 0; k < count; ++k) {
-      const JointReaction reaction = row_reaction(joint, b, rows[k]);
-      joint.impulse += joint.row_impulse[k] * reaction.force;
-      joint.angular_impulse += joint.row_impulse[k] * reaction.torque;
-    }
+void set_reaction(const WorldState& s, JointRecord& joint) {
+  joint.impulse = {};
+  joint.angular_impulse = 0;
+  const JointEnd b = joint_end(s, joint.def.b.index);
+  JointRows rows;
+  const int count = joint_geometry(joint, joint_end(s, joint.def.a.index), b, rows);
+  for (int k = 0; k < count; ++k) {
+    const JointReaction reaction = row_reaction(joint, b, rows[k]);
+    joint.impulse += joint.row_impulse[k] * reaction.force;
+    joint.angular_impulse += joint.row_impulse[k] * reaction.torque;
   }
+}
+
+void set_reactions(WorldState& s) {
+  share(s.pool.get(), s.active_joints.size(), kJointsAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      JointRecord& joint = s.joints[s.active_joints[k]];
+      if (!is_kept(s, joint)) set_reaction(s, joint);
+    }
+  });
 }
 
 /// Joints that carried too much; the world removes them after the report.

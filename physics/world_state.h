@@ -32,13 +32,15 @@ struct ContactLink {
   std::uint32_t body_a = 0, body_b = 0, shape_a = 0, shape_b = 0;
   std::int32_t child = 0;
   bool sensor = false;
+  bool linked = false;
 
   Pair pair() const { return {shape_a, shape_b}; }
   ContactKey key() const { return {shape_a, shape_b, child}; }
 };
 
 inline ContactLink link_of(const Contact& contact) {
-  return {contact.body_a, contact.body_b, contact.shape_a, contact.shape_b, contact.child, contact.sensor};
+  return {contact.body_a, contact.body_b, contact.shape_a, contact.shape_b,
+          contact.child,  contact.sensor, contact.linked};
 }
 
 /// What the contacts of an island add to the report of a step.

@@ -2,11 +2,13 @@
 #include "physics/world_step.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
 
+#include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/text.h"
 #include "physics/world_report.h"
@@ -100,10 +102,7 @@ void Step::begin() {
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
   choose_active();
   s_.backup.resize(s_.bodies.size());
-  for (const std::uint32_t i : s_.active) {
-    begin(i);
-    ++saved_;
-  }
+  begin_all();
   begun_ = true;
   book(Stage::Forces, start);
 }
@@ -163,10 +162,40 @@ bool Step::is_where_it_was(std::uint32_t i) const {
   return s_.acceleration[i] == Vec2{a[0], a[1]} && s_.angular_acceleration[i] == a[2];
 }
 
+void Step::begin_all() {
+  const bool asks = s_.field || std::any_of(s_.kinematic.begin(), s_.kinematic.end(),
+                                            [this](std::uint32_t i) { return bool{s_.prescribed[i]}; });
+  if (asks) {
+    // What the user's functions throw leaves bodies behind that have not begun.
+    for (const std::uint32_t i : s_.active) {
+      begin(i);
+      ++saved_;
+    }
+    return;
+  }
+  Spare<std::vector<std::uint8_t>> stopped;
+  stopped->assign(s_.active.size(), 0);
+  std::atomic<bool> any = false;
+  share(s_.pool.get(), s_.active.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      (*stopped)[k] = begin_alone(s_.active[k]);
+      if ((*stopped)[k] != 0) any.store(true, std::memory_order_relaxed);
+    }
+  });
+  saved_ = s_.active.size();
+  for (std::size_t k = 0; any && k < s_.active.size(); ++k)
+    if ((*stopped)[k] != 0) note_contained(s_.active[k], ContainmentCause::TooFar);
+}
+
 void Step::begin(std::uint32_t i) {
+  if (begin_alone(i)) note_contained(i, ContainmentCause::TooFar);
+}
+
+/// Changes nothing but the body. @return whether it had to be stopped
+bool Step::begin_alone(std::uint32_t i) {
   BodyArrays& b = s_.bodies;
   s_.kept[i] = b.type[i] == BodyType::Dynamic && is_where_it_was(i);
-  if (s_.kept[i]) return;
+  if (s_.kept[i]) return false;
   if (s_.prescribed[i]) follow(i);
   s_.backup[i] = {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]};
   s_.travelled[i] = s_.strayed[i] = 0;
@@ -176,7 +205,7 @@ void Step::begin(std::uint32_t i) {
   s_.rerouted[i] = 0;
   s_.way[i] = {};
   s_.flight[i] = FlightKind::Bent;
-  if (b.type[i] == BodyType::Static) return;
+  if (b.type[i] == BodyType::Static) return false;
   if (b.type[i] == BodyType::Dynamic) {
     const std::array<double, 3> a =
         applied_acceleration(s_, i, {b.position[i], b.rotation[i], b.angle[i], b.velocity[i], b.omega[i]}, 0);
@@ -190,21 +219,23 @@ void Step::begin(std::uint32_t i) {
     const MotionPath& path = s_.paths[i];
     s_.reach[i] = 1.5 * path.extent() + (path.turn() > 0 ? 1.5 * path.turn() * s_.radius[i] : 0);
   }
-  if (!(s_.reach[i] < kFarthest)) contain(i, ContainmentCause::TooFar);
+  const bool stops = !(s_.reach[i] < kFarthest);
+  if (stops) stop(i);
   s_.way[i] = {b.velocity[i], s_.acceleration[i], b.omega[i], s_.angular_acceleration[i]};
-  if (!flies_freely(s_, i) && (b.type[i] == BodyType::Dynamic || s_.prescribed[i])) return;
+  if (!flies_freely(s_, i) && (b.type[i] == BodyType::Dynamic || s_.prescribed[i])) return stops;
   const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin;
   s_.flight[i] = fast ? FlightKind::Fast : FlightKind::Slow;
   s_.allowance[i] = 2 * s_.reach[i];
-  if (!fast) return;
+  if (!fast) return stops;
   // Nothing is known yet that could strike a fast one, but for what the last step was like.
   const double guess = s_.stray_guess[i], pull = s_.joints_of[i].empty() ? 0 : guess_of_joints(i);
   if (guess == kInfinity || guess <= pull) {
     s_.allowance[i] = std::min(s_.allowance[i], pull);
-    return;
+    return stops;
   }
   s_.allowance[i] = std::min(s_.allowance[i], guess);
   s_.reach[i] += s_.allowance[i];
+  return stops;
 }
 
 void Step::begin(Contact& contact) const {
@@ -236,11 +267,19 @@ void Step::follow(std::size_t i) {
 
 /// A body that is about to leave the numbers stops where it is.
 void Step::contain(std::uint32_t i, ContainmentCause cause) {
+  stop(i);
+  note_contained(i, cause);
+}
+
+void Step::stop(std::uint32_t i) {
   s_.bodies.velocity[i] = s_.backup[i].velocity = {};
   s_.bodies.omega[i] = s_.backup[i].omega = 0;
   s_.acceleration[i] = {};
   s_.angular_acceleration[i] = 0;
   s_.reach[i] = 0;
+}
+
+void Step::note_contained(std::uint32_t i, ContainmentCause cause) {
   ++s_.report.contained;
   s_.report.containments.push_back({{i, s_.bodies.generation[i]}, cause});
 }
@@ -395,7 +434,7 @@ const StepReport& World::step(double h) {
   }
   StepReport& report = state_->report;
   for (const JointEvent& broken : report.joint_events) destroy(broken.joint);
-  const BodySums sums = state_->ledger.total(state_->bodies, state_->config.gravity);
+  const BodySums sums = state_->ledger.total(state_->bodies, state_->config.gravity, state_->pool.get());
   report.kinetic_energy = sums.kinetic;
   report.potential_energy = sums.potential + spring_energy();
   report.momentum = sums.momentum;

@@ -17,6 +17,9 @@ namespace skerry {
 /// Pairs that a thread takes at a time: some 50 us.
 inline constexpr std::size_t kPairsAPiece = 1024;
 
+/// Bodies or joints that a thread takes at a time.
+inline constexpr std::size_t kBodiesAPiece = 512;
+
 /// Whether two shapes make a contact of this step, or may in a later round.
 enum class PairVerdict : std::uint8_t { Never, Distant, Near, NearChain };
 
@@ -40,11 +43,15 @@ class Step {
   void require_masses() const;
   void choose_active();
   void choose_joints();
+  void begin_all();
   void begin(std::uint32_t body);
+  bool begin_alone(std::uint32_t body);
   void begin(Contact& contact) const;
   static void begin(JointRecord& joint);
   void follow(std::size_t body);
   bool is_where_it_was(std::uint32_t body) const;
+  void stop(std::uint32_t body);
+  void note_contained(std::uint32_t body, ContainmentCause cause);
   void contain(std::uint32_t body, ContainmentCause cause);
   void restore(const std::vector<std::uint32_t>& bodies);
   void finish();
@@ -89,6 +96,7 @@ class Step {
   void link(Contact& contact, bool first, LinkCount& count) const;
   void link_together(std::size_t from, std::size_t to, LinkCount& count) const;
   void set_linked(Contact& contact, bool linked, LinkCount& count) const;
+  void note_linked(const Contact& contact) const;
   double make_manifold(Contact& contact, LinkCount& count) const;
   void find_islands();
   void step_islands();

@@ -8,18 +8,23 @@
 #include "physics/world_state.h"
 
 namespace skerry {
+namespace {
+
+// Contacts that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 2048;
+
+}  // namespace
 
 bool is_free(const WorldState& state, const Island& island) {
   const auto reacts = [&](std::uint32_t body) {
     return body != BodyId::kNone && state.local_index[body] >= 0;
   };
-  return std::all_of(island.contacts.begin(), island.contacts.end(),
-                     [&](std::uint32_t i) {
-                       return reacts(state.contacts[i].body_a) && reacts(state.contacts[i].body_b);
-                     }) &&
-         std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
-           return reacts(state.joints[i].def.a.index) && reacts(state.joints[i].def.b.index);
-         });
+  return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    return !reacts(contact.body_a) || !reacts(contact.body_b);
+  }) && std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
+    return reacts(state.joints[i].def.a.index) && reacts(state.joints[i].def.b.index);
+  });
 }
 
 RigidMotion rigid_motion(const WorldState& state, const Island& island) {
@@ -51,8 +56,8 @@ constexpr double kSmallForJoints = 0.25;
 
 /// True if a kinematic body or a conveyor may bring energy.
 bool ground_moves(const WorldState& state, const Island& island) {
-  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-    const Contact& contact = state.contacts[i];
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
     return contact.surface_velocity != 0 || state.bodies.type[contact.body_a] == BodyType::Kinematic ||
            state.bodies.type[contact.body_b] == BodyType::Kinematic;
   });

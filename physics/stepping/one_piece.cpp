@@ -63,9 +63,11 @@ constexpr int kLongestWait = 256;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 1024;
 
-/// Rows for positions, without friction. They have their own spare memory: rows are written over those that
-/// are there, and a list that changes its length costs as much as its rows.
+/// Rows for positions, without friction, and rows together with those of points that only the impulses of
+/// others close. They have their own spare memory: rows are written over those that are there, and a list
+/// that changes its length costs as much as its rows.
 struct PositionRows : Assembly {};
+struct MoreRows : Assembly {};
 
 /// Shares by which rows of joints and contacts give (`BlockSweeps::soften`).
 struct Give {
@@ -215,38 +217,38 @@ class OnePieceStep {
     pushed.assign(before.size(), 0);
     Spare<std::vector<std::uint8_t>> points;
     Spare<Assembly> spare;
-    Assembly& assembly = *spare;
-    const IslandSystem& system = assembly.system;
+    std::optional<Spare<MoreRows>> more;
     Spare<std::vector<double>> warm;
     choose_points(*points);
-    set_up(*points, before, after, assembly, *warm);
+    set_up(*points, before, after, *spare, *warm);
     SolveOptions options = state_.config.solve;
     options.work_limit = !exact_            ? kVelocityShare * limit_
                          : may_flow(state_) ? exact_limit_
                                             : work_left(state_, result_);
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     options.threads = state_.island_threads;
-    Solution solution = exact_ ? solve_exactly(system, *warm, options)
-                               : solve_in_flow(*points, before, after, assembly, *warm, options);
+    Solution solution = exact_ ? solve_exactly(spare->system, *warm, options)
+                               : solve_in_flow(*points, before, after, *spare, more, *warm, options);
+    const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
+    const IslandSystem& system = assembly.system;
     result_.work += solution.work;
     if (exact_ && solution.status != SolveStatus::Solved) {
       if (!nearly_ || solution.residual > kNearly) return false;
       exact_ = false;
     }
-    apply_impulses(system, solution.lambda, after);
-    for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
-      if (solution.lambda[i] == 0 || assembly.origin[i].joint) continue;
-      if (system.rows[i].a >= 0) pushed[static_cast<std::size_t>(system.rows[i].a)] = 1;
-      if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
-    }
+    store(assembly, solution.lambda, before, [&] {
+      apply_impulses(system, solution.lambda, after);
+      for (std::size_t i = 0; i < solution.lambda.size(); ++i) {
+        if (solution.lambda[i] == 0 || assembly.origin[i].joint) continue;
+        if (system.rows[i].a >= 0) pushed[static_cast<std::size_t>(system.rows[i].a)] = 1;
+        if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
+      }
+    });
     if (!island_.joints.empty()) bind_jointed(state_, island_, h_, pushed, *lag_);
-    store(assembly, solution.lambda, before);
     note_status(result_, solution.status, solution.residual);
     result_.report.method = solution.method;
     result_.report.iterations = solution.iterations;
     result_.report.rows = system.size();
-    result_.friction_rows += static_cast<int>(std::count_if(
-        system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
     if (state_.observe.systems) {
       keep_trace(state_, island_, from_, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);
@@ -307,9 +309,10 @@ class OnePieceStep {
   }
 
   /// What is struck runs into bodies that its own motion would not have met: their points join the rest of
-  /// the sweeps.
+  /// the sweeps. @param more  becomes the rows with theirs, if there are any
   Solution solve_in_flow(std::vector<std::uint8_t>& points, const std::vector<Velocity>& before,
-                         std::vector<Velocity>& after, Assembly& assembly, std::vector<double>& warm,
+                         std::vector<Velocity>& after, const Assembly& assembly,
+                         std::optional<Spare<MoreRows>>& more, std::vector<double>& warm,
                          SolveOptions options) {
     bool missed = false;
     const auto look = [&](const std::vector<double>& lambda) {
@@ -325,19 +328,18 @@ class OnePieceStep {
       first = sweep_until_done(assembly.system, warm, options, {}, look);
     }
     if (!missed) return first;
-    Spare<std::vector<RowOrigin>> origin;
-    *origin = assembly.origin;
-    set_up(points, before, after, assembly, warm);
+    Assembly& all = *more.emplace();
+    set_up(points, before, after, all, warm);
     // The new rows are among the old ones, which keep their order.
     std::size_t old = 0;
     for (std::size_t i = 0; i < warm.size(); ++i) {
-      const bool known = old < origin->size() && (*origin)[old].is_same(assembly.origin[i]);
+      const bool known = old < assembly.origin.size() && assembly.origin[old].is_same(all.origin[i]);
       warm[i] = known ? first.lambda[old++] : 0;
     }
     options.work_limit =
         std::max(options.work_limit - first.work.visits, (1 - kFirstShare) * options.work_limit);
     StageTimer timer(state_, result_, Stage::Solve);
-    Solution rest = sweep_until_done(assembly.system, warm, options);
+    Solution rest = sweep_until_done(all.system, warm, options);
     rest.work += first.work;
     rest.iterations += first.iterations;
     give_spare(std::move(first.lambda));
@@ -444,22 +446,28 @@ class OnePieceStep {
   }
 
   /// Impulses for the report and for the next step. Rows are in the order of the contacts, whose memory is
-  /// gone through once.
-  void store(const Assembly& assembly, const std::vector<double>& lambda,
-             const std::vector<Velocity>& before) {
+  /// gone through once. @param meanwhile  is called while other threads do that
+  template <class Meanwhile>
+  void store(const Assembly& assembly, const std::vector<double>& lambda, const std::vector<Velocity>& before,
+             Meanwhile&& meanwhile) {
     store_joint_impulses(state_, island_, assembly, lambda, h_);
-    std::atomic<int> landings = 0;
-    share(state_.island_threads, island_.contacts.size(), kItemsAPiece,
-          [&](std::size_t from, std::size_t to) {
-            landings += store_contacts(from, to, assembly, lambda, before);
-          });
+    std::atomic<int> landings = 0, rubbing = 0;
+    share_beside(
+        state_.island_threads, island_.contacts.size(), kItemsAPiece,
+        [&](std::size_t from, std::size_t to) {
+          int friction = 0;
+          landings += store_contacts(from, to, assembly, lambda, before, friction);
+          rubbing += friction;
+        },
+        meanwhile);
+    result_.friction_rows += rubbing;
     // An exact answer is one impact, as if the contacts were one.
     result_.impacts += exact_ ? std::min<int>(landings, 1) : landings.load();
   }
 
-  /// @return how many points landed among some contacts
+  /// @param friction  counts rows of friction @return how many points landed among some contacts
   int store_contacts(std::size_t from, std::size_t to, const Assembly& assembly,
-                     const std::vector<double>& lambda, const std::vector<Velocity>& before) {
+                     const std::vector<double>& lambda, const std::vector<Velocity>& before, int& friction) {
     const auto first_of = [&](std::uint32_t index) {
       const auto row = std::partition_point(
           assembly.origin.begin(), assembly.origin.end(),
@@ -482,8 +490,10 @@ class OnePieceStep {
         memory.h = h_;
         memory.sticking = false;
       }
-      for (std::size_t row = first; row < i; ++row)
+      for (std::size_t row = first; row < i; ++row) {
+        friction += assembly.origin[row].kind == RowKind::Friction;
         store_row(assembly.origin[row], assembly.system.rows[row].mu, lambda[row], contact);
+      }
     }
     return landings;
   }
@@ -526,13 +536,13 @@ class OnePieceStep {
   /// world has to make the step again
   bool foresee(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
-    bool leaves = false;
-    for (std::size_t k = 0; k < after.size(); ++k) {
+    std::atomic<bool> leaves = false;
+    for_each(after.size(), [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       note_travel(body, length_of_shift(state_, body, shift_of(k, before, after, pushed)));
       if (pushed[k]) stray(body, after[k]);
-      leaves |= left_its_reach(state_, body);
-    }
+      if (left_its_reach(state_, body)) leaves.store(true, std::memory_order_relaxed);
+    });
     // Where a whole step goes straight on, the world can tell afterwards what it met.
     return leaves && (exact_ || from_ > 0);
   }
@@ -541,12 +551,12 @@ class OnePieceStep {
                const std::vector<std::uint8_t>& pushed) {
     StageTimer timer(state_, result_, Stage::Apply);
     BodyArrays& all = state_.bodies;
-    for (std::size_t k = 0; k < after.size(); ++k) {
+    for_each(after.size(), [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       all.velocity[body] = {after[k][0], after[k][1]};
       all.omega[body] = after[k][2];
       move(body, shift_of(k, before, after, pushed));
-    }
+    });
   }
 
   Velocity shift_of(std::size_t k, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
@@ -618,7 +628,7 @@ class OnePieceStep {
     request.elapsed = from_ + h_;
     assemble(state_, island_, request, *assembly);
     IslandSystem& system = assembly->system;
-    for (int i = 0; i < system.size(); ++i) system.b[i] = -assembly->origin[i].error;
+    for_each(system.b.size(), [&](std::size_t i) { system.b[i] = -assembly->origin[i].error; });
     SolveOptions options;
     options.tolerance = 1e-4;
     options.threads = state_.island_threads;
@@ -627,19 +637,29 @@ class OnePieceStep {
     Solution solution = sweep_until_done(system, {}, options, give);
     result_.work += solution.work;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
-    shift.assign(island_.bodies.size(), Velocity{});
-    apply_impulses(system, solution.lambda, shift);
+    const bool limited = !island_.joints.empty() || !exact_;
+    Spare<std::vector<double>> most;
+    share(state_.island_threads, 2, 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) {
+        if (i == 0) {
+          shift.assign(island_.bodies.size(), Velocity{});
+          apply_impulses(system, solution.lambda, shift);
+        } else if (limited) {
+          find_limits(*assembly, *most);
+        }
+      }
+    });
     const bool free = is_free(state_, island_);
-    if (!island_.joints.empty() || !exact_) limit_shift(*assembly, shift, free);
+    if (limited) limit_shift(*most, shift, free);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
-    for (std::size_t k = 0; k < shift.size(); ++k) {
+    for_each(shift.size(), [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       const double way = length_of_shift(state_, body, shift[k]);
       move(body, shift[k]);
       note_travel(body, way);
       note_stray(body, way);
-    }
+    });
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(*assembly, shift);
     give_spare(std::move(shift));
@@ -647,28 +667,31 @@ class OnePieceStep {
     return true;
   }
 
-  /// Jointed bodies go no farther than half their size; others than what the next step finds, or than they
-  /// overlap themselves: what is passed on beyond that comes in later steps. Sweeps that have not come to an
-  /// answer push on what lands in others, and throw what is light between heavy bodies out of the world. The
-  /// centre of mass of a free island stays where it is.
-  void limit_shift(const Assembly& assembly, std::vector<Velocity>& shift, bool free) const {
-    Spare<std::vector<double>> most;
+  /// How far each body may be shifted: jointed ones no farther than half their size; others than what the
+  /// next step finds, or than they overlap themselves.
+  void find_limits(const Assembly& assembly, std::vector<double>& most) const {
     for (const std::uint32_t body : island_.bodies)
-      most->push_back(island_.joints.empty() ? room_of(body) : kFarthestShift * state_.radius[body]);
+      most.push_back(island_.joints.empty() ? room_of(body) : kFarthestShift * state_.radius[body]);
     for (int i = 0; island_.joints.empty() && i < assembly.system.size(); ++i) {
       for (const int k : {assembly.system.rows[i].a, assembly.system.rows[i].b}) {
         if (k < 0) continue;
-        double& own = (*most)[static_cast<std::size_t>(k)];
+        double& own = most[static_cast<std::size_t>(k)];
         own = std::max(own, -assembly.origin[i].error);
       }
     }
+  }
+
+  /// What is passed on beyond the limits comes in later steps. Sweeps that have not come to an answer push on
+  /// what lands in others, and throw what is light between heavy bodies out of the world. The centre of mass
+  /// of a free island stays where it is.
+  void limit_shift(const std::vector<double>& most, std::vector<Velocity>& shift, bool free) const {
     Vec2 moment;
     double mass = 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island_.bodies[k];
       const double way = length_of_shift(state_, body, shift[k]);
-      if (way > (*most)[k]) {
-        for (double& x : shift[k]) x *= (*most)[k] / way;
+      if (way > most[k]) {
+        for (double& x : shift[k]) x *= most[k] / way;
       }
       mass += state_.bodies.mass[body];
       moment += state_.bodies.mass[body] * Vec2{shift[k][0], shift[k][1]};

@@ -50,14 +50,23 @@ bool may_flow(const WorldState& state, const Island& island) {
 /// Points of the island, or 0 where something bounces well or depends on the state.
 /// @param bounces  set to whether anything bounces
 int points_that_flow(const WorldState& state, const Island& island, bool& bounces) {
-  int points = 0;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = state.contacts[index];
-    if (contact.restitution > kMostBounce) return 0;
-    bounces = bounces || contact.restitution > 0;
-    points += contact.manifold.count;
-  }
-  return points > kFewestPoints && may_flow(state, island) ? points : 0;
+  std::atomic<int> points = 0;
+  std::atomic<bool> some_bounce = false, well = false;
+  share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    int count = 0;
+    double most = 0;
+    for (std::size_t k = from; k < to && !(most > kMostBounce); ++k) {
+      const Contact& contact = state.contacts[island.contacts[k]];
+      most = std::max(most, contact.restitution);
+      count += contact.manifold.count;
+    }
+    points += count;
+    if (most > 0) some_bounce = true;
+    if (most > kMostBounce) well = true;
+  });
+  bounces = bounces || some_bounce;
+  if (well) return 0;
+  return points > kFewestPoints && may_flow(state, island) ? points.load() : 0;
 }
 
 /// @param elapsed  since the beginning of the step [s]
