@@ -325,7 +325,7 @@ class OnePieceStep {
     Solution first;
     {
       StageTimer timer(state_, result_, Stage::Solve);
-      first = sweep_until_done(assembly.system, warm, options, {}, look);
+      first = sweep_velocities(assembly.system, warm, options, look);
     }
     if (!missed) return first;
     Assembly& all = *more.emplace();
@@ -339,7 +339,7 @@ class OnePieceStep {
     options.work_limit =
         std::max(options.work_limit - first.work.visits, (1 - kFirstShare) * options.work_limit);
     StageTimer timer(state_, result_, Stage::Solve);
-    Solution rest = sweep_until_done(all.system, warm, options);
+    Solution rest = sweep_velocities(all.system, warm, options, look_at_nothing);
     rest.work += first.work;
     rest.iterations += first.iterations;
     give_spare(std::move(first.lambda));
@@ -370,24 +370,30 @@ class OnePieceStep {
     return any;
   }
 
-  Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
-                            const SolveOptions& options, Give give = {}) const {
-    return sweep_until_done(system, warm, options, give, [](const std::vector<double>&) { return false; });
+  static bool look_at_nothing(const std::vector<double>&) { return false; }
+
+  /// Velocities by the world's own solver where it is a preview; else by sweeps.
+  /// @param look  is shown the impulses once, when `kFirstShare` of the work is done, or all of it (a
+  /// preview), and says whether to stop there
+  template <class Look>
+  Solution sweep_velocities(const IslandSystem& system, std::span<const double> warm,
+                            const SolveOptions& options, Look&& look) const {
+    if (state_.solver->exact && !options.trace) return sweep_until_done(system, warm, options, {}, look);
+    const SolverEntry& solver = state_.solver->exact ? find_solver("pgs") : *state_.solver;
+    Solution solution = solver.solve(system, warm, options, nullptr);
+    look(solution.lambda);
+    return solution;
   }
 
-  /// The world's own solver where it is a preview; else sweeps, which at this price leave no more than
-  /// cleverer methods do (tests/bench/solver.md).
-  /// @param look  is shown the impulses once, when `kFirstShare` of the work is done, or all of it (a
-  /// preview),
-  ///              and says whether to stop there
+  /// Sweeps, which at this price leave no more than cleverer methods do (tests/bench/solver.md). In a preview
+  /// they count no setting up, as its solvers do not.
   template <class Look>
   Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
                             const SolveOptions& options, Give give, Look&& look) const {
     static const SolverEntry& standard = find_solver("pgs");
     Spare<BlockSweeps> sweeps;
-    if (!state_.solver->exact || options.trace || !sweeps->assign(system, true, options.threads)) {
-      const SolverEntry& solver = state_.solver->exact ? standard : *state_.solver;
-      Solution solution = solver.solve(system, warm, options, nullptr);
+    if (!sweeps->assign(system, true, options.threads)) {
+      Solution solution = standard.solve(system, warm, options, nullptr);
       look(solution.lambda);
       return solution;
     }
@@ -398,7 +404,7 @@ class OnePieceStep {
     const double rows = static_cast<double>(system.rows.size());
     const double scale = largest_magnitude(system.b);
     double target = options.tolerance * scale;
-    solution.work.visits = kSetUp * rows;
+    solution.work.visits = state_.solver->exact ? kSetUp * rows : 0;
     double worst = sweeps->violation();
     bool looked = false;
     double change = 0;
@@ -632,9 +638,11 @@ class OnePieceStep {
     SolveOptions options;
     options.tolerance = 1e-4;
     options.threads = state_.island_threads;
-    options.work_limit = std::max((1 - kVelocityShare) * limit_, limit_ - result_.work.visits);
+    // A preview saves what is left.
+    options.work_limit = (1 - kVelocityShare) * limit_;
+    if (state_.solver->exact) options.work_limit = std::max(options.work_limit, limit_ - result_.work.visits);
     const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
-    Solution solution = sweep_until_done(system, {}, options, give);
+    Solution solution = sweep_until_done(system, {}, options, give, look_at_nothing);
     result_.work += solution.work;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     const bool limited = !island_.joints.empty() || !exact_;
