@@ -121,6 +121,7 @@ struct SolverEntry {
   bool exact;                  ///< reaches the rounding floor where it applies
   bool friction;               ///< solves Coulomb friction (otherwise frictionless problems only)
   bool bilateral;              ///< accepts Joint, Limit and Motor rows
+  bool fixed_work = false;     ///< makes so many sweeps, whatever the work limit
   SolveFn solve;
   ContactSolveFn solve_contact = nullptr;                    ///< null for solvers that need bodies
   std::unique_ptr<SolverMemory> (*make_memory)() = nullptr;  ///< null for solvers that keep nothing

@@ -166,6 +166,7 @@ extern const SolverEntry kTgsSoftEntry{
     .exact = false,
     .friction = true,
     .bilateral = true,
+    .fixed_work = true,
     .solve = solve_tgs_soft,
     .solve_contact = solve_tgs_soft_contact};
 

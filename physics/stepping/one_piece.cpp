@@ -311,7 +311,7 @@ class OnePieceStep {
   /// What is struck runs into bodies that its own motion would not have met: their points join the rest of
   /// the sweeps. @param more  becomes the rows with theirs, if there are any
   Solution solve_in_flow(std::vector<std::uint8_t>& points, const std::vector<Velocity>& before,
-                         std::vector<Velocity>& after, const Assembly& assembly,
+                         std::vector<Velocity>& after, Assembly& assembly,
                          std::optional<Spare<MoreRows>>& more, std::vector<double>& warm,
                          SolveOptions options) {
     bool missed = false;
@@ -322,10 +322,18 @@ class OnePieceStep {
       missed = add_missed(*then, points);
       return missed;
     };
+    double astray = kInfinity;
+    if (state_.solver->fixed_work && look(warm)) {
+      // Rows that join later would want all of its sweeps again: it begins with what the impulses of the last
+      // step push on, and far from an answer none join.
+      astray = kAstray;
+      missed = false;
+      set_up(points, before, after, assembly, warm);
+    }
     Solution first;
     {
       StageTimer timer(state_, result_, Stage::Solve);
-      first = sweep_velocities(assembly.system, warm, options, look);
+      first = sweep_velocities(assembly.system, warm, options, astray, look);
     }
     if (!missed) return first;
     Assembly& all = *more.emplace();
@@ -339,7 +347,7 @@ class OnePieceStep {
     options.work_limit =
         std::max(options.work_limit - first.work.visits, (1 - kFirstShare) * options.work_limit);
     StageTimer timer(state_, result_, Stage::Solve);
-    Solution rest = sweep_velocities(all.system, warm, options, look_at_nothing);
+    Solution rest = sweep_velocities(all.system, warm, options, kInfinity, look_at_nothing);
     rest.work += first.work;
     rest.iterations += first.iterations;
     give_spare(std::move(first.lambda));
@@ -373,15 +381,16 @@ class OnePieceStep {
   static bool look_at_nothing(const std::vector<double>&) { return false; }
 
   /// Velocities by the world's own solver where it is a preview; else by sweeps.
+  /// @param astray  residual beyond which the answer of a preview is not looked at
   /// @param look  is shown the impulses once, when `kFirstShare` of the work is done, or all of it (a
   /// preview), and says whether to stop there
   template <class Look>
   Solution sweep_velocities(const IslandSystem& system, std::span<const double> warm,
-                            const SolveOptions& options, Look&& look) const {
+                            const SolveOptions& options, double astray, Look&& look) const {
     if (state_.solver->exact && !options.trace) return sweep_until_done(system, warm, options, {}, look);
     const SolverEntry& solver = state_.solver->exact ? find_solver("pgs") : *state_.solver;
     Solution solution = solver.solve(system, warm, options, nullptr);
-    look(solution.lambda);
+    if (!(solution.residual > astray)) look(solution.lambda);
     return solution;
   }
 
