@@ -178,7 +178,7 @@ struct StepReport {
   /// Deepest overlap at the end of the step [m], >= 0; of islands in flow at its beginning, too: what met
   /// unforeseen in the step before is known only then.
   double worst_penetration = 0;
-  int contained = 0;             ///< bodies put back and stopped, see `containments`
+  int contained = 0;  ///< bodies put back and stopped, see `containments`
 
   // Conserved quantities at the end of the step, dynamic bodies only.
   double kinetic_energy = 0;    ///< [J]

@@ -70,10 +70,9 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
       .non_negative()
       .group(group);
   table
-      .add(
-          "--flow-work", demo.flow_work,
-          "Work a body and step of piles that flow, in row visits of some 10 ns (default 400, and more in a "
-          "small world, whose bodies share 4e5; 0: as exact as the rest)")
+      .add("--flow-work", demo.flow_work,
+           "Work a body and step of piles that flow, in row visits of some 10 ns (default 400, and more in a "
+           "small world, whose bodies share 4e5; 0: as exact as the rest)")
       .non_negative()
       .group(group);
   table.add("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
