@@ -81,16 +81,6 @@ double residual_of(const IslandSystem& system, const std::vector<double>& lambda
   return scale > 0 ? worst / scale : worst;
 }
 
-// Whether the first two rows could begin a path: others are known at once.
-bool may_be_path(const IslandSystem& system) {
-  if (system.rows.empty() || !system.compliance.empty()) return false;
-  return system.rows.size() == 1 || (system.rows[1].normal < 0 && system.rows[1].a >= system.rows[0].b);
-}
-
-bool lanes_pay(const IslandSystem& system) {
-  return system.rows.size() >= 12 && cpu_has_avx2();
-}
-
 // Clamps and judges, as `clamp_and_judge`, an island in which bodies ascend along the rows: each row lies
 // between a body and a later one, begins no earlier than the row before ended, and has bounds of its own. A
 // body's velocity is then known with the row behind it, and one pass does, with the same bits.

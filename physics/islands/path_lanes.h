@@ -12,6 +12,18 @@
 
 namespace skerry {
 
+/// Whether the first two rows could begin a path in which bodies ascend, so that other islands are known at
+/// once.
+inline bool may_be_path(const IslandSystem& system) {
+  if (system.rows.empty() || !system.compliance.empty()) return false;
+  return system.rows.size() == 1 || (system.rows[1].normal < 0 && system.rows[1].a >= system.rows[0].b);
+}
+
+/// Whether four bodies at a time are read faster than one.
+inline bool lanes_pay(const IslandSystem& system) {
+  return system.rows.size() >= 12 && cpu_has_avx2();
+}
+
 /// Four bodies of a path, from body `k`.
 struct PathLanes {
   Vec4 linear, angular;

@@ -100,14 +100,12 @@ void conclude(const IslandSystem& system, const SolveOptions& options, Solution&
 }
 
 void conclude(const IslandSystem& system, double violation, const SolveOptions& options, Solution& solution) {
-  if (!std::isfinite(violation)) return conclude(system, options, solution);
-  clamp_to_bounds(system.rows, solution.lambda);
   const double scale = largest_magnitude(system.b);
-  solution.residual = scale > 0 ? violation / scale : violation;
-  const bool exact = solution.residual <= options.tolerance ||
-                     (solution.residual <= kFarFromRounding &&
-                      solution.residual <= 16 * residual_floor(system, solution.lambda));
-  solution.status = exact ? SolveStatus::Solved : SolveStatus::Inexact;
+  const double residual = scale > 0 ? violation / scale : violation;
+  if (!(residual > std::max(options.tolerance, kFarFromRounding))) return conclude(system, options, solution);
+  clamp_to_bounds(system.rows, solution.lambda);
+  solution.residual = residual;
+  solution.status = SolveStatus::Inexact;
 }
 
 void conclude(const ContactProblem& problem, const SolveOptions& options, Solution& solution) {

@@ -43,7 +43,8 @@ void count_states(const std::vector<Row>& rows, const std::vector<RowState>& sta
 /// round a few times more often than those of the residual), else Inexact.
 void conclude(const IslandSystem& system, const SolveOptions& options, Solution& solution);
 void conclude(const ContactProblem& problem, const SolveOptions& options, Solution& solution);
-/// The same where sweeps know the largest violation of the natural map [m/s], which is not computed again.
+/// The same where sweeps know the largest violation of the natural map [m/s], which is not computed again
+/// where it is far from an answer: what may be called solved is judged by the rows themselves.
 void conclude(const IslandSystem& system, double violation, const SolveOptions& options, Solution& solution);
 
 /// Runs a contact-space solver on an island: builds W, solves, judges on the island.

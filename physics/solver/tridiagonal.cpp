@@ -26,9 +26,6 @@
 namespace skerry {
 namespace {
 
-/// Rows from which on four at a time are read faster than one.
-constexpr std::size_t kLanesPay = 12;
-
 /// W along the path: diagonal and the coupling of each row with the next.
 struct Path {
   std::vector<int> row;  ///< rows in path order
@@ -449,13 +446,6 @@ __attribute__((noinline)) bool pool(const Path& path, RunPooling& pass) {
   return pass.join_rows(static_cast<int>(path.row.size()), rest_slack(path.b), PackedRows(path));
 }
 
-/// Whether the first two rows could begin an ascending path, so that others are known at once.
-bool may_ascend(const IslandSystem& system) {
-  if (system.rows.empty() || !system.compliance.empty()) return false;
-  if (system.rows.size() == 1) return true;
-  return !is_scaled(system.rows[1]) && system.rows[1].a >= system.rows[0].b;
-}
-
 /// Keeps the states of an answer; of one that the pass gave, it knows them.
 void keep(const std::vector<RowState>& states, std::unique_ptr<SolverMemory>& memory) {
   auto* kept = dynamic_cast<TridiagonalMemory*>(memory.get());
@@ -469,9 +459,8 @@ void keep(const std::vector<RowState>& states, std::unique_ptr<SolverMemory>& me
 /// The one pass over rows that ascend, judged. @return false, and `solution` as it was, for other rows
 bool try_ascending(const IslandSystem& system, const SolveOptions& options, Solution& solution,
                    RunPooling& pass) {
-  if (!may_ascend(system)) return false;
-  const bool lanes = system.rows.size() >= kLanesPay && cpu_has_avx2();
-  if (!(lanes && pool_lanes(system, pass)) && !pool(system, pass)) return false;
+  if (!may_be_path(system)) return false;
+  if (!(lanes_pay(system) && pool_lanes(system, pass)) && !pool(system, pass)) return false;
   const std::size_t n = system.rows.size();
   solution.method = "tridiagonal";
   solution.lambda = take_spare<std::vector<double>>();
@@ -543,7 +532,7 @@ Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, 
 }  // namespace
 
 bool try_chain(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
-  if (!may_ascend(system)) return false;
+  if (!may_be_path(system)) return false;
   Spare<RunPooling> pass;
   Solution found;
   if (!try_ascending(system, options, found, *pass)) return false;

@@ -24,6 +24,16 @@ struct Chance {
   std::mt19937_64 random;
 };
 
+/// Row between two neighbours, -1 the ground. @param angle  of its normal @param turn  arm about both centres
+Row link(int a, int b, double angle, double turn) {
+  Row row;
+  row.a = a;
+  row.b = b;
+  if (a >= 0) row.Ja = {-std::cos(angle), -std::sin(angle), turn};
+  row.Jb = {std::cos(angle), std::sin(angle), turn};
+  return row;
+}
+
 // `bend`: how far a normal may turn from the one before [rad]; above 90 degrees discs push each other back.
 IslandSystem random_chain(int discs, double mass_ratio, double bend, Chance& chance) {
   IslandSystem system;
@@ -38,14 +48,8 @@ IslandSystem random_chain(int discs, double mass_ratio, double bend, Chance& cha
     angle += chance.real(-bend, bend);
     const bool wall = k < 0 || system.bodies[static_cast<std::size_t>(k)].linear == 0;
     if (wall && system.bodies[static_cast<std::size_t>(k) + 1].linear == 0) continue;
-    Row row;
-    row.a = k;
-    row.b = k + 1;
     // Off-centre now and then, so that discs turn.
-    const double turn = chance.one_in(4) ? chance.real(-0.2, 0.2) : 0;
-    if (k >= 0) row.Ja = {-std::cos(angle), -std::sin(angle), turn};
-    row.Jb = {std::cos(angle), std::sin(angle), turn};
-    system.rows.push_back(row);
+    system.rows.push_back(link(k, k + 1, angle, chance.one_in(4) ? chance.real(-0.2, 0.2) : 0));
     system.b.push_back(chance.one_in(8) ? 0 : chance.real(-1, 1));
   }
   return system;
@@ -132,13 +136,7 @@ TEST(Chains, GiveTheSameBitsFourRowsAtATimeAndOneByOne) {
     for (int k = 0; k < discs; ++k) system.bodies.push_back({chance.real(0.1, 10), chance.real(0.1, 10)});
     for (int k = seed % 2 ? -1 : 0; k + 1 < discs; ++k) {
       angle += chance.real(-0.3, 0.3);
-      Row row;
-      row.a = k;
-      row.b = k + 1;
-      const double turn = chance.one_in(4) ? chance.real(-0.1, 0.1) : 0;
-      if (k >= 0) row.Ja = {-std::cos(angle), -std::sin(angle), turn};
-      row.Jb = {std::cos(angle), std::sin(angle), turn};
-      system.rows.push_back(row);
+      system.rows.push_back(link(k, k + 1, angle, chance.one_in(4) ? chance.real(-0.1, 0.1) : 0));
       system.b.push_back(chance.real(seed % 3 ? -1 : 0, 1));
     }
     const Solution together = solve_chain(system);

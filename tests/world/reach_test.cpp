@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <optional>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "physics/narrowphase/collide.h"
@@ -63,9 +65,76 @@ TEST(Reach, OfFastBodiesThatAreStruckGrows) {
   }
 }
 
+/// Two worlds of the same bodies, of which one looks at all pairs. They make each step from the same states;
+/// what overlaps in the end was missed.
+class Twins {
+ public:
+  Twins(Vec2 gravity, double restitution) : restitution_(restitution) {
+    WorldConfig config;
+    config.gravity = gravity;
+    config.flow_work = 0;
+    world_.emplace(config);
+    config.skips.alike = false;
+    looks_at_all_.emplace(config);
+  }
+
+  /// Those that the steps move come last.
+  void place(const BodyDef& def, const Shape& shape) {
+    for (World* each : {&*world_, &*looks_at_all_}) {
+      const BodyId body = each->create_body(def);
+      each->add_shape(body, smooth(shape, restitution_));
+      if (each == &*world_) bodies_.push_back(body);
+    }
+    shapes_.push_back(shape);
+    if (def.type != BodyType::Dynamic) obstacles_ = bodies_.size();
+  }
+  bool strikes_an_obstacle(const Shape& shape, Vec2 at) const {
+    for (std::size_t j = 0; j < obstacles_; ++j)
+      if (collide(shapes_[j], pose(j), shape, {at, {}}, 0).count > 0) return true;
+    return false;
+  }
+
+  void step() {
+    for (std::size_t i = obstacles_; i < bodies_.size(); ++i) {
+      const BodyId body = bodies_[i];
+      looks_at_all_->set_pose(body, world_->position(body), world_->angle(body));
+      looks_at_all_->set_velocity(body, world_->velocity(body), world_->omega(body));
+    }
+    const StepReport &report = world_->step(1.0 / 60), &full = looks_at_all_->step(1.0 / 60);
+    hits += report.impacts;
+    retries += report.island_retries;
+    pairs += report.pairs - report.pairs_out_of_reach;
+    all_pairs += full.pairs - full.pairs_out_of_reach;
+    sharp += full.worst_penetration < 1e-9;
+    // The end of a step that is cut too often is of first order, and what turns then may sink in,
+    // whichever pairs are looked at.
+    const double most = report.substeps > 4 ? 0.1 : 1e-6 + 1.01 * full.worst_penetration;
+    for (std::size_t i = obstacles_; i < bodies_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        const Manifold m = collide(shapes_[i], pose(i), shapes_[j], pose(j), 0);
+        for (int p = 0; p < m.count; ++p)
+          ASSERT_GT(m.points[static_cast<std::size_t>(p)].separation, -most) << i << "-" << j;
+      }
+    }
+  }
+
+  int hits = 0, retries = 0, pairs = 0, all_pairs = 0;
+  int sharp = 0;  ///< steps that left no overlap
+
+ private:
+  Transform pose(std::size_t i) const {
+    return {world_->position(bodies_[i]), Rot::from_angle(world_->angle(bodies_[i]))};
+  }
+
+  double restitution_;
+  std::optional<World> world_, looks_at_all_;
+  std::vector<BodyId> bodies_;
+  std::vector<Shape> shapes_;
+  std::size_t obstacles_ = 0;
+};
+
 TEST(Reach, MissesNothingInSwarmsThatStrikeObstacles) {
-  // Swarms of discs and boxes that fly alike, against a floor, posts and each other: what overlaps in the end
-  // was missed. A world that looks at all pairs makes the same steps, from the same states.
+  // Swarms of discs and boxes that fly alike, against a floor, posts and each other.
   const unsigned seed = 2718;
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) {
@@ -73,65 +142,33 @@ TEST(Reach, MissesNothingInSwarmsThatStrikeObstacles) {
   };
   int hits = 0, retries = 0, pairs = 0, all_pairs = 0, sharp = 0;
   for (int k = 0; k < test_scale(6); ++k) {
-    WorldConfig config, all;
-    config.flow_work = all.flow_work = 0;
-    all.skips.alike = false;
-    World world(config), other(all);
-    const double e = k % 2 == 0 ? 0 : 0.6;
-    std::vector<BodyId> bodies;
-    std::vector<Shape> shapes;
-    const auto place = [&](const BodyDef& def, const ShapeDef& shape) {
-      for (World* each : {&world, &other}) {
-        const BodyId body = each->create_body(def);
-        each->add_shape(body, shape);
-        if (each == &world) bodies.push_back(body);
-      }
-      shapes.push_back(shape.shape);
-    };
-    const auto pose = [&](BodyId body) {
-      return Transform{world.position(body), Rot::from_angle(world.angle(body))};
-    };
-    place({.type = BodyType::Static}, smooth(make_half_plane({0, 0}, {0, 1}), e));
+    Twins twins({0, -9.81}, k % 2 == 0 ? 0 : 0.6);
+    twins.place({.type = BodyType::Static}, make_half_plane({0, 0}, {0, 1}));
     for (int post = 0; post < 3; ++post) {
-      place({.type = BodyType::Static, .position = {uniform(-3, 3), 0.5}, .angle = uniform(-1, 1)},
-            smooth(make_box({0.1, 1}), e));
+      twins.place({.type = BodyType::Static, .position = {uniform(-3, 3), 0.5}, .angle = uniform(-1, 1)},
+                  make_box({0.1, 1}));
     }
     for (int swarm = 0; swarm < 2; ++swarm) {
       const Vec2 v{uniform(-20, 20), uniform(-30, -5)};
       const Vec2 at{uniform(-2, 2) - 0.05 * v.x, 2.5 - 0.05 * v.y + 3 * swarm};
       const double pitch = 0.3 + uniform(0, 0.1);
       for (int i = 0; i < 9; ++i) {
-        place({.position = at + Vec2{pitch * (i % 3), pitch * (i / 3)},
-               .velocity = v + Vec2{uniform(-0.1, 0.1), 0},
-               .mass = 1.0},
-              smooth(i % 2 == 0 ? make_disc(0.14) : make_box({0.2, 0.2}), e));
+        twins.place({.position = at + Vec2{pitch * (i % 3), pitch * (i / 3)},
+                     .velocity = v + Vec2{uniform(-0.1, 0.1), 0},
+                     .mass = 1.0},
+                    i % 2 == 0 ? make_disc(0.14) : make_box({0.2, 0.2}));
       }
     }
     for (int step = 0; step < 40; ++step) {
-      for (std::size_t i = 4; i < bodies.size(); ++i) {
-        const BodyId body = bodies[i];
-        other.set_pose(body, world.position(body), world.angle(body));
-        other.set_velocity(body, world.velocity(body), world.omega(body));
-      }
-      const StepReport &report = world.step(1.0 / 60), &full = other.step(1.0 / 60);
-      hits += report.impacts;
-      retries += report.island_retries;
-      pairs += report.pairs - report.pairs_out_of_reach;
-      all_pairs += full.pairs - full.pairs_out_of_reach;
-      // The end of a step that is cut too often is of first order, and what turns then may sink in,
-      // whichever pairs are looked at.
-      const double most = report.substeps > 4 ? 0.1 : 1e-6 + 1.01 * full.worst_penetration;
-      sharp += full.worst_penetration < 1e-9;
-      for (std::size_t i = 4; i < bodies.size(); ++i) {
-        for (std::size_t j = 0; j < i; ++j) {
-          const Manifold m = collide(shapes[i], pose(bodies[i]), shapes[j], pose(bodies[j]), 0);
-          for (int p = 0; p < m.count; ++p) {
-            ASSERT_GT(m.points[static_cast<std::size_t>(p)].separation, -most)
-                << i << "-" << j << ", step " << step << " of " << k << ", seed " << seed;
-          }
-        }
-      }
+      SCOPED_TRACE("step " + std::to_string(step) + " of " + std::to_string(k) + ", seed " +
+                   std::to_string(seed));
+      ASSERT_NO_FATAL_FAILURE(twins.step());
     }
+    hits += twins.hits;
+    retries += twins.retries;
+    pairs += twins.pairs;
+    all_pairs += twins.all_pairs;
+    sharp += twins.sharp;
   }
   EXPECT_GT(hits, 100);
   EXPECT_GT(retries, 0);
@@ -142,7 +179,7 @@ TEST(Reach, MissesNothingInSwarmsThatStrikeObstacles) {
 
 TEST(Reach, MissesNothingBesideLongBodiesAtASlant) {
   // Small bodies about a bar that turns and planks at a slant, which are much larger: pairs are looked at in
-  // the frame of those. A world that looks at all pairs makes the same steps, from the same states.
+  // the frame of those.
   const unsigned seed = 1618;
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) {
@@ -150,69 +187,32 @@ TEST(Reach, MissesNothingBesideLongBodiesAtASlant) {
   };
   int hits = 0, pairs = 0, all_pairs = 0, sharp = 0;
   for (int k = 0; k < test_scale(8); ++k) {
-    WorldConfig config, all;
-    config.gravity = all.gravity = k % 2 == 0 ? Vec2{} : Vec2{0, -10};
-    config.flow_work = all.flow_work = 0;
-    all.skips.alike = false;
-    World world(config), other(all);
-    const double e = k % 4 < 2 ? 0 : 0.6;
-    std::vector<BodyId> bodies;
-    std::vector<Shape> shapes;
-    const auto place = [&](const BodyDef& def, const ShapeDef& shape) {
-      for (World* each : {&world, &other}) {
-        const BodyId body = each->create_body(def);
-        each->add_shape(body, shape);
-        if (each == &world) bodies.push_back(body);
-      }
-      shapes.push_back(shape.shape);
-    };
-    const auto pose = [&](BodyId body) {
-      return Transform{world.position(body), Rot::from_angle(world.angle(body))};
-    };
-    place({.type = BodyType::Kinematic, .angle = uniform(-3, 3), .omega = uniform(-4, 4)},
-          smooth(make_box({8, 0.3}), e));
+    Twins twins(k % 2 == 0 ? Vec2{} : Vec2{0, -10}, k % 4 < 2 ? 0 : 0.6);
+    twins.place({.type = BodyType::Kinematic, .angle = uniform(-3, 3), .omega = uniform(-4, 4)},
+                make_box({8, 0.3}));
     for (const double side : {-1.0, 1.0}) {
-      place({.type = BodyType::Static, .position = {6 * side, uniform(-2, 2)}, .angle = uniform(-1, 1)},
-            smooth(make_box({0.2, 7}), e));
+      twins.place({.type = BodyType::Static, .position = {6 * side, uniform(-2, 2)}, .angle = uniform(-1, 1)},
+                  make_box({0.2, 7}));
     }
-    constexpr std::size_t kLong = 3;
     for (int i = 0; i < 40; ++i) {
       const Vec2 at{(i % 8 - 3.5) * 1.3, (i / 8 - 2) * 1.3};
       const Shape shape = i % 2 == 0 ? make_disc(0.12) : make_box({0.2, 0.2});
-      // None begins in another.
-      bool free = true;
-      for (std::size_t j = 0; j < kLong; ++j)
-        free &= collide(shapes[j], pose(bodies[j]), make_disc(0.3), {at, {}}, 0).count == 0;
-      if (!free) continue;
-      place({.position = at,
-             .velocity = {uniform(-12, 12), uniform(-12, 12)},
-             .omega = uniform(-5, 5),
-             .mass = 1.0},
-            smooth(shape, e));
+      if (twins.strikes_an_obstacle(make_disc(0.3), at)) continue;
+      twins.place({.position = at,
+                   .velocity = {uniform(-12, 12), uniform(-12, 12)},
+                   .omega = uniform(-5, 5),
+                   .mass = 1.0},
+                  shape);
     }
     for (int step = 0; step < 25; ++step) {
-      for (std::size_t i = kLong; i < bodies.size(); ++i) {
-        const BodyId body = bodies[i];
-        other.set_pose(body, world.position(body), world.angle(body));
-        other.set_velocity(body, world.velocity(body), world.omega(body));
-      }
-      const StepReport &report = world.step(1.0 / 60), &full = other.step(1.0 / 60);
-      hits += report.impacts;
-      pairs += report.pairs - report.pairs_out_of_reach;
-      all_pairs += full.pairs - full.pairs_out_of_reach;
-      // As above.
-      const double most = report.substeps > 4 ? 0.1 : 1e-6 + 1.01 * full.worst_penetration;
-      sharp += full.worst_penetration < 1e-9;
-      for (std::size_t i = kLong; i < bodies.size(); ++i) {
-        for (std::size_t j = 0; j < i; ++j) {
-          const Manifold m = collide(shapes[i], pose(bodies[i]), shapes[j], pose(bodies[j]), 0);
-          for (int p = 0; p < m.count; ++p) {
-            ASSERT_GT(m.points[static_cast<std::size_t>(p)].separation, -most)
-                << i << "-" << j << ", step " << step << " of " << k << ", seed " << seed;
-          }
-        }
-      }
+      SCOPED_TRACE("step " + std::to_string(step) + " of " + std::to_string(k) + ", seed " +
+                   std::to_string(seed));
+      ASSERT_NO_FATAL_FAILURE(twins.step());
     }
+    hits += twins.hits;
+    pairs += twins.pairs;
+    all_pairs += twins.all_pairs;
+    sharp += twins.sharp;
   }
   EXPECT_GT(hits, 100);
   EXPECT_LT(pairs, all_pairs);
