@@ -77,6 +77,7 @@ class BlockSweeps {
 
  private:
   struct Kernels;
+  struct Packing;  ///< block_packing.cpp
   static constexpr int kRows = 4;
   static constexpr int kTogether = 4;
   /// N or NN; NF or NFNF; other contacts; joints without bounds; other joints.

@@ -23,10 +23,6 @@ bool is_free(const IslandSystem& system, int i) {
          (system.compliance.empty() || system.compliance[at(i)] == 0);
 }
 
-double dot3(const BodyVector& x, const BodyVector& y) {
-  return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
-}
-
 }  // namespace
 
 /// Joint rows `first` up to `end` of the same two bodies: those without bounds first, as the others are made

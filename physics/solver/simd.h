@@ -26,4 +26,18 @@ struct alignas(32) BodyVector {
   Vec4 v;
 };
 
+inline double dot3(const BodyVector& x, const BodyVector& y) {
+  return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
+}
+
+/// Vectors of four become numbers of four.
+SKERRY_ALWAYS_INLINE void transpose(Vec4& p, Vec4& q, Vec4& r, Vec4& s) {
+  const Vec4 a = __builtin_shufflevector(p, q, 0, 4, 2, 6), b = __builtin_shufflevector(p, q, 1, 5, 3, 7);
+  const Vec4 c = __builtin_shufflevector(r, s, 0, 4, 2, 6), d = __builtin_shufflevector(r, s, 1, 5, 3, 7);
+  p = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+  q = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+  r = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+  s = __builtin_shufflevector(b, d, 2, 3, 6, 7);
+}
+
 }  // namespace skerry
