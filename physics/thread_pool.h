@@ -56,6 +56,14 @@ void share(ThreadPool* pool, std::size_t count, std::size_t piece, Item&& item) 
   });
 }
 
+/// Calls `item(i)` for each i below `count` in this way.
+template <class Item>
+void share_each(ThreadPool* pool, std::size_t count, std::size_t piece, Item&& item) {
+  share(pool, count, piece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) item(i);
+  });
+}
+
 /// As `share`, and calls `other` once meanwhile, which shares nothing with the items that is written: what
 /// only one thread can do costs no time as long as the others have pieces.
 template <class Item, class Other>

@@ -6,17 +6,16 @@
 #include <cmath>
 #include <optional>
 
-#include "physics/solver/block_sweeps.h"
-#include "physics/solver/cone_interior_point.h"
 #include "physics/spare.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece_joints.h"
+#include "physics/stepping/one_piece_positions.h"
 #include "physics/stepping/one_piece_rule.h"
+#include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/path.h"
-#include "physics/stepping/projection.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -27,33 +26,9 @@ namespace {
 
 // Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
 constexpr double kJointWork = 2;
-// Share of the work that the velocities get; the rest is for the positions.
-constexpr double kVelocityShare = 0.8;
-// Packing an island for the sweeps, in sweeps.
-constexpr double kSetUp = 5;
-// Sweeps before an interior point goes on from where they came, and how many times as many before it does
-// again.
-constexpr int kInteriorFrom = 40, kInteriorAgain = 5;
-// Residual at which nothing more is done after it.
-constexpr double kGoodEnough = 1e-8;
-// Share of the work, if not `kInteriorFrom` sweeps, after which points are looked for that only the impulses
-// of others close, and how deep they would end, as a share of the smaller body.
-constexpr double kFirstShare = 0.6, kMissed = 0.1;
-// Changes of a sweep, as a share of the largest free velocity, from which on that is vain: sweeps are too far
-// from an answer.
-constexpr double kAstray = 0.1;
-// Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
-constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
-// What joints and contacts beside them give of a shift of positions, as shares of what one alone would want,
-// and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
-// stays bounded, and limbs rather slip through each other than out of their joints.
-constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
-// In flow there is a second round where joints are off by this share of a body's size: shifts are straight
-// lines.
-constexpr double kTorn = 0.05;
-constexpr int kFlowSeparations = 2;
-// Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
-constexpr int kSeparations = 8;
+// How deep points end that only the impulses of others close and that join the rows, as a share of the
+// smaller body.
+constexpr double kMissed = 0.1;
 // What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
 // nobody asks for one after attempts that failed.
 constexpr double kExactWork = 30;
@@ -63,16 +38,10 @@ constexpr int kLongestWait = 256;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 1024;
 
-/// Rows for positions, without friction, and rows together with those of points that only the impulses of
-/// others close. They have their own spare memory: rows are written over those that are there, and a list
-/// that changes its length costs as much as its rows.
-struct PositionRows : Assembly {};
+/// Rows together with those of points that only the impulses of others close. They have their own spare
+/// memory: rows are written over those that are there, and a list that changes its length costs as much as
+/// its rows.
 struct MoreRows : Assembly {};
-
-/// Shares by which rows of joints and contacts give (`BlockSweeps::soften`).
-struct Give {
-  double joints = 0, contacts = 0;
-};
 
 class OnePieceStep {
  public:
@@ -125,20 +94,7 @@ class OnePieceStep {
     if (!result_.unmoved) {
       const IslandEnergy energy(state_, island_);
       advance(before, after, pushed);
-      int round = 0;
-      // Joints hold to rounding where all is exact.
-      const bool rigid = exact_ && !island_.joints.empty();
-      const int rounds = exact_ ? kSeparations : kFlowSeparations;
-      do {
-        StageTimer timer(state_, result_, Stage::Narrow);
-        result_.manifolds_reused += update_manifolds(state_, island_, from_ + h_, result_.narrow);
-      } while (!rigid && separate() && ++round < rounds &&
-               (exact_ || joints_are_off(state_, island_, from_ + h_, kTorn)));
-      if (rigid) {
-        StageTimer timer(state_, result_, Stage::Apply);
-        Spare<PositionRows> rows;
-        project_positions(state_, island_, from_ + h_, result_, *rows);
-      }
+      take_overlaps_out(state_, island_, from_ + h_, exact_, limit_, result_);
       StageTimer timer(state_, result_, Stage::Apply);
       energy.take_gain(state_, island_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
@@ -180,15 +136,6 @@ class OnePieceStep {
       if (nearest <= state_.config.contact_margin) points |= 1u << i;
     }
     return points;
-  }
-
-  /// Calls `item(i)` for all i below `count`, which share nothing that is written, on the threads that this
-  /// island has to itself.
-  template <class Item>
-  void for_each(std::size_t count, Item&& item) const {
-    share(state_.island_threads, count, kItemsAPiece, [&](std::size_t from, std::size_t to) {
-      for (std::size_t i = from; i < to; ++i) item(i);
-    });
   }
 
   bool is_rerouted(std::uint32_t body) const {
@@ -276,7 +223,7 @@ class OnePieceStep {
     IslandSystem& system = assembly.system;
     warm.resize(system.rows.size());
     aim_joints(state_, from_, h_, after, assembly, warm);
-    for_each(system.rows.size(), [&](std::size_t i) {
+    share_each(state_.island_threads, system.rows.size(), kItemsAPiece, [&](std::size_t i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) return;
       const Contact& contact = state_.contacts[origin.index];
@@ -363,22 +310,22 @@ class OnePieceStep {
       return Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]);
     };
     std::atomic<bool> any = false;
-    for_each(points.size(), [&](std::size_t k) {
+    share_each(state_.island_threads, points.size(), kItemsAPiece, [&](std::size_t k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       for (int i = 0; i < contact.manifold.count; ++i) {
         if (points[k] & (1u << i)) continue;
         const ManifoldPoint& point = contact.manifold.points[i];
         const Vec2 u = velocity(contact.body_b, point.position) - velocity(contact.body_a, point.position);
         const double end = point.separation + h_ * dot(contact.manifold.normal, u);
-        if (!(end < -kMissed * std::min(size(contact.body_a), size(contact.body_b)))) continue;
+        if (!(end < -kMissed * std::min(size_in_island(state_, contact.body_a),
+                                        size_in_island(state_, contact.body_b))))
+          continue;
         points[k] |= 1u << i;
         any.store(true, std::memory_order_relaxed);
       }
     });
     return any;
   }
-
-  static bool look_at_nothing(const std::vector<double>&) { return false; }
 
   /// Velocities by the world's own solver where it is a preview; else by sweeps.
   /// @param astray  residual beyond which the answer of a preview is not looked at
@@ -387,70 +334,11 @@ class OnePieceStep {
   template <class Look>
   Solution sweep_velocities(const IslandSystem& system, std::span<const double> warm,
                             const SolveOptions& options, double astray, Look&& look) const {
-    if (state_.solver->exact && !options.trace) return sweep_until_done(system, warm, options, {}, look);
+    if (state_.solver->exact && !options.trace)
+      return sweep_until_done(system, state_.solver->exact, warm, options, {}, look);
     const SolverEntry& solver = state_.solver->exact ? find_solver("pgs") : *state_.solver;
     Solution solution = solver.solve(system, warm, options, nullptr);
     if (!(solution.residual > astray)) look(solution.lambda);
-    return solution;
-  }
-
-  /// Sweeps, which at this price leave no more than cleverer methods do (tests/bench/solver.md). In a preview
-  /// they count no setting up, as its solvers do not.
-  template <class Look>
-  Solution sweep_until_done(const IslandSystem& system, std::span<const double> warm,
-                            const SolveOptions& options, Give give, Look&& look) const {
-    static const SolverEntry& standard = find_solver("pgs");
-    Spare<BlockSweeps> sweeps;
-    if (!sweeps->assign(system, true, options.threads)) {
-      Solution solution = standard.solve(system, warm, options, nullptr);
-      look(solution.lambda);
-      return solution;
-    }
-    Solution solution;
-    solution.method = standard.name;
-    sweeps->soften(give.joints, give.contacts);
-    sweeps->set(warm);
-    const double rows = static_cast<double>(system.rows.size());
-    const double scale = largest_magnitude(system.b);
-    double target = options.tolerance * scale;
-    solution.work.visits = state_.solver->exact ? kSetUp * rows : 0;
-    double worst = sweeps->violation();
-    bool looked = false;
-    double change = 0;
-    const auto stops = [&] {
-      looked = true;
-      if (change > kAstray * scale) return false;
-      sweeps->get(sweeps->impulses(), solution.lambda);
-      return look(solution.lambda);
-    };
-    const auto due = [&] {
-      return solution.iterations == kInteriorFrom || solution.work.visits >= kFirstShare * options.work_limit;
-    };
-    int attempt = kInteriorFrom;
-    while (worst > target && solution.work.visits < options.work_limit) {
-      if (!looked && due() && stops()) break;
-      if (solution.iterations == attempt) {
-        attempt *= kInteriorAgain;
-        if (improve_by_interior_point(system, options.work_limit, *sweeps, worst, solution.work))
-          target = std::max(target, kGoodEnough * scale);
-        if (worst <= target) break;
-      }
-      int count = 0;
-      do {
-        ++count;
-        ++solution.iterations;
-        solution.work.visits += rows;
-      } while (count < sweeps->together() && solution.iterations != attempt && (looked || !due()) &&
-               solution.work.visits < options.work_limit);
-      // The change underestimates the violation.
-      change = sweeps->sweep(count);
-      const bool done = change <= 0.5 * target || !(solution.work.visits < options.work_limit);
-      if (done) worst = sweeps->violation();
-    }
-    if (!looked) stops();
-    sweeps->get(sweeps->impulses(), solution.lambda);
-    solution.residual = scale > 0 ? worst / scale : worst;
-    solution.status = worst <= options.tolerance * scale ? SolveStatus::Solved : SolveStatus::Inexact;
     return solution;
   }
 
@@ -552,9 +440,9 @@ class OnePieceStep {
   bool foresee(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
     std::atomic<bool> leaves = false;
-    for_each(after.size(), [&](std::size_t k) {
+    share_each(state_.island_threads, after.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
-      note_travel(body, length_of_shift(state_, body, shift_of(k, before, after, pushed)));
+      note_way(state_, body, length_of_shift(state_, body, shift_of(k, before, after, pushed)), !exact_);
       if (pushed[k]) stray(body, after[k]);
       if (left_its_reach(state_, body)) leaves.store(true, std::memory_order_relaxed);
     });
@@ -566,11 +454,11 @@ class OnePieceStep {
                const std::vector<std::uint8_t>& pushed) {
     StageTimer timer(state_, result_, Stage::Apply);
     BodyArrays& all = state_.bodies;
-    for_each(after.size(), [&](std::size_t k) {
+    share_each(state_.island_threads, after.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       all.velocity[body] = {after[k][0], after[k][1]};
       all.omega[body] = after[k][2];
-      move(body, shift_of(k, before, after, pushed));
+      shift_body(state_, body, shift_of(k, before, after, pushed));
     });
   }
 
@@ -586,163 +474,11 @@ class OnePieceStep {
     return shift;
   }
 
-  void move(std::uint32_t body, const Velocity& shift) {
-    BodyArrays& all = state_.bodies;
-    all.position[body] += Vec2{shift[0], shift[1]};
-    if (shift[2] != 0) {
-      all.angle[body] += shift[2];
-      all.rotation[body] = Rot::from_angle(all.angle[body]);
-    }
-  }
-
-  /// What goes a little beyond its reach is found by the next step: no reason to make this one again.
-  void note_travel(std::uint32_t body, double way) {
-    state_.travelled[body] = forgiven(state_.travelled[body] + way, state_.reach[body], body);
-  }
-
   /// A body that an impulse acted on goes straight on with its new velocity.
   void stray(std::uint32_t body, const Velocity& v) {
-    note_stray(
-        body, h_ * std::max(speed_astray(state_, body, v, from_), speed_astray(state_, body, v, from_ + h_)));
-  }
-
-  void note_stray(std::uint32_t body, double way) {
-    if (state_.flight[body] != FlightKind::Bent)
-      state_.strayed[body] = forgiven(state_.strayed[body] + way, state_.allowance[body], body);
-  }
-
-  /// In flow what goes a little beyond its bound is taken for what keeps it: the next step finds what it met.
-  double forgiven(double way, double bound, std::uint32_t body) const {
-    const bool little = !exact_ && way <= bound + overrun(state_, body);
-    return little ? std::min(way, bound) : way;
-  }
-
-  /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses, with
-  /// J shift >= -separation. @return whether there were any
-  bool separate() {
-    StageTimer timer(state_, result_, Stage::Apply);
-    Spare<std::vector<std::uint8_t>> points;
-    points->assign(island_.contacts.size(), 0);
-    std::atomic<bool> any = !island_.joints.empty();
-    for_each(points->size(), [&](std::size_t k) {
-      const Contact& contact = state_.contacts[island_.contacts[k]];
-      const double floor =
-          (exact_ ? kFineOverlapFloor : kOverlapFloor) * std::min(size(contact.body_a), size(contact.body_b));
-      for (int i = 0; i < contact.manifold.count; ++i) {
-        const double separation = contact.manifold.points[i].separation;
-        if (separation > state_.config.contact_margin) continue;
-        (*points)[k] |= 1u << i;
-        if (separation < -floor) any.store(true, std::memory_order_relaxed);
-      }
-    });
-    if (!any) return false;
-    Spare<PositionRows> assembly;
-    AssemblyRequest request;
-    request.points = &*points;
-    request.rope_slack = state_.config.contact_margin;
-    request.elapsed = from_ + h_;
-    assemble(state_, island_, request, *assembly);
-    IslandSystem& system = assembly->system;
-    for_each(system.b.size(), [&](std::size_t i) { system.b[i] = -assembly->origin[i].error; });
-    SolveOptions options;
-    options.tolerance = 1e-4;
-    options.threads = state_.island_threads;
-    // A preview saves what is left.
-    options.work_limit = (1 - kVelocityShare) * limit_;
-    if (state_.solver->exact) options.work_limit = std::max(options.work_limit, limit_ - result_.work.visits);
-    const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
-    Solution solution = sweep_until_done(system, {}, options, give, look_at_nothing);
-    result_.work += solution.work;
-    std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
-    const bool limited = !island_.joints.empty() || !exact_;
-    Spare<std::vector<double>> most;
-    share(state_.island_threads, 2, 1, [&](std::size_t from, std::size_t to) {
-      for (std::size_t i = from; i < to; ++i) {
-        if (i == 0) {
-          shift.assign(island_.bodies.size(), Velocity{});
-          apply_impulses(system, solution.lambda, shift);
-        } else if (limited) {
-          find_limits(*assembly, *most);
-        }
-      }
-    });
-    const bool free = is_free(state_, island_);
-    if (limited) limit_shift(*most, shift, free);
-    // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
-    const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
-    for_each(shift.size(), [&](std::size_t k) {
-      const std::uint32_t body = island_.bodies[k];
-      const double way = length_of_shift(state_, body, shift[k]);
-      move(body, shift[k]);
-      note_travel(body, way);
-      note_stray(body, way);
-    });
-    if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
-    follow(*assembly, shift);
-    give_spare(std::move(shift));
-    give_spare(std::move(solution.lambda));
-    return true;
-  }
-
-  /// How far each body may be shifted: jointed ones no farther than half their size; others than what the
-  /// next step finds, or than they overlap themselves.
-  void find_limits(const Assembly& assembly, std::vector<double>& most) const {
-    for (const std::uint32_t body : island_.bodies)
-      most.push_back(island_.joints.empty() ? room_of(body) : kFarthestShift * state_.radius[body]);
-    for (int i = 0; island_.joints.empty() && i < assembly.system.size(); ++i) {
-      for (const int k : {assembly.system.rows[i].a, assembly.system.rows[i].b}) {
-        if (k < 0) continue;
-        double& own = most[static_cast<std::size_t>(k)];
-        own = std::max(own, -assembly.origin[i].error);
-      }
-    }
-  }
-
-  /// What is passed on beyond the limits comes in later steps. Sweeps that have not come to an answer push on
-  /// what lands in others, and throw what is light between heavy bodies out of the world. The centre of mass
-  /// of a free island stays where it is.
-  void limit_shift(const std::vector<double>& most, std::vector<Velocity>& shift, bool free) const {
-    Vec2 moment;
-    double mass = 0;
-    for (std::size_t k = 0; k < shift.size(); ++k) {
-      const std::uint32_t body = island_.bodies[k];
-      const double way = length_of_shift(state_, body, shift[k]);
-      if (way > most[k]) {
-        for (double& x : shift[k]) x *= most[k] / way;
-      }
-      mass += state_.bodies.mass[body];
-      moment += state_.bodies.mass[body] * Vec2{shift[k][0], shift[k][1]};
-    }
-    if (!free || !(mass > 0)) return;
-    for (Velocity& one : shift) {
-      one[0] -= moment.x / mass;
-      one[1] -= moment.y / mass;
-    }
-  }
-
-  /// How much farther a body can be moved so that the next step finds whom it met.
-  double room_of(std::uint32_t body) const {
-    double room = state_.reach[body] - state_.travelled[body];
-    if (state_.flight[body] == FlightKind::Fast)
-      room = std::min(room, state_.allowance[body] - state_.strayed[body]);
-    return std::max(room, 0.0) + overrun(state_, body);
-  }
-
-  double size(std::uint32_t body) const {
-    return body != BodyId::kNone && state_.local_index[body] >= 0 ? state_.radius[body] : kInfinity;
-  }
-
-  /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
-  void follow(const Assembly& assembly, const std::vector<Velocity>& shift) {
-    for_each(assembly.system.rows.size(), [&](std::size_t i) {
-      const Row& row = assembly.system.rows[i];
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) return;
-      double closer = 0;
-      if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
-      if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
-      state_.contacts[origin.index].manifold.points[origin.point].separation += closer;
-    });
+    const double way =
+        h_ * std::max(speed_astray(state_, body, v, from_), speed_astray(state_, body, v, from_ + h_));
+    note_way_astray(state_, body, way, !exact_);
   }
 
   WorldState& state_;

@@ -142,13 +142,10 @@ void bind_jointed(const WorldState& state, const Island& island, double h, std::
 }
 
 bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share) {
-  const auto size = [&](std::uint32_t body) {
-    return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;
-  };
   return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
     const JointRecord& joint = state.joints[slot];
     const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-    const double least = std::min(size(a), size(b));
+    const double least = std::min(size_in_island(state, a), size_in_island(state, b));
     JointRows rows;
     const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
     for (int k = 0; k < count; ++k) {

@@ -44,6 +44,11 @@ inline bool is_touching(const WorldState& state, const ManifoldPoint& point) {
   return point.separation <= touch_tolerance(state, point.position);
 }
 
+/// Size of a body of the island at hand; infinite for others [m].
+inline double size_in_island(const WorldState& state, std::uint32_t body) {
+  return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;
+}
+
 /// Velocity of the material point of `body` at `where`, world frame [m/s].
 inline Vec2 point_velocity(const WorldState& state, std::uint32_t body, Vec2 where, double elapsed) {
   const JointEnd end = joint_end(state, body, elapsed);

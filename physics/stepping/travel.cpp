@@ -10,6 +10,12 @@ namespace {
 // Share of the smallest half width.
 constexpr double kOverrun = 0.5;
 
+/// What is noted of a way beyond which the world looks again.
+double forgiven(const WorldState& state, double way, double bound, std::uint32_t body, bool in_flow) {
+  const bool little = in_flow && way <= bound + overrun(state, body);
+  return little ? std::min(way, bound) : way;
+}
+
 }  // namespace
 
 void fly(WorldState& state, std::uint32_t body, double from, double h) {
@@ -53,6 +59,26 @@ void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 
   const double way = length_of_shift(state, body, shift);
   state.travelled[body] += way;
   state.strayed[body] += way;
+}
+
+void note_way(WorldState& state, std::uint32_t body, double way, bool in_flow) {
+  double& all = state.travelled[body];
+  all = forgiven(state, all + way, state.reach[body], body, in_flow);
+}
+
+void note_way_astray(WorldState& state, std::uint32_t body, double way, bool in_flow) {
+  if (state.flight[body] == FlightKind::Bent) return;
+  double& all = state.strayed[body];
+  all = forgiven(state, all + way, state.allowance[body], body, in_flow);
+}
+
+void shift_body(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift) {
+  BodyArrays& all = state.bodies;
+  all.position[body] += Vec2{shift[0], shift[1]};
+  if (shift[2] != 0) {
+    all.angle[body] += shift[2];
+    all.rotation[body] = Rot::from_angle(all.angle[body]);
+  }
 }
 
 bool left_its_reach(const WorldState& state, std::uint32_t body) {

@@ -30,6 +30,15 @@ void note_travel(WorldState& state, std::uint32_t body, double from, double t,
 /// The same for a shift without a time.
 void note_shift(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
 
+/// Notes a way [m], or one away from free flight, of a body in an island in one piece.
+/// @param in_flow  what goes a little beyond its bound is taken for what keeps it: the next step finds what
+/// it met
+void note_way(WorldState& state, std::uint32_t body, double way, bool in_flow);
+void note_way_astray(WorldState& state, std::uint32_t body, double way, bool in_flow);
+
+/// Moves and turns a body.
+void shift_body(WorldState& state, std::uint32_t body, const std::array<double, 3>& shift);
+
 /// The body went farther than its reach, or a fast one farther from its way than its allowance: what it
 /// can have met is not known, and the world looks again.
 bool left_its_reach(const WorldState& state, std::uint32_t body);

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/one_piece_positions.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "physics/spare.h"
+#include "physics/stepping/island_energy.h"
+#include "physics/stepping/island_notes.h"
+#include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece_joints.h"
+#include "physics/stepping/one_piece_sweeps.h"
+#include "physics/stepping/projection.h"
+#include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+// Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
+constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
+// What joints and contacts beside them give of a shift of positions, as shares of what one alone would want,
+// and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
+// stays bounded, and limbs rather slip through each other than out of their joints.
+constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
+// In flow there is a second round where joints are off by this share of a body's size: shifts are straight
+// lines.
+constexpr double kTorn = 0.05;
+constexpr int kFlowSeparations = 2;
+// Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
+constexpr int kSeparations = 8;
+// Contacts or rows that a thread takes at a time.
+constexpr std::size_t kItemsAPiece = 1024;
+
+/// Rows for positions, without friction. They have their own spare memory: rows are written over those that
+/// are there, and a list that changes its length costs as much as its rows.
+struct PositionRows : Assembly {};
+
+class OnePiecePositions {
+ public:
+  OnePiecePositions(WorldState& state, const Island& island, double to, bool exact, double work,
+                    IslandResult& result)
+      : state_(state), island_(island), to_(to), exact_(exact), work_(work), result_(result) {}
+
+  void run() {
+    int round = 0;
+    // Joints hold to rounding where all is exact.
+    const bool rigid = exact_ && !island_.joints.empty();
+    const int rounds = exact_ ? kSeparations : kFlowSeparations;
+    do {
+      StageTimer timer(state_, result_, Stage::Narrow);
+      result_.manifolds_reused += update_manifolds(state_, island_, to_, result_.narrow);
+    } while (!rigid && separate() && ++round < rounds &&
+             (exact_ || joints_are_off(state_, island_, to_, kTorn)));
+    if (!rigid) return;
+    StageTimer timer(state_, result_, Stage::Apply);
+    Spare<PositionRows> rows;
+    project_positions(state_, island_, to_, result_, *rows);
+  }
+
+ private:
+  /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses, with
+  /// J shift >= -separation. @return whether there were any
+  bool separate() {
+    StageTimer timer(state_, result_, Stage::Apply);
+    Spare<std::vector<std::uint8_t>> points;
+    points->assign(island_.contacts.size(), 0);
+    std::atomic<bool> any = !island_.joints.empty();
+    share_each(state_.island_threads, points->size(), kItemsAPiece, [&](std::size_t k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      const double floor =
+          (exact_ ? kFineOverlapFloor : kOverlapFloor) *
+          std::min(size_in_island(state_, contact.body_a), size_in_island(state_, contact.body_b));
+      for (int i = 0; i < contact.manifold.count; ++i) {
+        const double separation = contact.manifold.points[i].separation;
+        if (separation > state_.config.contact_margin) continue;
+        (*points)[k] |= 1u << i;
+        if (separation < -floor) any.store(true, std::memory_order_relaxed);
+      }
+    });
+    if (!any) return false;
+    Spare<PositionRows> assembly;
+    AssemblyRequest request;
+    request.points = &*points;
+    request.rope_slack = state_.config.contact_margin;
+    request.elapsed = to_;
+    assemble(state_, island_, request, *assembly);
+    IslandSystem& system = assembly->system;
+    share_each(state_.island_threads, system.b.size(), kItemsAPiece,
+               [&](std::size_t i) { system.b[i] = -assembly->origin[i].error; });
+    SolveOptions options;
+    options.tolerance = 1e-4;
+    options.threads = state_.island_threads;
+    // A preview saves what is left.
+    options.work_limit = (1 - kVelocityShare) * work_;
+    if (state_.solver->exact) options.work_limit = std::max(options.work_limit, work_ - result_.work.visits);
+    const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
+    Solution solution = sweep_until_done(system, state_.solver->exact, {}, options, give, look_at_nothing);
+    result_.work += solution.work;
+    std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
+    const bool limited = !island_.joints.empty() || !exact_;
+    Spare<std::vector<double>> most;
+    share(state_.island_threads, 2, 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) {
+        if (i == 0) {
+          shift.assign(island_.bodies.size(), Velocity{});
+          apply_impulses(system, solution.lambda, shift);
+        } else if (limited) {
+          find_limits(*assembly, *most);
+        }
+      }
+    });
+    const bool free = is_free(state_, island_);
+    if (limited) limit_shift(*most, shift, free);
+    // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
+    const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
+    share_each(state_.island_threads, shift.size(), kItemsAPiece, [&](std::size_t k) {
+      const std::uint32_t body = island_.bodies[k];
+      const double way = length_of_shift(state_, body, shift[k]);
+      shift_body(state_, body, shift[k]);
+      note_way(state_, body, way, !exact_);
+      note_way_astray(state_, body, way, !exact_);
+    });
+    if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
+    follow(*assembly, shift);
+    give_spare(std::move(shift));
+    give_spare(std::move(solution.lambda));
+    return true;
+  }
+
+  /// How far each body may be shifted: jointed ones no farther than half their size; others than what the
+  /// next step finds, or than they overlap themselves.
+  void find_limits(const Assembly& assembly, std::vector<double>& most) const {
+    for (const std::uint32_t body : island_.bodies)
+      most.push_back(island_.joints.empty() ? room_of(body) : kFarthestShift * state_.radius[body]);
+    for (int i = 0; island_.joints.empty() && i < assembly.system.size(); ++i) {
+      for (const int k : {assembly.system.rows[i].a, assembly.system.rows[i].b}) {
+        if (k < 0) continue;
+        double& own = most[static_cast<std::size_t>(k)];
+        own = std::max(own, -assembly.origin[i].error);
+      }
+    }
+  }
+
+  /// What is passed on beyond the limits comes in later steps. Sweeps that have not come to an answer push on
+  /// what lands in others, and throw what is light between heavy bodies out of the world. The centre of mass
+  /// of a free island stays where it is.
+  void limit_shift(const std::vector<double>& most, std::vector<Velocity>& shift, bool free) const {
+    Vec2 moment;
+    double mass = 0;
+    for (std::size_t k = 0; k < shift.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      const double way = length_of_shift(state_, body, shift[k]);
+      if (way > most[k]) {
+        for (double& x : shift[k]) x *= most[k] / way;
+      }
+      mass += state_.bodies.mass[body];
+      moment += state_.bodies.mass[body] * Vec2{shift[k][0], shift[k][1]};
+    }
+    if (!free || !(mass > 0)) return;
+    for (Velocity& one : shift) {
+      one[0] -= moment.x / mass;
+      one[1] -= moment.y / mass;
+    }
+  }
+
+  /// How much farther a body can be moved so that the next step finds whom it met.
+  double room_of(std::uint32_t body) const {
+    double room = state_.reach[body] - state_.travelled[body];
+    if (state_.flight[body] == FlightKind::Fast)
+      room = std::min(room, state_.allowance[body] - state_.strayed[body]);
+    return std::max(room, 0.0) + overrun(state_, body);
+  }
+
+  /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
+  void follow(const Assembly& assembly, const std::vector<Velocity>& shift) {
+    share_each(state_.island_threads, assembly.system.rows.size(), kItemsAPiece, [&](std::size_t i) {
+      const Row& row = assembly.system.rows[i];
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint) return;
+      double closer = 0;
+      if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
+      if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
+      state_.contacts[origin.index].manifold.points[origin.point].separation += closer;
+    });
+  }
+
+  WorldState& state_;
+  const Island& island_;
+  double to_;
+  bool exact_;
+  double work_;
+  IslandResult& result_;
+};
+
+}  // namespace
+
+void take_overlaps_out(WorldState& state, const Island& island, double to, bool exact, double work,
+                       IslandResult& result) {
+  OnePiecePositions(state, island, to, exact, work, result).run();
+}
+
+}  // namespace skerry
