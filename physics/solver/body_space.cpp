@@ -10,6 +10,7 @@
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/body_space_active_set.h"
 #include "physics/solver/body_space_model.h"
+#include "physics/solver/cone_rounds.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/interior_point.h"
 #include "physics/solver/path_following.h"
@@ -36,6 +37,9 @@ constexpr int kWarmIterations = 8;
 // than a new factor.
 constexpr int kFewChanges = 96, kFewOf = 64;
 constexpr int kFewIterations = 16;
+// Best residual after rounds of sweeps and paths from which proximal steps go on at once, and their first
+// weight: of what is left there is little to be smoothed.
+constexpr double kConesCame = 1e-2, kConesEta = 1e-2;
 constexpr int kColdIterations = 12;
 // Up to so many rows a few sweeps foresee the states better than anything else, at a tenth of the cost of an
 // interior point; they do not reach through more.
@@ -161,7 +165,24 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
       solved = active.run(limits, budget, work, trace);
     }
   }
+  const auto continue_from_best = [&](double eta) {
+    ProximalOptions proximal;
+    proximal.tolerance = options.tolerance;
+    proximal.eta = eta;
+    solved = proximal_continuation(model, active, proximal, budget, work, trace);
+  };
+  const auto take_turns = [&](std::span<const double> start) {
+    note(trace, "sweeps and the interior point on the cone in turn");
+    ConeRoundsOptions cones;
+    cones.tolerance = options.tolerance;
+    solved = cone_rounds(system, start, model, active, cones, budget, work, trace);
+    if (solved || budget.spent(work) || !(active.best_residual() < kConesCame)) return;
+    note(trace, "proximal continuation from there");
+    active.set_impulses(active.best().data());
+    continue_from_best(kConesEta);
+  };
   const std::vector<double> zero(n, 0.0);
+  bool flows = false;  // many contacts neither stick nor stay open
   if (!solved && !budget.spent(work)) {
     active.set_impulses(zero.data());
     active.stick_everything();
@@ -169,8 +190,8 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     limits.max_iterations = kColdIterations;
     limits.few = 0;
     // Two proximal steps show the forces; if many states are wrong, pivoting from here does not pay.
-    if (active.refine(limits, 2, work) && active.contradictions() <= static_cast<int>(n) / 8 + 2)
-      solved = active.run(limits, budget, work, trace);
+    flows = !active.refine(limits, 2, work) || active.contradictions() > static_cast<int>(n) / 8 + 2;
+    if (!flows) solved = active.run(limits, budget, work, trace);
   }
   std::vector<double> swept;
   if (!solved && n <= kSweptRows && !budget.spent(work) && sweep_shortly(system, work, swept)) {
@@ -180,18 +201,19 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     limits.max_iterations = kWarmIterations;
     solved = active.run(limits, budget, work, trace);
   }
+  if (!solved && warm && flows && !budget.spent(work)) take_turns(solution.lambda);
   if (!solved && !budget.spent(work)) {
     note(trace, "interior point, polished by the active set");
     InteriorPointOptions interior;
     interior.tolerance = options.tolerance;
     solved = interior_point(model, active, interior, budget, work, trace);
   }
+  if (!solved && !(warm && flows) && !budget.spent(work))
+    take_turns(std::isfinite(active.best_residual()) ? std::span<const double>(active.best()) : zero);
   if (!solved && !budget.spent(work)) {
     note(trace, "proximal continuation from the best iterate");
     active.set_impulses(std::isfinite(active.best_residual()) ? active.best().data() : zero.data());
-    ProximalOptions proximal;
-    proximal.tolerance = options.tolerance;
-    solved = proximal_continuation(model, active, proximal, budget, work, trace);
+    continue_from_best(ProximalOptions().eta);
   }
   if (!solved && !warm && options.max_iterations == 0) {
     SolveBudget rest = budget;

@@ -385,16 +385,16 @@ void BodySpaceModel::count_solve(SolveWork& work) const {
   work.visits += rows() + (update_.active() ? 1.5 : 1) * kSolveCost * (nodes_ + 2 * pattern_.blocks());
 }
 
-double BodySpaceModel::factor_cost(bool general) const {
-  return (general ? 2 : 1) * (kAssembleCost * rows() + kBlockCost * (nodes_ + pattern_.blocks()) +
-                              kUpdateCost * static_cast<double>(pattern_.updates()));
+void BodySpaceModel::count_factor(bool general, SolveWork& work) const {
+  ++work.factorisations;
+  work.visits += (general ? 2 : 1) * (kAssembleCost * rows() + kBlockCost * (nodes_ + pattern_.blocks()) +
+                                      kUpdateCost * static_cast<double>(pattern_.updates()));
 }
 
 bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
   bool general = false;
   for (int i = 0; i < rows() && !general; ++i) general = h[i] != 0;
-  ++work.factorisations;
-  work.visits += factor_cost(general);
+  count_factor(general, work);
   update_.reset();
   factored_g_.assign(g, g + rows());
   factored_h_.assign(h, h + rows());

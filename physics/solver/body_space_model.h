@@ -94,6 +94,10 @@ class BodySpaceModel {
   /// Solves with the last factor, in place. @pre it was not adapted
   void solve_bodies(BodyVector* x, SolveWork& work) const;
 
+  /// Work of a factor and of a solve, counted where they are made; here for those that are made elsewhere.
+  void count_factor(bool general, SolveWork& work) const;
+  void count_solve(SolveWork& work) const;
+
   void fields(Archive& a) {
     [[maybe_unused]] auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info,
                             inverse_mass, velocity, pattern, factor, update, factored_g, factored_h, law_k,
@@ -106,8 +110,6 @@ class BodySpaceModel {
 
  private:
   struct Kernels;
-  void count_solve(SolveWork& work) const;
-  double factor_cost(bool general) const;
   void set_velocities(const double* k);
   void recover(const double* k, const double* g, const double* h, double* d_lambda);
   void solve_adapted(const double* k, const double* g, const double* h, double* d_lambda);
