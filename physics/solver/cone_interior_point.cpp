@@ -14,7 +14,7 @@ std::size_t at(int i) {
 }
 
 // Where the central path is joined, of the largest |b| and of the violation at least, and where it ends.
-constexpr double kStart = 0.1, kFarStart = 5, kEnd = 1e-8;
+constexpr double kStart = 0.3, kFarStart = 5, kEnd = 1e-8;
 // The products end no faster than the gaps between the slacks and what they stand for: their mean is at least
 // so many times the mean square of the gaps that are left.
 constexpr double kFollow = 3;
@@ -22,12 +22,12 @@ constexpr double kFollow = 3;
 constexpr double kProximal = 1e-13;
 // Of the step to the boundary.
 constexpr double kToBoundary = 0.99;
-// Smoothing of the sign of sliding, of the centre; share of its slope that is taken after steps shorter than
-// this.
-constexpr double kSmoothing = 0.1, kDamped = 0.8, kLong = 0.9;
+// Smoothing of the sign of sliding, of the centre; share of its slope that is left out, of what the step
+// before was cut by.
+constexpr double kSmoothing = 0.003, kDamping = 0.3;
 // Costs in visits, measured: each row that is packed and each block whose place is found; in a step each
 // contact, each block of the factor and each of its updates.
-constexpr double kSetUpRow = 15, kSetUpBlock = 40, kContactCost = 18, kBlockCost = 13, kUpdateCost = 3;
+constexpr double kSetUpRow = 15, kSetUpBlock = 40, kContactCost = 25, kBlockCost = 8, kUpdateCost = 2.2;
 // Fewer steps than this lead nowhere, more do not either; with this many short ones one after the other the
 // path is lost.
 constexpr int kFewSteps = 10, kManySteps = 30, kShortSteps = 4;
@@ -73,37 +73,53 @@ struct ConeInteriorPoint::Kernels {
   /// y += J' of what acts along the two edges of four contacts.
   static SKERRY_ALWAYS_INLINE void push(const Contact* c, const Group& g, const Vec4& plus, const Vec4& minus,
                                         Vectors& y) {
-    const Vec4 n = (plus + minus) / g.unit, t = g.mu * (plus - minus) / g.unit;
+    const Vec4 n = (plus + minus) * g.inverse_unit, t = g.mu * (plus - minus) * g.inverse_unit;
     for (int i = 0; i < 4; ++i) {
       y[at(c[i].low)].v += c[i].n_low * n[i] + c[i].t_low * t[i];
       y[at(c[i].high)].v += c[i].n_high * n[i] + c[i].t_high * t[i];
     }
   }
 
-  static SKERRY_ALWAYS_INLINE void velocities(ConeInteriorPoint& p) {
+  /// Impulses onto the bodies. @return mean product l s
+  static SKERRY_ALWAYS_INLINE double push_all(ConeInteriorPoint& p) {
     std::fill(p.y_.begin(), p.y_.end(), BodyVector{});
     const Contact* c = p.contacts_.data();
+    Vec4 all{};
     for (const Group& g : p.groups_) {
       push(c, g, g.l[0], g.l[1], p.y_);
+      for (int e = 0; e < 2; ++e) all += g.l[e] * g.s[e];
       c += 4;
     }
-    c = p.contacts_.data();
+    return sum(all) / (8 * static_cast<double>(p.groups_.size()));
+  }
+
+  static SKERRY_ALWAYS_INLINE void read_velocities(const Contact* c, Group& g, const Vectors& y) {
+    along_rows(c, g, y, g.u_n, g.u_t);
+    g.u_n -= g.b_n;
+    g.u_t -= g.b_t;
+    magnitude(g.u_t, g.shift);
+    g.shift *= g.mu;
+  }
+
+  static SKERRY_ALWAYS_INLINE void velocities(ConeInteriorPoint& p) {
+    push_all(p);
+    const Contact* c = p.contacts_.data();
     for (Group& g : p.groups_) {
-      along_rows(c, g, p.y_, g.u_n, g.u_t);
-      g.u_n -= g.b_n;
-      g.u_t -= g.b_t;
-      magnitude(g.u_t, g.shift);
-      g.shift *= g.mu;
+      read_velocities(c, g, p.y_);
       c += 4;
     }
   }
   static void velocities_portable(ConeInteriorPoint& p) { velocities(p); }
   SKERRY_AVX2 static void velocities_avx2(ConeInteriorPoint& p) { velocities(p); }
 
-  static SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
-    for (int k = 0; k < 3; ++k) B.column[k] += x * y[k];
+  /// B += P n' + Q t'
+  static SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& P, const Vec4& n, const Vec4& Q,
+                                             const Vec4& t) {
+    for (int k = 0; k < 3; ++k) B.column[k] += P * n[k] + Q * t[k];
   }
 
+  /// The two edges of a contact together: their weighted sums of (n +- mu t) (n + (+-mu + theta mu) t)' are
+  /// (W n + S t) n' + (B n + E t) t'.
   static SKERRY_ALWAYS_INLINE void assemble(ConeInteriorPoint& p) {
     BlockFactor& f = p.factor_;
     f.clear(true);
@@ -111,22 +127,20 @@ struct ConeInteriorPoint::Kernels {
       Block3& D = f.diagonal(k);
       for (int i = 0; i < 3; ++i) D.column[i][i] = 1;
     }
-    for (std::size_t k = 0; k < p.contacts_.size(); ++k) {
-      const Contact& c = p.contacts_[k];
-      if (c.low == p.nodes_) continue;
-      const Group& g = p.groups_[k / 4];
-      const std::size_t lane = k % 4;
-      const double mu = g.mu[lane];
-      for (int edge = 0; edge < 2; ++edge) {
-        const double weight = g.l[edge][lane] * g.inverse[edge][lane], side = edge == 0 ? mu : -mu;
-        const double slope = side + mu * g.theta[lane];
-        const Vec4 low = (c.n_low + side * c.t_low) * weight, along_low = c.n_low + slope * c.t_low;
-        add_outer(f.diagonal(c.low), low, along_low);
-        if (c.high == p.nodes_) continue;
-        const Vec4 high = (c.n_high + side * c.t_high) * weight, along_high = c.n_high + slope * c.t_high;
-        add_outer(f.diagonal(c.high), high, along_high);
-        add_outer(f.lower(c.block), high, along_low);
-        add_outer(f.upper(c.block), low, along_high);
+    const Contact* c = p.contacts_.data();
+    for (const Group& g : p.groups_) {
+      const Vec4 plus = g.l[0] * g.inverse[0], minus = g.l[1] * g.inverse[1], slope = g.mu * g.theta;
+      const Vec4 W = plus + minus, S = g.mu * (plus - minus), B = S + slope * W,
+                 E = g.mu * g.mu * W + slope * S;
+      for (std::size_t i = 0; i < 4; ++i, ++c) {
+        if (c->low == p.nodes_) continue;
+        const Vec4 P_low = c->n_low * W[i] + c->t_low * S[i], Q_low = c->n_low * B[i] + c->t_low * E[i];
+        add_outer(f.diagonal(c->low), P_low, c->n_low, Q_low, c->t_low);
+        if (c->high == p.nodes_) continue;
+        const Vec4 P_high = c->n_high * W[i] + c->t_high * S[i], Q_high = c->n_high * B[i] + c->t_high * E[i];
+        add_outer(f.diagonal(c->high), P_high, c->n_high, Q_high, c->t_high);
+        add_outer(f.lower(c->block), P_high, c->n_low, Q_high, c->t_low);
+        add_outer(f.upper(c->block), P_low, c->n_high, Q_low, c->t_high);
       }
     }
   }
@@ -161,52 +175,48 @@ struct ConeInteriorPoint::Kernels {
     return std::max(std::max(fall[0], fall[1]), std::max(fall[2], fall[3]));
   }
 
-  static SKERRY_ALWAYS_INLINE double mean_product(const ConeInteriorPoint& p, double length) {
-    Vec4 all{};
-    for (const Group& g : p.groups_)
-      for (int e = 0; e < 2; ++e) all += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]);
-    return sum(all) / (8 * static_cast<double>(p.groups_.size()));
-  }
-
   static SKERRY_ALWAYS_INLINE double step(ConeInteriorPoint& p) {
-    velocities(p);
+    const double count = 8 * static_cast<double>(p.groups_.size());
+    const double tau = push_all(p), smoothing = kSmoothing * std::sqrt(tau);
+    const double share = 1 - kDamping * (1 - p.last_length_);
+    const Contact* c = p.contacts_.data();
+    Vec4 squares{};
     for (Group& g : p.groups_) {
-      for (int e = 0; e < 2; ++e) g.dl[e] = g.ds[e] = g.rest[e] = Vec4{};
-    }
-    const double tau = mean_product(p, 0), smoothing = kSmoothing * std::sqrt(tau);
-    const double share = p.last_length_ < kLong ? kDamped : 1;
-    for (Group& g : p.groups_) {
+      read_velocities(c, g, p.y_);
       Vec4 size;
       magnitude(g.u_t, size);
       g.theta = share * g.u_t / (size + smoothing);
+      const Vec4 with = g.mu * g.u_t;
       for (int e = 0; e < 2; ++e) {
-        const Vec4 with = g.mu * g.u_t;
         g.gap[e] = (g.u_n + g.shift) + (e == 0 ? with : -with) - g.s[e];
         g.inverse_s[e] = 1 / g.s[e];
         g.inverse[e] = 1 / (g.s[e] + kProximal * g.l[e]);
         g.inverse_l[e] = 1 / g.l[e];
+        g.rest[e] = Vec4{};
+        squares += g.gap[e] * g.gap[e];
       }
+      c += 4;
     }
-    Vec4 squares{};
-    for (Group& g : p.groups_) squares += g.gap[0] * g.gap[0] + g.gap[1] * g.gap[1];
-    const double off = sum(squares) / (8 * static_cast<double>(p.groups_.size()));
+    const double off = sum(squares) / count;
     assemble(p);
     if (!p.factor_.factor()) return 0;
 
     // Straight to the end: how far that comes tells how much to centre.
     double fall = direct(p, 0);
     double length = fall > 1 ? 1 / fall : 1;
-    const double reached = std::max(0.0, mean_product(p, length)) / tau;
+    Vec4 products{};
     for (Group& g : p.groups_) {
       const Vec4 change = length * g.du_t;
       Vec4 size;
       magnitude(g.u_t + change, size);
       const Vec4 more = (g.mu * size - g.shift) - g.mu * (g.theta * change);
       for (int e = 0; e < 2; ++e) {
+        products += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]);
         g.gap[e] += more;
         g.rest[e] = g.dl[e] * g.ds[e];
       }
     }
+    const double reached = std::max(0.0, sum(products) / count) / tau;
     const double left = (1 - length) * (1 - length) * off;
     fall = direct(p, std::max(reached * reached * reached * tau, kFollow * left));
     length = kToBoundary * (fall > kToBoundary ? 1 / fall : 1 / kToBoundary);
@@ -288,6 +298,7 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
     const std::size_t lane = k % 4;
     const bool is = k < count;
     g.unit[lane] = is ? c.n_root : 1;
+    g.inverse_unit[lane] = 1 / g.unit[lane];
     g.mu[lane] = is && c.rough ? system.rows[at(c.row + 1)].mu * c.t_root / c.n_root : 0;
     g.b_n[lane] = is ? system.b[at(c.row)] : 0;
     g.b_t[lane] = is && c.rough && c.t_root > 0 ? system.b[at(c.row + 1)] * c.n_root / c.t_root : 0;

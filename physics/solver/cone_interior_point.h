@@ -13,10 +13,10 @@
 //   (1 + sum (l/s) J+-' (J+- + theta mu J_t)) dy = ...,      theta = w_t / (|w_t| + smoothing)
 //
 // Held, the shift leaves a convex problem, and a symmetric matrix; but then what slides converges only as
-// fast as the shift does. With its slope theta it is Newton's method for Coulomb's law itself; where steps
-// get short, eight tenths of the slope go farther. What the predictor changes in the shift the corrector
-// knows. The start is the point on the central path next to what is given [Chen & Harker 1993; Kanzow 1996]:
-// l - s is kept.
+// fast as the shift does. With its slope theta it is Newton's method for Coulomb's law itself; the shorter
+// the last step was cut, the less of the slope is taken, down to seven tenths. What the predictor changes in
+// the shift the corrector knows. The start is the point on the central path next to what is given [Chen &
+// Harker 1993; Kanzow 1996]: l - s is kept.
 #pragma once
 
 #include <span>
@@ -57,7 +57,7 @@ class ConeInteriorPoint {
   /// Four contacts, one a lane, both edges; all in velocity units: l is D_n times the impulse. Lanes without
   /// a contact are open ones on the ground.
   struct alignas(32) Group {
-    Vec4 mu, unit, b_n, b_t;  ///< friction of the scaled rows; D_n^1/2
+    Vec4 mu, unit, inverse_unit, b_n, b_t;  ///< friction of the scaled rows; D_n^1/2 and its inverse
     Vec4 u_n, u_t, theta, shift;
     Vec4 l[2], s[2], inverse_s[2], inverse_l[2];
     Vec4 inverse[2];  ///< of s, with a proximal term

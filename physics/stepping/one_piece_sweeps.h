@@ -4,6 +4,7 @@
 #pragma once
 
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "physics/solver/block_sweeps.h"
@@ -19,11 +20,12 @@ inline constexpr double kVelocityShare = 0.8;
 inline constexpr double kSetUp = 5;
 // Sweeps before an interior point goes on from where they came, and how many times as many before it does
 // again.
-inline constexpr int kInteriorFrom = 40, kInteriorAgain = 5;
+inline constexpr int kInteriorFrom = 20, kInteriorAgain = 5;
 // Residual at which nothing more is done after it.
 inline constexpr double kGoodEnough = 1e-8;
-// Share of the work, if not `kInteriorFrom` sweeps, after which points are looked for that only the impulses
-// of others close.
+// Sweeps, or share of the work if these are more, after which points are looked for that only the impulses of
+// others close: before an interior point, which would have to be done again with them.
+inline constexpr int kFirstSweeps = 40;
 inline constexpr double kFirstShare = 0.6;
 // Changes of a sweep, as a share of the largest free velocity, from which on that is vain: sweeps are too far
 // from an answer.
@@ -45,6 +47,7 @@ inline bool look_at_nothing(const std::vector<double>&) {
 template <class Look>
 Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<const double> warm,
                           const SolveOptions& options, Give give, Look&& look) {
+  constexpr bool kLooks = !std::is_same_v<std::decay_t<Look>, decltype(&look_at_nothing)>;
   static const SolverEntry& standard = find_solver("pgs");
   Spare<BlockSweeps> sweeps;
   if (!sweeps->assign(system, true, options.threads)) {
@@ -70,9 +73,9 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
     return look(solution.lambda);
   };
   const auto due = [&] {
-    return solution.iterations == kInteriorFrom || solution.work.visits >= kFirstShare * options.work_limit;
+    return solution.iterations == kFirstSweeps || solution.work.visits >= kFirstShare * options.work_limit;
   };
-  int attempt = kInteriorFrom;
+  int attempt = kLooks ? kFirstSweeps : kInteriorFrom;
   while (worst > target && solution.work.visits < options.work_limit) {
     if (!looked && due() && stops()) break;
     if (solution.iterations == attempt) {

@@ -243,7 +243,7 @@ TEST(Flow, OfFewBodiesBearsTheHeavyOnTheLight) {
 TEST(Flow, OfAHeapAsksSeldomForForcesThatAreNotFoundAndEndsInRest) {
   Pit pit(400, 15, 0.3);
   int dear = 0;
-  for (int k = 0; k < 500; ++k) dear += pit.world.step(kStep).work.factorisations > 60;
+  for (int k = 0; k < 600; ++k) dear += pit.world.step(kStep).work.factorisations > 60;
   EXPECT_LT(dear, 30);
   EXPECT_EQ(pit.world.report().bodies_asleep, 400);
 }
