@@ -30,7 +30,7 @@ constexpr double kSmoothing = 0.003, kDamping = 0.3;
 constexpr double kSetUpRow = 15, kSetUpBlock = 40, kContactCost = 25, kBlockCost = 8, kUpdateCost = 2.2;
 // Fewer steps than this lead nowhere, more do not either; with this many short ones one after the other the
 // path is lost.
-constexpr int kFewSteps = 10, kManySteps = 30, kShortSteps = 4;
+constexpr int kFewSteps = 10, kManySteps = 60, kShortSteps = 8;
 constexpr double kShort = 0.05;
 // Sweeps that take the small errors out of the answer.
 constexpr int kSmoothingSweeps = 10;
@@ -80,14 +80,14 @@ struct ConeInteriorPoint::Kernels {
     }
   }
 
-  /// Impulses onto the bodies. @return mean product l s
+  /// Impulses onto the bodies. @return mean product l s over its weight
   static SKERRY_ALWAYS_INLINE double push_all(ConeInteriorPoint& p) {
     std::fill(p.y_.begin(), p.y_.end(), BodyVector{});
     const Contact* c = p.contacts_.data();
     Vec4 all{};
     for (const Group& g : p.groups_) {
       push(c, g, g.l[0], g.l[1], p.y_);
-      for (int e = 0; e < 2; ++e) all += g.l[e] * g.s[e];
+      for (int e = 0; e < 2; ++e) all += g.l[e] * g.s[e] * g.inverse_weight;
       c += 4;
     }
     return sum(all) / (8 * static_cast<double>(p.groups_.size()));
@@ -151,7 +151,8 @@ struct ConeInteriorPoint::Kernels {
     const Contact* c = p.contacts_.data();
     for (Group& g : p.groups_) {
       Vec4 k[2];
-      for (int e = 0; e < 2; ++e) k[e] = ((target - g.rest[e]) - g.l[e] * (g.s[e] + g.gap[e])) * g.inverse[e];
+      for (int e = 0; e < 2; ++e)
+        k[e] = ((target * g.weight - g.rest[e]) - g.l[e] * (g.s[e] + g.gap[e])) * g.inverse[e];
       push(c, g, k[0], k[1], p.y_);
       c += 4;
     }
@@ -166,7 +167,7 @@ struct ConeInteriorPoint::Kernels {
       const Vec4 with = g.mu * t, shift = g.theta * with;
       for (int e = 0; e < 2; ++e) {
         g.ds[e] = (n + shift) + (e == 0 ? with : -with) + g.gap[e];
-        g.dl[e] = ((target - g.rest[e]) - g.l[e] * (g.s[e] + g.ds[e])) * g.inverse[e];
+        g.dl[e] = ((target * g.weight - g.rest[e]) - g.l[e] * (g.s[e] + g.ds[e])) * g.inverse[e];
         raise(fall, -g.dl[e] * g.inverse_l[e]);
         raise(fall, -g.ds[e] * g.inverse_s[e]);
       }
@@ -211,7 +212,7 @@ struct ConeInteriorPoint::Kernels {
       magnitude(g.u_t + change, size);
       const Vec4 more = (g.mu * size - g.shift) - g.mu * (g.theta * change);
       for (int e = 0; e < 2; ++e) {
-        products += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]);
+        products += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]) * g.inverse_weight;
         g.gap[e] += more;
         g.rest[e] = g.dl[e] * g.ds[e];
       }
@@ -292,6 +293,12 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
   none.block = none.row = -1;
   contacts_.resize((count + 3) / 4 * 4, none);
   groups_.resize(contacts_.size() / 4);
+  double least = kInfinity, most = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    least = std::min(least, contacts_[k].n_root);
+    most = std::max(most, contacts_[k].n_root);
+  }
+  const double middle = std::sqrt(least * most);
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     const Contact& c = contacts_[k];
     Group& g = groups_[k / 4];
@@ -299,6 +306,8 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
     const bool is = k < count;
     g.unit[lane] = is ? c.n_root : 1;
     g.inverse_unit[lane] = 1 / g.unit[lane];
+    g.weight[lane] = is ? c.n_root / middle : 1;
+    g.inverse_weight[lane] = 1 / g.weight[lane];
     g.mu[lane] = is && c.rough ? system.rows[at(c.row + 1)].mu * c.t_root / c.n_root : 0;
     g.b_n[lane] = is ? system.b[at(c.row)] : 0;
     g.b_t[lane] = is && c.rough && c.t_root > 0 ? system.b[at(c.row + 1)] * c.n_root / c.t_root : 0;
@@ -337,8 +346,9 @@ void ConeInteriorPoint::start(std::span<const double> lambda, double centre) {
       for (int e = 0; e < 2; ++e) {
         const double with = g.mu[lane] * g.u_t[lane];
         const double s = g.u_n[lane] + g.shift[lane] + (e == 0 ? with : -with);
-        const double z = g.l[e][lane] - s, size = std::sqrt(z * z + 4 * square);
-        const double larger = 0.5 * (std::abs(z) + size), smaller = square / larger;
+        const double z = g.l[e][lane] - s, product = square * g.weight[lane];
+        const double larger = 0.5 * (std::abs(z) + std::sqrt(z * z + 4 * product)),
+                     smaller = product / larger;
         g.l[e][lane] = z > 0 ? larger : smaller;
         g.s[e][lane] = z > 0 ? smaller : larger;
       }
@@ -356,7 +366,7 @@ double ConeInteriorPoint::step(SolveWork& work) {
 
 double ConeInteriorPoint::centre() const {
   double all = 0;
-  for (const Group& g : groups_) all += sum(g.l[0] * g.s[0]) + sum(g.l[1] * g.s[1]);
+  for (const Group& g : groups_) all += sum((g.l[0] * g.s[0] + g.l[1] * g.s[1]) * g.inverse_weight);
   return std::sqrt(all / (8 * static_cast<double>(groups_.size())));
 }
 

@@ -17,6 +17,10 @@
 // the last step was cut, the less of the slope is taken, down to seven tenths. What the predictor changes in
 // the shift the corrector knows. The start is the point on the central path next to what is given [Chen &
 // Harker 1993; Kanzow 1996]: l - s is kept.
+//
+// In units of velocity the impulse between a light body and a heavy one that it bears is as many times larger
+// as that is heavier. Products l s in proportion to D_n^1/2, halfway between velocities and energies, let
+// such a path be followed.
 #pragma once
 
 #include <span>
@@ -40,7 +44,7 @@ class ConeInteriorPoint {
   void start(std::span<const double> lambda, double centre);
   /// One Newton step. @return how much of it could be taken; 0 where the factor failed
   double step(SolveWork& work);
-  /// Root of the mean product l s: how far the central path still has to go [m/s].
+  /// Root of the mean product l s, over its weight: how far the central path still has to go [m/s].
   double centre() const;
   /// The impulses, within their bounds.
   void get(std::vector<double>& lambda) const;
@@ -58,6 +62,7 @@ class ConeInteriorPoint {
   /// a contact are open ones on the ground.
   struct alignas(32) Group {
     Vec4 mu, unit, inverse_unit, b_n, b_t;  ///< friction of the scaled rows; D_n^1/2 and its inverse
+    Vec4 weight, inverse_weight;            ///< of the products l s
     Vec4 u_n, u_t, theta, shift;
     Vec4 l[2], s[2], inverse_s[2], inverse_l[2];
     Vec4 inverse[2];  ///< of s, with a proximal term
