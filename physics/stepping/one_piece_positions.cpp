@@ -25,9 +25,12 @@ constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // stays bounded, and limbs rather slip through each other than out of their joints.
 constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
 // In flow there is a second round where joints are off by this share of a body's size: shifts are straight
-// lines.
-constexpr double kTorn = 0.05;
-constexpr int kFlowSeparations = 2;
+// lines. Where contacts of uneven masses were, there are more, as long as there is work left, or up to so
+// many visits, which take some milliseconds.
+constexpr double kTorn = 0.05, kDeep = 0.05, kSmallWork = 8e5;
+constexpr int kFlowSeparations = 2, kDeepSeparations = 4;
+// Masses that differ by more than this count as equal where bodies in flow are pushed out of each other.
+constexpr double kUneven = 100;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
 constexpr int kSeparations = 8;
 // Contacts or rows that a thread takes at a time.
@@ -47,12 +50,10 @@ class OnePiecePositions {
     int round = 0;
     // Joints hold to rounding where all is exact.
     const bool rigid = exact_ && !island_.joints.empty();
-    const int rounds = exact_ ? kSeparations : kFlowSeparations;
     do {
       StageTimer timer(state_, result_, Stage::Narrow);
       result_.manifolds_reused += update_manifolds(state_, island_, to_, result_.narrow);
-    } while (!rigid && separate() && ++round < rounds &&
-             (exact_ || joints_are_off(state_, island_, to_, kTorn)));
+    } while (!rigid && separate() && goes_on(++round));
     if (!rigid) return;
     StageTimer timer(state_, result_, Stage::Apply);
     Spare<PositionRows> rows;
@@ -60,25 +61,35 @@ class OnePiecePositions {
   }
 
  private:
-  /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses, with
-  /// J shift >= -separation. @return whether there were any
+  bool goes_on(int round) const {
+    if (exact_) return round < kSeparations;
+    const bool has_work =
+        uneven_ && state_.solver->exact && result_.work.visits < std::max(work_, kSmallWork);
+    if (deep_ && round < kDeepSeparations && has_work) return true;
+    return round < kFlowSeparations && joints_are_off(state_, island_, to_, kTorn);
+  }
+
+  /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses (see `even_out`),
+  /// with J shift >= -separation. @return whether there were any
   bool separate() {
     StageTimer timer(state_, result_, Stage::Apply);
     Spare<std::vector<std::uint8_t>> points;
     points->assign(island_.contacts.size(), 0);
-    std::atomic<bool> any = !island_.joints.empty();
+    std::atomic<bool> any = !island_.joints.empty(), deep = false;
     share_each(state_.island_threads, points->size(), kItemsAPiece, [&](std::size_t k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
-      const double floor =
-          (exact_ ? kFineOverlapFloor : kOverlapFloor) *
+      const double size =
           std::min(size_in_island(state_, contact.body_a), size_in_island(state_, contact.body_b));
+      const double floor = (exact_ ? kFineOverlapFloor : kOverlapFloor) * size;
       for (int i = 0; i < contact.manifold.count; ++i) {
         const double separation = contact.manifold.points[i].separation;
         if (separation > state_.config.contact_margin) continue;
         (*points)[k] |= 1u << i;
         if (separation < -floor) any.store(true, std::memory_order_relaxed);
+        if (separation < -kDeep * size) deep.store(true, std::memory_order_relaxed);
       }
     });
+    deep_ = deep;
     if (!any) return false;
     Spare<PositionRows> assembly;
     AssemblyRequest request;
@@ -89,6 +100,7 @@ class OnePiecePositions {
     IslandSystem& system = assembly->system;
     share_each(state_.island_threads, system.b.size(), kItemsAPiece,
                [&](std::size_t i) { system.b[i] = -assembly->origin[i].error; });
+    uneven_ = even_out(system.bodies);
     SolveOptions options;
     options.tolerance = 1e-4;
     options.threads = state_.island_threads;
@@ -112,7 +124,8 @@ class OnePiecePositions {
       }
     });
     const bool free = is_free(state_, island_);
-    if (limited) limit_shift(*most, shift, free);
+    if (limited) limit_shift(*most, shift);
+    if (free && (limited || uneven_)) keep_centre(shift);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     share_each(state_.island_threads, shift.size(), kItemsAPiece, [&](std::size_t k) {
@@ -126,6 +139,23 @@ class OnePiecePositions {
     follow(*assembly, shift);
     give_spare(std::move(shift));
     give_spare(std::move(solution.lambda));
+    return true;
+  }
+
+  /// Positions carry no momentum. In the norm of the masses what is light between heavy bodies is shifted far
+  /// to the side, by more than holds along straight lines, before those give way a little, and sweeps take
+  /// thousands for it.
+  static bool even_out(std::vector<InverseMass>& bodies) {
+    double least = kInfinity, most = 0;
+    for (const InverseMass& body : bodies) {
+      least = std::min(least, body.linear);
+      most = std::max(most, body.linear);
+    }
+    if (!(most > kUneven * least) || !(least > 0)) return false;
+    for (InverseMass& body : bodies) {
+      body.angular *= most / body.linear;
+      body.linear = most;
+    }
     return true;
   }
 
@@ -144,21 +174,25 @@ class OnePiecePositions {
   }
 
   /// What is passed on beyond the limits comes in later steps. Sweeps that have not come to an answer push on
-  /// what lands in others, and throw what is light between heavy bodies out of the world. The centre of mass
-  /// of a free island stays where it is.
-  void limit_shift(const std::vector<double>& most, std::vector<Velocity>& shift, bool free) const {
+  /// what lands in others, and throw what is light between heavy bodies out of the world.
+  void limit_shift(const std::vector<double>& most, std::vector<Velocity>& shift) const {
+    for (std::size_t k = 0; k < shift.size(); ++k) {
+      const double way = length_of_shift(state_, island_.bodies[k], shift[k]);
+      if (!(way > most[k])) continue;
+      for (double& x : shift[k]) x *= most[k] / way;
+    }
+  }
+
+  /// The centre of mass of a free island stays where it is.
+  void keep_centre(std::vector<Velocity>& shift) const {
     Vec2 moment;
     double mass = 0;
     for (std::size_t k = 0; k < shift.size(); ++k) {
-      const std::uint32_t body = island_.bodies[k];
-      const double way = length_of_shift(state_, body, shift[k]);
-      if (way > most[k]) {
-        for (double& x : shift[k]) x *= most[k] / way;
-      }
-      mass += state_.bodies.mass[body];
-      moment += state_.bodies.mass[body] * Vec2{shift[k][0], shift[k][1]};
+      const double own = state_.bodies.mass[island_.bodies[k]];
+      mass += own;
+      moment += own * Vec2{shift[k][0], shift[k][1]};
     }
-    if (!free || !(mass > 0)) return;
+    if (!(mass > 0)) return;
     for (Velocity& one : shift) {
       one[0] -= moment.x / mass;
       one[1] -= moment.y / mass;
@@ -192,6 +226,7 @@ class OnePiecePositions {
   bool exact_;
   double work_;
   IslandResult& result_;
+  bool deep_ = false, uneven_ = false;  ///< overlaps of the last round, and masses
 };
 
 }  // namespace

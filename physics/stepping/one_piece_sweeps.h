@@ -42,8 +42,8 @@ inline bool look_at_nothing(const std::vector<double>&) {
 
 /// Sweeps, which at this price leave no more than cleverer methods do (tests/bench/solver.md).
 /// @param exact  no preview: in that one they count no setting up, as its solvers do not
-/// @param look   is shown the impulses once, when `kFirstShare` of the work is done, and says whether to stop
-/// there
+/// @param look   is shown the impulses when `kFirstShare` of the work is done, and again after an interior
+/// point, and says whether to stop there
 template <class Look>
 Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<const double> warm,
                           const SolveOptions& options, Give give, Look&& look) {
@@ -80,8 +80,12 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
     if (!looked && due() && stops()) break;
     if (solution.iterations == attempt) {
       attempt *= kInteriorAgain;
-      if (improve_by_interior_point(system, options.work_limit, *sweeps, worst, solution.work))
+      if (improve_by_interior_point(system, options.work_limit, *sweeps, worst, solution.work)) {
         target = std::max(target, kGoodEnough * scale);
+        // Sweeps that were astray, as with a heavy body on light ones, may have an answer to look at now.
+        looked = false;
+        change = worst;
+      }
       if (worst <= target) break;
     }
     int count = 0;
