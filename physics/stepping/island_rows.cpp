@@ -55,10 +55,9 @@ Ends ends_of(const WorldState& state, std::uint32_t body_a, std::uint32_t body_b
 /// constructed.
 class RowWriter {
  public:
-  /// @param out  whose lists are as long as each other, or who has no rows @param first  row to write
-  explicit RowWriter(Assembly& out, std::size_t first = 0)
-      : out_(out), size_(out.system.rows.size()), count_(first) {
-    if (size_ == 0) resize(0);
+  /// @param out  whose lists become as long as that of the rows @param first  row to write
+  explicit RowWriter(Assembly& out, std::size_t first = 0) : out_(out), count_(first) {
+    resize(out.system.rows.size());
   }
 
   int count() const { return static_cast<int>(count_); }
@@ -93,16 +92,16 @@ class RowWriter {
     if (count_ != size_) resize(count_);
   }
   void resize(std::size_t size) {
-    out_.system.rows.resize(size);
-    out_.system.b.resize(size);
-    out_.drive.resize(size);
-    out_.origin.resize(size);
+    resize_with_room(out_.system.rows, size);
+    resize_with_room(out_.system.b, size);
+    resize_with_room(out_.drive, size);
+    resize_with_room(out_.origin, size);
     size_ = size;
   }
 
  private:
   Assembly& out_;
-  std::size_t size_, count_;
+  std::size_t size_ = 0, count_;
 };
 
 /// Where the body of number `local` is that a request asks for.

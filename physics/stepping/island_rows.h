@@ -33,14 +33,14 @@ struct RowOrigin {
   }
 };
 
-/// Rows with what they were made of.
+/// Rows with what they were made of. A spare one has those of the last time: `assemble` writes over them.
 struct Assembly {
   IslandSystem system;
   std::vector<RowOrigin> origin;
   std::vector<double>
       drive;  ///< per row: velocity that comes from kinematic bodies, conveyor surfaces and motors [m/s]
 
-  void clear() {
+  void drop_rows() {
     for (auto* numbers : {&system.b, &system.compliance, &drive}) numbers->clear();
     system.bodies.clear();
     system.positions.clear();

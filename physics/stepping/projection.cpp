@@ -332,7 +332,7 @@ Assembly& select_bilateral(const WorldState& state, const std::vector<Velocity>&
     return full;
   }
   Assembly& bilateral = scratch.bilateral;
-  bilateral.clear();
+  bilateral.drop_rows();
   bilateral.system.bodies = system.bodies;
   bilateral.system.positions = system.positions;
   for (int i = 0; i < count; ++i) {
