@@ -79,7 +79,9 @@ void add_events(WorldState& s) {
   kinds->assign(s.links.size(), 0);
   share(s.pool.get(), s.links.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
-      if (!is_kept(s, s.links[i]) || s.observe.contacts) (*kinds)[i] = events_of(s, s.contacts[i]);
+      if (is_kept(s, s.links[i]) && !s.observe.contacts) continue;
+      (*kinds)[i] = events_of(s, s.contacts[i]);
+      s.links[i].touched = s.contacts[i].touched;
     }
   });
   for (std::size_t i = 0; i < s.links.size(); ++i) {

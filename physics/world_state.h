@@ -33,6 +33,7 @@ struct ContactLink {
   std::int32_t child = 0;
   bool sensor = false;
   bool linked = false;
+  bool touched = false;
 
   Pair pair() const { return {shape_a, shape_b}; }
   ContactKey key() const { return {shape_a, shape_b, child}; }
@@ -40,7 +41,7 @@ struct ContactLink {
 
 inline ContactLink link_of(const Contact& contact) {
   return {contact.body_a, contact.body_b, contact.shape_a, contact.shape_b,
-          contact.child,  contact.sensor, contact.linked};
+          contact.child,  contact.sensor, contact.linked,  contact.touched};
 }
 
 /// What the contacts of an island add to the report of a step.

@@ -60,24 +60,30 @@ class Step {
   double guess_stray(std::uint32_t body) const;
   void keep_motion();
 
-  // world_pairs.cpp: boxes that bound the motion within the step -> broad phase -> contact table.
+  // world_pairs.cpp: boxes that bound the motion within the step -> broad phase.
   void find_pairs();
   bool place_boxes(const std::vector<std::uint32_t>& bodies);
   Aabb box_of(std::uint32_t shape, std::uint32_t body) const;
   void add_pairs_of_expecting();
+  bool may_touch(const ShapeRecord& a, const ShapeRecord& b) const;
+
+  // world_contacts.cpp: which of them make a contact, and where it stands in the table.
   void merge_pairs(bool moved);
   bool are_pairs_of_table() const;
+  void choose_wanted();
+  void drop_known(std::vector<ContactKey>& wanted) const;
+  void update_table();
   bool is_chain(const Pair& pair) const;
   void add_wanted(const Pair& pair);
-  bool may_touch(const ShapeRecord& a, const ShapeRecord& b) const;
+  PairVerdict judge(const Pair& pair, const PairLook& look) const;
+  void judge_pairs(std::vector<PairVerdict>& verdicts) const;
+  void judge_distant(std::vector<PairVerdict>& verdicts) const;
   Contact make_contact(const ContactKey& key) const;
 
   // world_reach.cpp: how far bodies can go, and which pairs can meet therefore.
   void expect_blows();
   PairLook look_at(const Pair& pair) const;
   bool is_near(const Pair& pair, const PairLook& look) const;
-  PairVerdict judge(const Pair& pair, const PairLook& look) const;
-  void judge_pairs(std::vector<PairVerdict>& verdicts) const;
   double margin_of(std::uint32_t a, std::uint32_t b) const;
   double way_of(std::uint32_t body) const;
   double strays(std::uint32_t body) const;
