@@ -207,7 +207,6 @@ struct BlockSweeps::Packing {
     for (std::size_t c = from; c < to; ++c) {
       for (int i = s.chunks_[c].first; i < s.chunks_[c].end; ++i) {
         const Batch& batch = s.batches_[at(i)];
-        // Not by `with_groups`: what is in a lambda is compiled for any processor.
         const int chunk = static_cast<int>(c);
         switch (batch.kind) {
           case Kind::Rough4:
@@ -424,17 +423,24 @@ BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
   return Kind::Single;
 }
 
-/// Where the groups of a kind stand.
-template <class Visit>
-void BlockSweeps::with_groups(Kind kind, Visit&& visit) {
-  if (kind == Kind::Rough4)
-    visit(groups4_);
-  else if (kind == Kind::Held3)
-    visit(groups3_);
-  else if (kind == Kind::Smooth1 || kind == Kind::Held1)
-    visit(groups1_);
-  else if (kind != Kind::Single)
-    visit(groups2_);
+/// Rows of a block of a kind whose groups have lists; 0: it is swept by itself.
+int BlockSweeps::rows_of(Kind kind) {
+  switch (kind) {
+    case Kind::Rough4:
+      return 4;
+    case Kind::Held3:
+      return 3;
+    case Kind::Rough2:
+    case Kind::Smooth2:
+    case Kind::Held2:
+      return 2;
+    case Kind::Smooth1:
+    case Kind::Held1:
+      return 1;
+    case Kind::Single:
+      return 0;
+  }
+  return 0;
 }
 
 /// Four blocks a group.
@@ -456,20 +462,23 @@ void BlockSweeps::group() {
   if (few) return;
   order_.finish();
   const std::vector<SweepOrder::Group>& ordered = order_.groups();
+  std::array<int, kRows + 1> count{};
   for (std::size_t i = 0; i < ordered.size(); ++i) {
     const Kind kind = static_cast<Kind>(ordered[i].kind);
+    const int number = static_cast<int>(i);
+    int& next = count[at(rows_of(kind))];
     const bool new_chunk = i % SweepOrder::kChunk == 0;
     if (new_chunk) chunks_.push_back({static_cast<int>(batches_.size()), 0});
-    if (new_chunk || batches_.back().kind != kind) {
-      const int number = static_cast<int>(i);
-      int first = number;
-      with_groups(kind, [&](auto& groups) { first = static_cast<int>(groups.size()); });
-      batches_.push_back({kind, first, 0, number});
-    }
-    with_groups(kind, [](auto& groups) { groups.emplace_back(); });
+    if (new_chunk || batches_.back().kind != kind)
+      batches_.push_back({kind, kind == Kind::Single ? number : next, 0, number});
+    ++next;
     ++batches_.back().count;
     chunks_.back().end = static_cast<int>(batches_.size());
   }
+  resize_with_room(groups4_, at(count[4]));
+  resize_with_room(groups3_, at(count[3]));
+  resize_with_room(groups2_, at(count[2]));
+  resize_with_room(groups1_, at(count[1]));
   velocities_.resize(mass_.size() + chunks_.size());
   impulses_.resize(blocks_.size() + chunks_.size());
 }

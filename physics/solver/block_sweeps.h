@@ -145,6 +145,7 @@ class BlockSweeps {
   };
 
   static Kind kind_of(const Block& block);
+  static int rows_of(Kind kind);
   bool add_blocks(const IslandSystem& system, bool joints);
   bool add_blocks_of_pieces(const IslandSystem& system, bool joints);
   static int end_of_block(const IslandSystem& system, int first, bool joints);
@@ -163,8 +164,6 @@ class BlockSweeps {
   void get_joint(const JointBlock& joint, const Impulses& from, std::vector<double>& lambda) const;
   double violation_of(const JointBlock& joint) const;
   void group();
-  template <class Visit>
-  void with_groups(Kind kind, Visit&& visit);
   bool large() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
