@@ -6,10 +6,14 @@
 #include <functional>
 #include <iterator>
 
+#include "physics/spare.h"
 #include "physics/world_state.h"
 
 namespace skerry {
 namespace {
+
+// Contacts that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 4096;
 
 bool by_contact_key(const Contact& x, const Contact& y) {
   return x.key() < y.key();
@@ -20,13 +24,20 @@ bool by_key(const T& x, const T& y) {
   return x.key < y.key;
 }
 
+/// Merges what was appended to the first `sorted` ones, which are sorted.
+template <class T, class Less>
+void merge_tail(std::vector<T>& all, std::size_t sorted, Less less) {
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(sorted);
+  if (!std::is_sorted(middle, all.end(), less)) std::sort(middle, all.end(), less);
+  std::inplace_merge(all.begin(), middle, all.end(), less);
+}
+
 /// Moves `more` into the sorted `all`.
 template <class T, class Less>
 void merge_in(std::vector<T>& all, std::vector<T> more, Less less) {
-  std::sort(more.begin(), more.end(), less);
-  const auto middle = static_cast<std::ptrdiff_t>(all.size());
+  const std::size_t sorted = all.size();
   std::move(more.begin(), more.end(), std::back_inserter(all));
-  std::inplace_merge(all.begin(), all.begin() + middle, all.end(), less);
+  merge_tail(all, sorted, less);
 }
 
 SleepTotals count_contacts(const std::vector<Contact>& contacts) {
@@ -112,20 +123,39 @@ void Sleepers::put_to_sleep(WorldState& s, double h, std::vector<Candidate> cand
     if (s.bodies.type[body] == BodyType::Dynamic) return s.bodies.asleep[body] != 0;
     return s.bodies.velocity[body] == Vec2{} && s.bodies.omega[body] == 0;
   };
-  s.table_changed = true;
-  std::erase_if(s.contacts, [&](const Contact& contact) {
-    const std::uint32_t a = contact.body_a;
-    const std::uint32_t b = contact.body_b;
-    if (!idle(a) || !idle(b) || (!newly(a) && !newly(b))) return false;
-    const std::uint32_t keeper = static_cast<std::uint32_t>(place_of_[newly(a) ? a : b]);
-    const std::int32_t other = place_of_[newly(a) ? b : a];
-    islands_[keeper].contacts.push_back(contact);
-    if (other >= 0 && static_cast<std::uint32_t>(other) != keeper) {
-      std::vector<std::uint32_t>& keepers = islands_[other].keepers;
-      if (std::find(keepers.begin(), keepers.end(), keeper) == keepers.end()) keepers.push_back(keeper);
+  // They are large, too: counted first, they find memory of the right size.
+  Spare<std::vector<std::int32_t>> keeper_of;
+  keeper_of->resize(s.contacts.size());
+  share(s.pool.get(), s.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      const std::uint32_t a = s.contacts[k].body_a, b = s.contacts[k].body_b;
+      const bool leaves = idle(a) && idle(b) && (newly(a) || newly(b));
+      (*keeper_of)[k] = leaves ? place_of_[newly(a) ? a : b] : -1;
     }
-    return true;
   });
+  std::vector<std::size_t> count(islands_.size(), 0);
+  for (const std::int32_t keeper : *keeper_of)
+    if (keeper >= 0) ++count[static_cast<std::size_t>(keeper)];
+  for (const std::uint32_t place : places) islands_[place].contacts.reserve(count[place]);
+  s.table_changed = true;
+  std::size_t left = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const Contact& contact = s.contacts[k];
+    const std::int32_t keeper = (*keeper_of)[k];
+    if (keeper < 0) {
+      s.contacts[left++] = contact;
+      continue;
+    }
+    const std::uint32_t a = contact.body_a, b = contact.body_b;
+    const auto place = static_cast<std::uint32_t>(keeper);
+    islands_[place].contacts.push_back(contact);
+    const std::int32_t other = place_of_[newly(a) ? b : a];
+    if (other >= 0 && other != keeper) {
+      std::vector<std::uint32_t>& keepers = islands_[static_cast<std::size_t>(other)].keepers;
+      if (std::find(keepers.begin(), keepers.end(), place) == keepers.end()) keepers.push_back(place);
+    }
+  }
+  s.contacts.resize(left);
   for (const std::uint32_t place : places) {
     hold(s, islands_[place], 1);
     islands_[place].totals = count_contacts(islands_[place].contacts);
@@ -171,7 +201,11 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
   std::vector<std::uint32_t> bodies;
   if (places.empty()) return bodies;
 
-  std::vector<Contact> contacts;
+  // Contacts are large: they go to the end of the table, where there is memory from before they slept.
+  const std::size_t awake = s.contacts.size();
+  std::size_t contacts = awake;
+  for (const std::uint32_t place : places) contacts += islands_[place].contacts.size();
+  s.contacts.reserve(contacts);
   std::vector<RestingIsland> resting;
   std::vector<IslandMemory> memories;
   for (const std::uint32_t place : places) {
@@ -182,7 +216,7 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
       s.bodies.asleep[body] = 0;
     }
     bodies.insert(bodies.end(), island.bodies.begin(), island.bodies.end());
-    contacts.insert(contacts.end(), island.contacts.begin(), island.contacts.end());
+    s.contacts.insert(s.contacts.end(), island.contacts.begin(), island.contacts.end());
     resting.push_back(std::move(island.rest));
     std::move(island.memories.begin(), island.memories.end(), std::back_inserter(memories));
   }
@@ -198,7 +232,7 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
       hold(s, other, -1);
       std::erase_if(other.contacts, [&](const Contact& contact) {
         if (!woke(contact.body_a) && !woke(contact.body_b)) return false;
-        contacts.push_back(contact);
+        s.contacts.push_back(contact);
         return true;
       });
       hold(s, other, 1);
@@ -209,9 +243,9 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
     islands_[place] = {};
     free_places_.push_back(place);
   }
-  for (Contact& contact : contacts) contact.woken = true;
+  for (std::size_t k = awake; k < s.contacts.size(); ++k) s.contacts[k].woken = true;
   s.table_changed = true;
-  merge_in(s.contacts, std::move(contacts), by_contact_key);
+  merge_tail(s.contacts, awake, by_contact_key);
   merge_in(s.resting, std::move(resting), by_key<RestingIsland>);
   merge_in(s.memories, std::move(memories), by_key<IslandMemory>);
   merge_in(s.awake, bodies, std::less<>());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 
 #include "physics/joint_rows.h"
@@ -73,6 +74,10 @@ std::uint8_t events_of(const WorldState& s, Contact& contact) {
   return events;
 }
 
+struct EventPlace {
+  std::uint32_t contact, place;
+};
+
 void add_events(WorldState& s) {
   std::vector<ContactEvent>& events = s.report.events;
   Spare<std::vector<std::uint8_t>> kinds;
@@ -84,12 +89,23 @@ void add_events(WorldState& s) {
       s.links[i].touched = s.contacts[i].touched;
     }
   });
+  // Contacts with events, and where those stand in the list.
+  Spare<std::vector<EventPlace>> places;
+  std::size_t count = events.size();
   for (std::size_t i = 0; i < s.links.size(); ++i) {
     if ((*kinds)[i] == 0) continue;
-    using enum ContactEventKind;
-    for (const ContactEventKind kind : {Hit, Begin, End, Persist})
-      if (((*kinds)[i] & bit_of(kind)) != 0) events.push_back(event_of(s, s.contacts[i], kind));
+    places->push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(count)});
+    count += static_cast<std::size_t>(std::popcount((*kinds)[i]));
   }
+  resize_with_room(events, count);
+  share(s.pool.get(), places->size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      auto [contact, place] = (*places)[k];
+      using enum ContactEventKind;
+      for (const ContactEventKind kind : {Hit, Begin, End, Persist})
+        if (((*kinds)[contact] & bit_of(kind)) != 0) events[place++] = event_of(s, s.contacts[contact], kind);
+    }
+  });
   for (const Contact& contact : s.scratch.lost) {
     if (s.shapes[contact.shape_a].alive && s.shapes[contact.shape_b].alive) {
       events.push_back(event_of(s, contact, ContactEventKind::End));
