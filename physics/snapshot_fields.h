@@ -55,7 +55,7 @@ inline void fields(Archive& a, Shape& v) {
 // --- World
 // ----------------------------------------------------------------------------------------------------------
 inline void fields(Archive& a, BroadPhaseOptions& v) {
-  auto& [cell_size, axes, threads] = v;
+  [[maybe_unused]] auto& [cell_size, axes, threads, pool] = v;
   a(cell_size, axes, threads);
 }
 inline void fields(Archive& a, SolveOptions& v) {

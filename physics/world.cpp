@@ -46,6 +46,13 @@ void look_up_methods(WorldState& s, const WorldConfig& config) {
   s.stepper = &stepper;
 }
 
+/// It shares the world's threads: those of a second pool would take turns with them on the same processors.
+std::unique_ptr<BroadPhase> make_broad_phase(const WorldConfig& config, ThreadPool& pool) {
+  BroadPhaseOptions options = config.broad_phase_options;
+  options.pool = &pool;
+  return make_broad_phase(config.broad_phase, options);
+}
+
 }  // namespace
 
 void fill_broad_phase(WorldState& s) {
@@ -62,7 +69,7 @@ World::World(WorldConfig config) : state_(std::make_unique<WorldState>()) {
   check(config);
   state_->pool = std::make_unique<ThreadPool>(config.threads);
   config.broad_phase_options.threads = config.threads;
-  state_->broad_phase = make_broad_phase(config.broad_phase, config.broad_phase_options);
+  state_->broad_phase = make_broad_phase(config, *state_->pool);
   look_up_methods(*state_, config);
   state_->config = std::move(config);
 }
@@ -72,7 +79,7 @@ void World::reconfigure(const WorldConfig& given) {
   WorldConfig config = given;
   check(config);
   config.threads = config.broad_phase_options.threads = s.config.threads;
-  std::unique_ptr<BroadPhase> broad_phase = make_broad_phase(config.broad_phase, config.broad_phase_options);
+  std::unique_ptr<BroadPhase> broad_phase = make_broad_phase(config, *s.pool);
   look_up_methods(s, config);
   s.config = std::move(config);
   s.sleepers.wake_all(s);

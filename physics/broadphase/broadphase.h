@@ -17,6 +17,8 @@
 
 namespace skerry {
 
+class ThreadPool;
+
 /// A box's number: a small integer that the caller chooses (the world uses the shape's slot).
 using ProxyIndex = std::uint32_t;
 
@@ -50,6 +52,8 @@ struct BroadPhaseOptions {
   double cell_size = 0;
   std::vector<double> axes;  ///< axis methods: directions as angles [rad], 1 to 4; empty: two oblique ones
   int threads = 1;           ///< pair finding may use this many threads; the result does not depend on it
+  /// Threads of the caller, which are there whenever pairs are asked for, in place of own ones.
+  ThreadPool* pool = nullptr;
 };
 
 /// Receives an implementation's structure for drawing: cells, levels, axes with intervals, tree boxes.

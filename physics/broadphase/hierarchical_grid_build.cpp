@@ -58,7 +58,7 @@ HierarchicalGrid::HierarchicalGrid(const BroadPhaseOptions& options, bool wide_t
                                    std::shared_ptr<Workers> workers)
     : wish_(options.cell_size),
       wide_tests_(wide_tests),
-      workers_(workers ? std::move(workers) : std::make_shared<Workers>(options.threads)) {}
+      workers_(workers ? std::move(workers) : std::make_shared<Workers>(options.threads, options.pool)) {}
 
 /// Number of octaves that `extent` is below the largest box.
 int HierarchicalGrid::octave_of(double extent) const {

@@ -80,7 +80,7 @@ constexpr bool encloses(const Aabb& outer, const Aabb& inner) {
 class NeighbourList final : public PairFinder {
  public:
   NeighbourList(const BroadPhaseOptions& options, bool wide_tests)
-      : workers_(std::make_shared<Workers>(options.threads)),
+      : workers_(std::make_shared<Workers>(options.threads, options.pool)),
         grid_(std::make_unique<HierarchicalGrid>(options, wide_tests, workers_)),
         wide_tests_(wide_tests) {}
 
