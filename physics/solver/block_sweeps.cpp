@@ -375,8 +375,10 @@ struct BlockSweeps::Kernels {
       }
     }
   };
-  static void push_portable(BlockSweeps& s) { visit(Push{}, s, 0, s.chunks_.size()); }
-  SKERRY_AVX2 static void push_avx2(BlockSweeps& s) { visit(Push{}, s, 0, s.chunks_.size()); }
+  static void push_portable(BlockSweeps& s, std::size_t from, std::size_t to) { visit(Push{}, s, from, to); }
+  SKERRY_AVX2 static void push_avx2(BlockSweeps& s, std::size_t from, std::size_t to) {
+    visit(Push{}, s, from, to);
+  }
 
   /// The largest violation, of four blocks and of one.
   struct Violation {
@@ -450,15 +452,32 @@ double BlockSweeps::scaled(std::span<const double> lambda, int row) const {
 
 void BlockSweeps::set(std::span<const double> lambda) {
   std::fill(impulses_.begin(), impulses_.end(), Impulses{});
-  const std::size_t count = std::max<std::size_t>(chunks_.size(), 1);
-  share(threads_, count, kChunksAPiece, [&](std::size_t from, std::size_t to) {
-    if (cpu_has_avx2())
-      Kernels::start_avx2(*this, lambda, from, to);
-    else
-      Kernels::start_portable(*this, lambda, from, to);
-  });
+  std::fill(velocities_.begin(), velocities_.end(), BodyVector{});
+  if (lambda.empty()) return;
   for (const JointBlock& joint : joints_) set_joint(joint, lambda);
-  restart();
+  // A body takes the impulses of its blocks in their order: what a thread has scaled it pushes on as soon as
+  // all before it is.
+  const std::size_t chunks = std::max<std::size_t>(chunks_.size(), 1);
+  Progress pushed;
+  share(threads_, (chunks + kChunksAPiece - 1) / kChunksAPiece, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece) {
+      const std::size_t from = piece * kChunksAPiece, to = std::min(from + kChunksAPiece, chunks);
+      if (cpu_has_avx2())
+        Kernels::start_avx2(*this, lambda, from, to);
+      else
+        Kernels::start_portable(*this, lambda, from, to);
+      pushed.wait_for(static_cast<int>(piece));
+      push(from, to);
+      pushed.done.store(static_cast<int>(piece) + 1, std::memory_order_release);
+    }
+  });
+}
+
+void BlockSweeps::push(std::size_t from, std::size_t to) {
+  if (cpu_has_avx2())
+    Kernels::push_avx2(*this, from, to);
+  else
+    Kernels::push_portable(*this, from, to);
 }
 
 void BlockSweeps::get(const std::vector<Impulses>& from, std::vector<double>& lambda) const {
@@ -481,10 +500,7 @@ void BlockSweeps::restart() {
     return x.v[0] != 0 || x.v[1] != 0 || x.v[2] != 0 || x.v[3] != 0;
   };
   if (std::none_of(impulses_.begin(), impulses_.end(), acts)) return;
-  if (cpu_has_avx2())
-    Kernels::push_avx2(*this);
-  else
-    Kernels::push_portable(*this);
+  push(0, chunks_.size());
 }
 
 bool BlockSweeps::large() const {

@@ -164,6 +164,7 @@ class BlockSweeps {
   void get_joint(const JointBlock& joint, const Impulses& from, std::vector<double>& lambda) const;
   double violation_of(const JointBlock& joint) const;
   void group();
+  void push(std::size_t from, std::size_t to);
   bool large() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
