@@ -54,6 +54,8 @@ constexpr int kStepsWithoutMargin = 15;
 constexpr std::size_t kShareThatLeft = 16;
 /// Below so many candidates a second thread costs more than it tests.
 constexpr std::size_t kCandidatesPerThread = 50000;
+/// The same of boxes that moved.
+constexpr std::size_t kFollowedPerThread = 2000;
 /// The margins go along with the boxes where that takes away so much of the sum of the squares of their
 /// shifts, and no farther than this [m]: a finite number less the frame is finite.
 constexpr double kCommon = 0.8, kFarthestFrame = 1e9;
@@ -261,11 +263,24 @@ class NeighbourList final : public PairFinder {
   /// were is in `before_`, in the order of `dirty`.
   void follow(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
     before_.resize(dirty.size());
+    const std::size_t count = workers_->shares(dirty.size(), kFollowedPerThread);
+    if (wanting_.size() < count) wanting_.resize(count);
+    workers_->run(count, [&](std::size_t part) {
+      wanting_[part].clear();
+      follow_part(boxes, dirty, dirty.size() * part / count, dirty.size() * (part + 1) / count,
+                  wanting_[part]);
+    });
+    for (std::size_t part = 0; part < count; ++part)
+      for (const std::uint32_t i : wanting_[part]) follow_closely(boxes, dirty[i], before_[i]);
+  }
+  /// @param wanting  gets the places in `dirty` of those that want a closer look
+  void follow_part(const BoxSet& boxes, std::span<const ProxyIndex> dirty, std::size_t from, std::size_t to,
+                   std::vector<std::uint32_t>& wanting) {
     const BoxSet::View view(boxes);
     FloatBox *const tight = tight_.data(), *const before = before_.data();
     const FloatBox* const margin = margin_.data();
     const bool moves_along = frame_ != Vec2{};
-    for (std::size_t i = 0; i < dirty.size(); ++i) {
+    for (std::size_t i = from; i < to; ++i) {
       const ProxyIndex ahead = dirty[std::min(i + kAhead, dirty.size() - 1)];
       prefetch(&margin[ahead]);
       prefetch(&tight[ahead]);
@@ -275,7 +290,7 @@ class NeighbourList final : public PairFinder {
         store(tight[proxy], view.box(proxy), {});
         if (is_within(margin[proxy], moves_along ? float_in_frame(view.box(proxy)) : tight[proxy])) continue;
       }
-      follow_closely(boxes, proxy, before[i]);
+      wanting.push_back(static_cast<std::uint32_t>(i));
     }
   }
   FloatBox float_in_frame(const Aabb& box) const {
@@ -570,6 +585,7 @@ class NeighbourList final : public PairFinder {
   };
   std::vector<Leaver> left_, leaving_;
   std::vector<FloatBox> before_;
+  std::vector<std::vector<std::uint32_t>> wanting_;  ///< by thread
   std::vector<ProxyIndex> anew_;
   std::array<PairBuffer, 1> few_keys_;
   std::vector<Pair> old_few_;
