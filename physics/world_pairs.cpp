@@ -9,6 +9,25 @@
 
 namespace skerry {
 
+/// New boxes of some bodies.
+struct BoxPiece {
+  std::vector<BoxUpdate> updates;
+  std::vector<std::uint32_t> fresh;  ///< shapes that the broad phase does not know
+
+  void clear() {
+    updates.clear();
+    fresh.clear();
+  }
+};
+
+namespace {
+
+struct BoxPieces {
+  std::vector<BoxPiece> all;
+};
+
+}  // namespace
+
 /// Boxes where the step begins, and those that bound the motion.
 void Step::find_pairs() {
   const auto start = now();
@@ -59,44 +78,52 @@ Aabb Step::box_of(std::uint32_t shape, std::uint32_t body) const {
 
 /// @return whether a box is new
 bool Step::place_boxes(const std::vector<std::uint32_t>& bodies) {
-  s_.box_updates.clear();
-  bool moved = false;
-  const BodyArrays& b = s_.bodies;
-  Spare<std::vector<Aabb>> boxes;
-  boxes->resize(s_.shapes.size());
+  Spare<BoxPieces> spare;
+  std::vector<BoxPiece>& pieces = spare->all;
+  const std::size_t count = (bodies.size() + kBodiesAPiece - 1) / kBodiesAPiece;
+  if (pieces.size() < count) pieces.resize(count);
+  for (BoxPiece& piece : pieces) piece.clear();
   share(s_.pool.get(), bodies.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {
       if (s_.kept[bodies[k]]) continue;
-      for (const std::uint32_t i : s_.shapes_of[bodies[k]]) (*boxes)[i] = box_of(i, bodies[k]);
+      for (const std::uint32_t i : s_.shapes_of[bodies[k]])
+        place_box(i, bodies[k], pieces[from / kBodiesAPiece]);
     }
   });
-  for (const std::uint32_t body : bodies) {
-    if (s_.kept[body]) continue;
-    for (const std::uint32_t i : s_.shapes_of[body]) {
+  s_.box_updates.clear();
+  bool moved = false;
+  for (const BoxPiece& piece : pieces) {
+    moved |= !piece.fresh.empty() || !piece.updates.empty();
+    for (const std::uint32_t i : piece.fresh) {
       ShapeRecord& shape = s_.shapes[i];
-      Aabb box = (*boxes)[i];
-      // What was found in this step already is not lost.
-      if (rounds_ > 0) {
-        box.lower = {std::min(box.lower.x, shape.box.lower.x), std::min(box.lower.y, shape.box.lower.y)};
-        box.upper = {std::max(box.upper.x, shape.box.upper.x), std::max(box.upper.y, shape.box.upper.y)};
-      }
-      if (!shape.in_broad_phase) {
-        s_.broad_phase->insert(i, box,
-                               b.type[body] == BodyType::Static ? ProxyKind::Fixed : ProxyKind::Moving);
-        shape.in_broad_phase = true;
-      } else if (box.lower != shape.box.lower || box.upper != shape.box.upper ||
-                 (rounds_ == 0 && s_.flight[body] == FlightKind::Fast)) {
-        s_.box_updates.push_back({i, box});
-      } else {
-        continue;
-      }
-      shape.box = box;
-      s_.shape_moved[i] = 1;
-      moved = true;
+      const bool fixed = s_.bodies.type[shape.body.index] == BodyType::Static;
+      s_.broad_phase->insert(i, shape.box, fixed ? ProxyKind::Fixed : ProxyKind::Moving);
+      shape.in_broad_phase = true;
     }
+    s_.box_updates.insert(s_.box_updates.end(), piece.updates.begin(), piece.updates.end());
   }
   if (!s_.box_updates.empty()) s_.broad_phase->update(s_.box_updates);
   return moved;
+}
+
+/// @param piece  gets the box, if it is another one than the broad phase has
+void Step::place_box(std::uint32_t i, std::uint32_t body, BoxPiece& piece) {
+  ShapeRecord& shape = s_.shapes[i];
+  Aabb box = box_of(i, body);
+  // What was found in this step already is not lost.
+  if (rounds_ > 0) {
+    box.lower = {std::min(box.lower.x, shape.box.lower.x), std::min(box.lower.y, shape.box.lower.y)};
+    box.upper = {std::max(box.upper.x, shape.box.upper.x), std::max(box.upper.y, shape.box.upper.y)};
+  }
+  if (!shape.in_broad_phase)
+    piece.fresh.push_back(i);
+  else if (box.lower != shape.box.lower || box.upper != shape.box.upper ||
+           (rounds_ == 0 && s_.flight[body] == FlightKind::Fast))
+    piece.updates.push_back({i, box});
+  else
+    return;
+  shape.box = box;
+  s_.shape_moved[i] = 1;
 }
 
 /// Bodies that may be struck can meet more than those on their way.

@@ -23,6 +23,8 @@ inline constexpr std::size_t kBodiesAPiece = 512;
 /// Whether two shapes make a contact of this step, or may in a later round.
 enum class PairVerdict : std::uint8_t { Never, Distant, Near, NearChain };
 
+struct BoxPiece;
+
 class Step {
  public:
   Step(WorldState& state, double h) : s_(state), h_(h) {}
@@ -63,6 +65,7 @@ class Step {
   // world_pairs.cpp: boxes that bound the motion within the step -> broad phase.
   void find_pairs();
   bool place_boxes(const std::vector<std::uint32_t>& bodies);
+  void place_box(std::uint32_t shape, std::uint32_t body, BoxPiece& piece);
   Aabb box_of(std::uint32_t shape, std::uint32_t body) const;
   void add_pairs_of_expecting();
   bool may_touch(const ShapeRecord& a, const ShapeRecord& b) const;
