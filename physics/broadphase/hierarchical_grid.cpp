@@ -6,6 +6,7 @@
 #include <bit>
 
 #include "physics/broadphase/ray_reach.h"
+#include "physics/spare.h"
 
 namespace skerry {
 
@@ -15,6 +16,8 @@ namespace {
 
 /// Below so many boxes a second thread costs more than it finds.
 constexpr std::size_t kBoxesPerThread = 2500;
+/// The same of boxes that are searched around.
+constexpr std::size_t kSearchesPerThread = 500;
 /// Boxes in a line of the cache, and how many of a run are fetched at most: a long one fetches for itself.
 constexpr std::uint32_t kBoxesInLine = 4, kMostFetched = 32;
 
@@ -361,6 +364,7 @@ template <class Reports>
 void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
                                      BroadPhaseStats& stats, Reports reports) const {
   Search search(*this, boxes, true, out);
+  Spare<std::array<Batch, 3>> batches_under_way;
   // The boxes are scattered in memory. Three batches are under way at a time: of one the cells are looked up,
   // of the next the slots, and the third is tested, so that the processor waits for many cache lines at once.
   const std::size_t batches = (around.size() + kBatch - 1) / kBatch;
@@ -369,7 +373,7 @@ void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyI
   };
   for (std::size_t b = 0; b < batches + 2; ++b) {
     if (b < batches) {
-      Batch& batch = batches_[b % 3];
+      Batch& batch = (*batches_under_way)[b % 3];
       batch.runs.clear();
       const std::span<const ProxyIndex> proxies = batch_at(b);
       for (std::size_t i = 0; i < proxies.size(); ++i) {
@@ -383,7 +387,7 @@ void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyI
       }
     }
     if (b >= 1 && b <= batches) {
-      for (Run& run : batches_[(b - 1) % 3].runs) {
+      for (Run& run : (*batches_under_way)[(b - 1) % 3].runs) {
         run.begin = start_[run.first_cell];
         run.end = start_[run.last_cell + 1];
         const std::uint32_t end = std::min(run.end, run.begin + kMostFetched);
@@ -393,7 +397,7 @@ void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyI
       }
     }
     if (b < 2) continue;
-    const Batch& batch = batches_[(b - 2) % 3];
+    const Batch& batch = (*batches_under_way)[(b - 2) % 3];
     const std::span<const ProxyIndex> proxies = batch_at(b - 2);
     for (std::size_t i = 0; i < proxies.size(); ++i) {
       const ProxyIndex proxy = proxies[i];
@@ -411,6 +415,26 @@ void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyI
   search.close(stats);
 }
 
+/// The same by several threads, where there are many.
+template <class Reports>
+void HierarchicalGrid::search_around(const BoxSet& boxes, std::span<const ProxyIndex> around,
+                                     std::vector<PairBuffer>& parts, BroadPhaseStats& stats,
+                                     Reports reports) const {
+  const std::size_t count = workers_->shares(around.size(), kSearchesPerThread);
+  if (count == 1) return search_around(boxes, around, parts.front(), stats, reports);
+  if (parts.size() < count) parts.resize(count);
+  Spare<std::vector<BroadPhaseStats>> work;
+  work->assign(count, {});
+  workers_->run(count, [&](std::size_t part) {
+    const std::size_t from = around.size() * part / count, to = around.size() * (part + 1) / count;
+    search_around(boxes, around.subspan(from, to - from), parts[part], (*work)[part], reports);
+  });
+  for (const BroadPhaseStats& w : *work) {
+    stats.box_tests += w.box_tests;
+    stats.false_pairs += w.false_pairs;
+  }
+}
+
 void HierarchicalGrid::find(const PairRequest& request, std::vector<PairBuffer>& parts,
                             BroadPhaseStats& stats) {
   const BoxSet& boxes = request.boxes;
@@ -419,13 +443,13 @@ void HierarchicalGrid::find(const PairRequest& request, std::vector<PairBuffer>&
     if (built_version_ != boxes.version()) rebuild(boxes);
     return find_all(request, parts, stats);
   }
-  search_around(boxes, boxes.moved(), parts.front(), stats,
+  search_around(boxes, boxes.moved(), parts, stats,
                 [&](ProxyIndex from, ProxyIndex other) { return request.reports(from, other); });
 }
 
-void HierarchicalGrid::find_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
-                                   BroadPhaseStats& stats) const {
-  search_around(boxes, around, out, stats, [&](ProxyIndex from, ProxyIndex other) {
+void HierarchicalGrid::find_around(const BoxSet& boxes, std::span<const ProxyIndex> around,
+                                   std::vector<PairBuffer>& parts, BroadPhaseStats& stats) const {
+  search_around(boxes, around, parts, stats, [&](ProxyIndex from, ProxyIndex other) {
     return from != other && !(boxes.is_fixed(from) && boxes.is_fixed(other));
   });
 }

@@ -79,8 +79,8 @@ class HierarchicalGrid final : public PairFinder {
   std::size_t bytes() const override;
   void visit_structure(const BoxSet& boxes, StructureVisitor& visitor) const override;
   /// Appends the pairs of each box in `around` with what overlaps it; not with itself, nor fixed with fixed.
-  /// A pair of two boxes in `around` comes twice.
-  void find_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
+  /// A pair of two boxes in `around` comes twice. @param parts  may get more buffers, one a thread
+  void find_around(const BoxSet& boxes, std::span<const ProxyIndex> around, std::vector<PairBuffer>& parts,
                    BroadPhaseStats& stats) const;
 
  private:
@@ -120,6 +120,9 @@ class HierarchicalGrid final : public PairFinder {
   void for_each_overflow(std::uint32_t first, std::uint32_t last, Visit visit) const;
   template <class Visit>
   void for_each_overlap(const BoxSet& boxes, const Aabb& region, BroadPhaseStats& stats, Visit visit) const;
+  template <class Reports>
+  void search_around(const BoxSet& boxes, std::span<const ProxyIndex> around, std::vector<PairBuffer>& parts,
+                     BroadPhaseStats& stats, Reports reports) const;
   template <class Reports>
   void search_around(const BoxSet& boxes, std::span<const ProxyIndex> around, PairBuffer& out,
                      BroadPhaseStats& stats, Reports reports) const;
@@ -162,7 +165,6 @@ class HierarchicalGrid final : public PairFinder {
   std::size_t unused_ = 0;  ///< free slots among the packed ones
   std::uint64_t built_version_ = 0, built_membership_ = 0;
   // Kept between calls.
-  mutable std::array<Batch, 3> batches_;
   std::vector<FloatBox> new_box_;
   std::vector<std::uint32_t> new_id_, new_cell_;
 };

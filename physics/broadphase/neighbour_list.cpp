@@ -183,7 +183,7 @@ class NeighbourList final : public PairFinder {
            (left_.capacity() + leaving_.capacity()) * sizeof(Leaver) +
            updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() + scratch_.bytes() +
            in_motion_.capacity() + was_moving_.capacity() +
-           (few_.capacity() + old_few_.capacity()) * sizeof(Pair) + few_keys_.front().bytes();
+           (few_.capacity() + old_few_.capacity()) * sizeof(Pair) + bytes_of(few_keys_);
   }
 
   void visit_structure(const BoxSet&, StructureVisitor& visitor) const override {
@@ -195,6 +195,11 @@ class NeighbourList final : public PairFinder {
   }
 
  private:
+  static std::size_t bytes_of(const std::vector<PairBuffer>& parts) {
+    std::size_t sum = 0;
+    for (const PairBuffer& part : parts) sum += part.bytes();
+    return sum;
+  }
   static bool many_left(const BoxSet& boxes, std::size_t left) {
     return left > boxes.size() / kShareThatLeft + 4;
   }
@@ -492,11 +497,10 @@ class NeighbourList final : public PairFinder {
     count_in_motion_ += anew_.size();
     if (anew_.empty()) return;
     refresh_grid();
-    PairBuffer& keys = few_keys_.front();
-    keys.clear();
-    grid_->find_around(fat_, anew_, keys, stats);
-    stats.false_pairs += keys.size();
-    keep_few(boxes, keys);
+    for (PairBuffer& keys : few_keys_) keys.clear();
+    grid_->find_around(fat_, anew_, few_keys_, stats);
+    for (const PairBuffer& keys : few_keys_) stats.false_pairs += keys.size();
+    workers_->run(few_keys_.size(), [&](std::size_t part) { keep_few(boxes, few_keys_[part]); });
     sort_pairs(few_keys_, boxes.limit(), scratch_, found_);
     found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
     // What the list had of these boxes goes, and what was found joins it.
@@ -587,7 +591,7 @@ class NeighbourList final : public PairFinder {
   std::vector<FloatBox> before_;
   std::vector<std::vector<std::uint32_t>> wanting_;  ///< by thread
   std::vector<ProxyIndex> anew_;
-  std::array<PairBuffer, 1> few_keys_;
+  std::vector<PairBuffer> few_keys_ = std::vector<PairBuffer>(1);  ///< by thread
   std::vector<Pair> old_few_;
   std::vector<BoxUpdate> updates_;
   std::vector<Pair> found_;

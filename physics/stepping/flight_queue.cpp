@@ -5,6 +5,7 @@
 #include <cmath>
 #include <queue>
 
+#include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/island_impact.h"
@@ -21,6 +22,8 @@ constexpr std::size_t kFewestBodies = 8;
 // Touching points that part more slowly [m/s], or hop no higher than so many touch tolerances, are no flight.
 constexpr double kParting = 1e-8;
 constexpr double kHop = 16;
+// Contacts that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 256;
 
 class FlightQueue {
  public:
@@ -41,7 +44,12 @@ class FlightQueue {
   double run() {
     link();
     forget_loads();
-    for (std::size_t k = 0; k < island_.contacts.size(); ++k) foretell(k, from_);
+    Spare<std::vector<double>> times;
+    times->resize(island_.contacts.size());
+    share(state_.island_threads, times->size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) (*times)[k] = time_of_meeting(k, from_);
+    });
+    for (std::size_t k = 0; k < times->size(); ++k) enter(k, (*times)[k]);
     double now = from_;
     bool flies = true;
     while (flies && !queue_.empty()) {
@@ -151,16 +159,20 @@ class FlightQueue {
     return {m.p0, m.omega == 0 && m.alpha == 0 ? state_.bodies.rotation[body] : Rot::from_angle(m.angle0)};
   }
 
-  /// Enters the next meeting of a pair, and voids the one that was foretold before.
-  void foretell(std::size_t k, double now) {
-    const Contact& contact = contact_at(k);
+  /// When a pair meets next, by what is known now; infinite if that is not before the end.
+  double time_of_meeting(std::size_t k, double now) const {
+    const Contact& contact = state_.contacts[island_.contacts[k]];
     const ImpactTime impact =
         contact_impact_time(contact, state_.shapes[contact.shape_a].shape, flight(contact.body_a, now),
                             state_.shapes[contact.shape_b].shape, flight(contact.body_b, now), to_ - now);
-    ++version_[k];
-    if (impact.hit && now + impact.t < to_)
-      queue_.push({now + impact.t, static_cast<std::uint32_t>(k), version_[k]});
+    return impact.hit && now + impact.t < to_ ? now + impact.t : kInfinity;
   }
+  /// Enters the next meeting of a pair, and voids the one that was foretold before.
+  void enter(std::size_t k, double time) {
+    ++version_[k];
+    if (time < kInfinity) queue_.push({time, static_cast<std::uint32_t>(k), version_[k]});
+  }
+  void foretell(std::size_t k, double now) { enter(k, time_of_meeting(k, now)); }
 
   /// Brings a body to `time`.
   void bring(std::size_t k, double time) {

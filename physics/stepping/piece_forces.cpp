@@ -16,6 +16,9 @@
 namespace skerry {
 namespace {
 
+// Contacts that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 512;
+
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {
   Assembly start, mid;  ///< rows where the piece begins, and half-way
@@ -86,31 +89,39 @@ class PieceSolve {
       const int local = state_.local_index[body];
       return local >= 0 ? poses[local] : pose_at(state_, body, piece_.elapsed + 0.5 * h);
     };
-    manifolds.resize(piece_.resting.size());
-    for (std::size_t k = 0; k < piece_.resting.size(); ++k) {
-      Contact& contact = state_.contacts[island_.contacts[k]];
-      manifolds[k] = contact.manifold;
-      if (piece_.resting[k] == 0) continue;
-      const Manifold mid =
-          contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
-                           state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
-                           state_.config.skips.axes ? &contact.cache : nullptr, &result_.narrow);
-      // Points keep their numbers; where the features changed on the way the old geometry serves.
-      Manifold& same = manifolds[k];
-      int found = 0;
-      for (int i = 0; i < same.count; ++i) {
-        for (int j = 0; j < mid.count; ++j) found += mid.points[j].feature == same.points[i].feature;
+    const std::size_t contacts = piece_.resting.size();
+    manifolds.resize(contacts);
+    Spare<std::vector<NarrowPhaseStats>> stats;
+    stats->assign((contacts + kContactsAPiece - 1) / kContactsAPiece, {});
+    share(state_.island_threads, contacts, kContactsAPiece, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) {
+        Contact& contact = state_.contacts[island_.contacts[k]];
+        manifolds[k] = contact.manifold;
+        if (piece_.resting[k] == 0) continue;
+        take_geometry(contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
+                                       state_.shapes[contact.shape_b].shape, pose(contact.body_b),
+                                       contact.margin, state_.config.skips.axes ? &contact.cache : nullptr,
+                                       &(*stats)[from / kContactsAPiece]),
+                      manifolds[k]);
       }
-      if (found != same.count) continue;
-      for (int i = 0; i < same.count; ++i) {
-        for (int j = 0; j < mid.count; ++j) {
-          if (mid.points[j].feature == same.points[i].feature)
-            same.points[i].position = mid.points[j].position;
-        }
-      }
-      same.normal = mid.normal;
-    }
+    });
+    for (const NarrowPhaseStats& piece : *stats) result_.narrow += piece;
     return true;
+  }
+
+  /// Points keep their numbers; where the features changed on the way the old geometry serves.
+  static void take_geometry(const Manifold& mid, Manifold& same) {
+    int found = 0;
+    for (int i = 0; i < same.count; ++i) {
+      for (int j = 0; j < mid.count; ++j) found += mid.points[j].feature == same.points[i].feature;
+    }
+    if (found != same.count) return;
+    for (int i = 0; i < same.count; ++i) {
+      for (int j = 0; j < mid.count; ++j) {
+        if (mid.points[j].feature == same.points[i].feature) same.points[i].position = mid.points[j].position;
+      }
+    }
+    same.normal = mid.normal;
   }
 
   void solve_once(const std::vector<Velocity>& before, std::vector<Velocity>& after) {
