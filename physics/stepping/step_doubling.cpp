@@ -18,6 +18,12 @@ constexpr double kShortest = 1e-6;
 constexpr double kEventShare = 0.1;
 // Differences below this are rounding.
 constexpr double kRounding = 1e-15;
+// Differences up to this may be what the solver's tolerance and the projection leave: if they do not fall
+// below a share of what they were in so many tries in turn, shorter steps are in vain.
+constexpr double kNoise = 1e-9, kFalls = 0.5;
+constexpr int kInVain = 2;
+// Tries a step, after which the rest is made in at most `kLastSteps` steps, whatever their error.
+constexpr int kMostTries = 100000, kLastSteps = 16;
 
 /// Positions and velocities of an island, six numbers a body.
 std::vector<double> state_of(const WorldState& state, const Island& island) {
@@ -104,8 +110,10 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     const double last = state.step_memory[i].inner_step;
     if (last > 0) wanted = std::min(wanted, last);
   }
-  double elapsed = 0;
+  double elapsed = 0, last_error = kInfinity;
+  int tries = 0, in_vain = 0;
   while (elapsed < h) {
+    if (++tries == kMostTries) wanted = std::max(wanted, (h - elapsed) / kLastSteps);
     // Two equal steps rather than one and a crumb.
     const double left = h - elapsed;
     const double length = wanted >= left ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
@@ -142,17 +150,22 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     const double allowed = std::max(kRounding, accuracy * (eventful ? kEventShare : length));
     const double ratio = error > 0 ? allowed / error : 1e6;
     const double next = length * std::clamp(0.9 * std::sqrt(ratio), 0.1, 4.0);
-    if (!(error <= allowed) && length > kShortest * h) {
+    in_vain = error <= kNoise && error > kFalls * last_error ? in_vain + 1 : 0;
+    last_error = error;
+    const bool vain = in_vain >= kInVain;
+    if (!(error <= allowed) && length > kShortest * h && !vain && tries < kMostTries) {
       backup.restore(state, island);
       ++result.rejected_steps;
       wanted = std::max(std::min(next, 0.9 * length), kShortest * h);
       continue;
     }
+    last_error = kInfinity;
     keep(halves, result);
     ++result.inner_steps;
     result.report.error_estimate += error;
     // A last step that was cut short says nothing against longer ones.
-    wanted = length < wanted ? std::max(wanted, next) : next;
+    if (tries < kMostTries) wanted = length < wanted || vain ? std::max(wanted, next) : next;
+    wanted = std::max(wanted, kShortest * h);
     elapsed = to;
   }
   result.step_memory.inner_step = wanted;
