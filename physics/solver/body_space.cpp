@@ -40,6 +40,8 @@ constexpr int kFewIterations = 16;
 // Best residual after rounds of sweeps and paths from which proximal steps go on at once, and their first
 // weight: of what is left there is little to be smoothed.
 constexpr double kConesCame = 1e-2, kConesEta = 1e-2;
+// Residual from which on contacts are looked at for contradictions.
+constexpr double kContradiction = 1e-2;
 constexpr int kColdIterations = 12;
 // Up to so many rows a few sweeps foresee the states better than anything else, at a tenth of the cost of an
 // interior point; they do not reach through more.
@@ -210,12 +212,15 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   }
   if (!solved && !(warm && flows) && !budget.spent(work))
     take_turns(std::isfinite(active.best_residual()) ? std::span<const double>(active.best()) : zero);
-  if (!solved && !budget.spent(work)) {
+  const bool vain =
+      !solved && !(active.best_residual() < kContradiction) && contradicts(system, budget, work);
+  if (vain) note(trace, "contacts that contradict each other: no answer");
+  if (!solved && !vain && !budget.spent(work)) {
     note(trace, "proximal continuation from the best iterate");
     active.set_impulses(std::isfinite(active.best_residual()) ? active.best().data() : zero.data());
     continue_from_best(ProximalOptions().eta);
   }
-  if (!solved && !warm && options.max_iterations == 0) {
+  if (!solved && !vain && !warm && options.max_iterations == 0) {
     SolveBudget rest = budget;
     rest.factorisations = std::numeric_limits<int>::max();
     rest.visits = std::min(budget.visits, work.visits + kPathVisits);
@@ -232,7 +237,8 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     }
   }
 
-  if (std::isfinite(active.best_residual())) {
+  // Nothing is better than impulses that ran away, or leave more than they were to change.
+  if (!vain && active.best_residual() < 1) {
     solution.lambda = active.best();
   } else {
     solution.lambda = zero;

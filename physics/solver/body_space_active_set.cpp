@@ -105,6 +105,11 @@ double ActiveSet::offer(const double* lambda) {
   scratch_.assign(lambda, lambda + n);
   scratch_w_.resize(n);
   model_.project(scratch_.data());
+  // Of impulses so large that rounding hides what they leave nothing can be said.
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    largest = std::max(largest, model_.info()[i].D * std::fabs(scratch_[i]));
+  if (!(largest * std::numeric_limits<double>::epsilon() < kHighestFloor * model_.scale())) return kInfinity;
   model_.evaluate(scratch_.data(), scratch_w_.data());
   const double residual = model_.residual(scratch_.data(), scratch_w_.data());
   if (residual < best_residual_) {

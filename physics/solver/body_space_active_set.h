@@ -82,7 +82,8 @@ class ActiveSet {
   bool is_answer(double tolerance);
   /// Forgets the best iterate.
   void clear_best() { best_residual_ = kInfinity; }
-  /// Offers an iterate; it is clamped to the bounds and kept if it is better. Returns its residual.
+  /// Offers an iterate; it is clamped to the bounds and kept if it is better. Returns its residual, infinite
+  /// for impulses that ran away.
   double offer(const double* lambda);
   /// The factor is not of these states any more: another method used the model's.
   void drop_factor() { factored_ = false; }

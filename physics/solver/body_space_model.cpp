@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/solver/contact_states.h"
+
 namespace skerry {
 namespace {
 
@@ -369,7 +371,7 @@ double BodySpaceModel::rounding_floor(const double* lambda) {
            std::fabs(jacobian_[i].high[k]) * velocity_[at(place_[i].high)].v[k];
     worst = std::max(worst, t);
   }
-  return 4 * 2.2e-16 * worst / scale_;
+  return std::min(4 * 2.2e-16 * worst / scale_, kHighestFloor);
 }
 
 // Costs relative to a row's share of a Gauss-Seidel sweep, from `body_space_bench` on pyramids and heaps: a

@@ -34,7 +34,8 @@ void judge(const Problem& problem, const SolveOptions& options, Solution& soluti
     return;
   }
   const bool exact = solution.residual <= options.tolerance ||
-                     solution.residual <= 16 * residual_floor(problem, solution.lambda);
+                     (solution.residual <= kHighestFloor &&
+                      solution.residual <= 16 * residual_floor(problem, solution.lambda));
   solution.status = exact ? SolveStatus::Solved : SolveStatus::Inexact;
 }
 

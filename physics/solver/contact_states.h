@@ -38,9 +38,13 @@ std::vector<RowState> all_sticking(const std::vector<Row>& rows);
 /// Counts open, sticking and slipping contacts into a trace entry.
 void count_states(const std::vector<Row>& rows, const std::vector<RowState>& states, SolveIteration& entry);
 
+/// Rounding is no excuse for more than this (relative): where contacts contradict each other, impulses run
+/// away, and the rounding of theirs explains anything.
+inline constexpr double kHighestFloor = 1e-4;
+
 /// Judges `solution.lambda` from the definition: clamps it, sets the residual, and the status to Solved if
 /// the residual is within the tolerance or within 16 rounding floors (the sums of a solver's own arithmetic
-/// round a few times more often than those of the residual), else Inexact.
+/// round a few times more often than those of the residual; `kHighestFloor` at most), else Inexact.
 void conclude(const IslandSystem& system, const SolveOptions& options, Solution& solution);
 void conclude(const ContactProblem& problem, const SolveOptions& options, Solution& solution);
 /// The same where sweeps know the largest violation of the natural map [m/s], which is not computed again

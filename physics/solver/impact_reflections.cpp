@@ -155,9 +155,16 @@ void hold_joints(const ImpactProblem& problem, Velocities& x, std::vector<double
   give_spare(std::move(impulses));
 }
 
+bool has_run_away(const ImpactProblem& problem, const Velocities& x, double most,
+                  const ImpactResult& result) {
+  return result.residual > kContradiction || kinetic_energy(problem.system, x) > most;
+}
+
 /// The elastic phase. Returns x, adds to `lambda`; contacts that cannot open are locked (they stop
-/// plastically).
-Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, ImpactResult& result) {
+/// plastically). Ends early, with more than `most` energy or contacts that contradict each other, where
+/// ground that moves squeezes bodies.
+Velocities reflect(const ImpactProblem& problem, double most, std::vector<double>& lambda,
+                   ImpactResult& result) {
   const IslandSystem& system = problem.system;
   Spare<ReflectionVectors> vectors;
   Neighbourhood near(system, *vectors);
@@ -213,6 +220,7 @@ Velocities reflect(const ImpactProblem& problem, std::vector<double>& lambda, Im
       ++result.reflections;
     }
     for (const int i : approaching) active[i] = 0;
+    if (most < kInfinity && has_run_away(problem, x, most, result)) break;
 
     // Only contacts of bodies whose velocity changed can have begun to approach.
     candidates.clear();
@@ -328,8 +336,12 @@ ImpactResult apply_reflections(const ImpactProblem& problem) {
   // Elastic answer, unless nothing bounces; plastic one, unless everything does.
   std::vector<double> elastic(system.rows.size(), 0);
   if (e_max > 0) {
-    Velocities x = reflect(problem, elastic, result);
-    if (e_min >= 1 && result.locked == 0 && result.status == SolveStatus::Solved) {
+    const double most = most_energy(problem);
+    Velocities x = reflect(problem, most, elastic, result);
+    if (most < kInfinity && has_run_away(problem, x, most, result)) {
+      // What is squeezed does not bounce.
+      e_max = 0;
+    } else if (e_min >= 1 && result.locked == 0 && result.status == SolveStatus::Solved) {
       result.lambda = std::move(elastic);
       result.velocity = std::move(x);
       add_friction(problem, result);

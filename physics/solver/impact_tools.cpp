@@ -10,6 +10,8 @@ namespace skerry::impact {
 namespace {
 
 constexpr double kTolerance = 1e-13;
+// Rows that contradict each other give by so much of their own part of W, so that the impulses are bounded.
+constexpr double kGive = 1e-2;
 
 /// Tolerance, and what is left of the work; a sixteenth of it at least, so that every sub-problem is looked
 /// at.
@@ -29,9 +31,21 @@ void clear(IslandSystem& system) {
   system.compliance.clear();
 }
 
+/// Impulses of rows that give, where there are none of rigid ones.
+void give_way(const ImpactProblem& problem, IslandSystem& system, const ImpactResult& result,
+              Solution& solution) {
+  if (solution.status == SolveStatus::Solved || !(solution.residual > kContradiction)) return;
+  system.compliance.resize(system.rows.size());
+  for (int i = 0; i < system.size(); ++i) system.compliance[i] = kGive * inverse_mass(system, i);
+  Solution other = problem.solver->solve(system, {}, options_of(problem, result), nullptr);
+  solution.work += other.work;
+  solution.lambda = std::move(other.lambda);
+}
+
 /// Solves the sub-system and books its work, status and residual.
-std::vector<double> solve(const ImpactProblem& problem, const IslandSystem& system, ImpactResult& result) {
+std::vector<double> solve(const ImpactProblem& problem, IslandSystem& system, ImpactResult& result) {
   Solution solution = problem.solver->solve(system, {}, options_of(problem, result), nullptr);
+  give_way(problem, system, result, solution);
   result.work += solution.work;
   result.residual = std::max(result.residual, solution.residual);
   if (solution.status != SolveStatus::Solved && result.status == SolveStatus::Solved)
@@ -75,6 +89,20 @@ double kinetic_energy(const IslandSystem& system, const Velocities& v) {
 
 bool ground_at_rest(const ImpactProblem& problem) {
   return std::all_of(problem.drive.begin(), problem.drive.end(), [](double u) { return u == 0; });
+}
+
+double most_energy(const ImpactProblem& problem) {
+  double fastest = 0;
+  for (int i = 0; i < problem.system.size(); ++i) {
+    if (problem.system.rows[i].kind == RowKind::Normal)
+      fastest = std::max(fastest, std::abs(problem.drive[i]));
+  }
+  if (fastest == 0) return kInfinity;
+  // A bounce off the ground changes a velocity by twice the ground's.
+  Velocities change(problem.velocity.size(), {2 * fastest, 0, 0});
+  const double root = std::sqrt(kinetic_energy(problem.system, problem.velocity)) +
+                      std::sqrt(kinetic_energy(problem.system, change));
+  return 4 * root * root;
 }
 
 std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<int>& rows,

@@ -9,6 +9,10 @@
 
 namespace skerry::impact {
 
+/// Residual above which contacts contradict each other, as where ground that moves squeezes bodies: no
+/// impulses end all approach.
+inline constexpr double kContradiction = 1e-6;
+
 using Velocities = std::vector<std::array<double, 3>>;
 
 /// Relative velocity of row `i`: J v + drive.
@@ -20,6 +24,11 @@ double inverse_mass(const IslandSystem& system, int i);
 double kinetic_energy(const IslandSystem& system, const Velocities& v);
 /// True when no ground moves, so that the kinetic energy of the island must not grow.
 bool ground_at_rest(const ImpactProblem& problem);
+
+/// Kinetic energy beyond which an impact has run away [J]; infinite where no contact is with ground that
+/// moves. What is squeezed by something that moves on its own could bounce to and fro for ever, faster each
+/// time: more than twice there and back is no bounce.
+double most_energy(const ImpactProblem& problem);
 
 /// Solves for impulses on `rows` (indices of Normal and Joint rows): w >= target, lambda >= 0 and
 /// complementary for Normal, w = 0 for Joint rows, starting from velocities `v`; the result is in the order

@@ -19,8 +19,50 @@ constexpr double kSettled = 1e-4, kProgress = 0.1;
 constexpr int kPolishIterations = 6;
 // Sweeps between two kicks.
 constexpr int kOrbit = 20000;
+// Lengths of the stretches of sweeps after which impulses may be seen to run away; how alike those are, and
+// how small what moves is beside them (heavy on light moves by the root of the ratio of their masses).
+constexpr int kStretches[] = {300, 3000};
+constexpr double kAlike = 1e-2, kStill = 1e-6;
+
+using Vectors = std::vector<BodyVector>;
+
+/// Sum of squares of (c - b) - (b - a).
+double bend(const Vectors& a, const Vectors& b, const Vectors& c) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const Vec4 d = (c[k].v - b[k].v) - (b[k].v - a[k].v);
+    sum += (d[0] * d[0] + d[1] * d[1]) + (d[2] * d[2] + d[3] * d[3]);
+  }
+  return sum;
+}
+/// Sum of squares of b - a.
+double way(const Vectors& a, const Vectors& b) {
+  return bend(b, b, a);
+}
 
 }  // namespace
+
+bool contradicts(const IslandSystem& system, const SolveBudget& budget, SolveWork& work) {
+  Spare<BlockSweeps> sweeps;
+  if (!sweeps->assign(system, true)) return false;
+  for (const int stretch : kStretches) {
+    const double cost = 3.0 * stretch * static_cast<double>(system.size());
+    if (budget.spent(work) || work.visits + cost > budget.visits) return false;
+    work.visits += cost;
+    sweeps->set({});
+    Vectors impulses[3], velocities[3];
+    for (int k = 0; k < 3; ++k) {
+      for (int i = 0; i < stretch; ++i) sweeps->sweep();
+      impulses[k] = sweeps->impulses();
+      velocities[k] = sweeps->velocities();
+    }
+    const double gone = way(impulses[1], impulses[2]);
+    if (gone > 0 && bend(impulses[0], impulses[1], impulses[2]) <= kAlike * kAlike * gone &&
+        way(velocities[1], velocities[2]) <= kStill * kStill * gone)
+      return true;
+  }
+  return false;
+}
 
 bool settle_by_sweeps(const IslandSystem& system, ActiveSet& active, const SettlingOptions& options,
                       const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {

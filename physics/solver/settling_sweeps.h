@@ -25,4 +25,10 @@ struct SettlingOptions {
 bool settle_by_sweeps(const IslandSystem& system, ActiveSet& active, const SettlingOptions& options,
                       const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
 
+/// Whether contacts contradict each other, as where ground that moves squeezes bodies: no velocities open all
+/// of them, there are impulses that move nothing and yet always seem wanted, and sweeps from nothing go on
+/// along those for ever. Told by two stretches of sweeps that change the impulses alike and the velocities
+/// not; where that takes longer to see, or more than the budget, false.
+bool contradicts(const IslandSystem& system, const SolveBudget& budget, SolveWork& work);
+
 }  // namespace skerry

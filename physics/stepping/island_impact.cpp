@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/solver/impact_law.h"
+#include "physics/solver/impact_tools.h"
 #include "physics/spare.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -124,6 +125,13 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   if (options.work_limit > 0 && !(problem.work_limit > 0 && problem.work_limit < options.work_limit))
     problem.work_limit = options.work_limit;
   ImpactResult impact = state.impact_law->apply(problem);
+  if (impact::kinetic_energy(problem.system, impact.velocity) > impact::most_energy(problem)) {
+    // What is squeezed does not bounce.
+    std::fill(problem.restitution.begin(), problem.restitution.end(), 0.0);
+    ImpactResult plastic = state.impact_law->apply(problem);
+    plastic.work += impact.work;
+    impact = std::move(plastic);
+  }
   store_velocities(state, island, impact.velocity);
   for (int i = 0; i < problem.system.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];

@@ -102,5 +102,39 @@ TEST(ImpactWithFriction, RandomHeapsLoseEnergyAndKeepMomentum) {
   }
 }
 
+/// A press comes down on bodies that bounce: no impulses are right, and none may fling them away.
+TEST(ImpactWithFriction, OfWhatIsSqueezedStaysBounded) {
+  const double speed = 3;
+  for (const char* law : {"reflections", "poisson", "simultaneous"}) {
+    for (const char* stepper : {"time_stepping", "event_driven"}) {
+      for (const double e : {0.0, 0.7}) {
+        WorldConfig config;
+        config.impact_law = law;
+        config.stepper = stepper;
+        World world(config);
+        add_ground(world, rough(make_disc(1), 0.5, e));
+        std::vector<BodyId> bodies;
+        for (int i = 0; i < 3; ++i) {
+          bodies.push_back(add(world, {0.9 * i, 0.3}, rough(make_box({0.6, 0.6}), 0.5, e), 1 + 100.0 * i));
+          bodies.push_back(add(world, {0.9 * i, 0.85}, rough(make_disc(0.25), 0.5, e), 10));
+        }
+        const BodyId press =
+            world.create_body({.type = BodyType::Kinematic, .position = {0.9, 1.7}, .velocity = {0, -speed}});
+        world.add_shape(press, rough(make_box({4, 0.4}), 0.5, e));
+        bool squeezed = false;
+        for (int step = 0; step < 30; ++step) {
+          const StepReport& report = world.step(1.0 / 60);
+          squeezed = squeezed || report.inexact_islands + report.islands_in_flow > 0;
+          EXPECT_LE(report.impacts, 3000);
+          for (const BodyId body : bodies)
+            ASSERT_LE(length(world.velocity(body)), 30 * speed)
+                << law << ' ' << stepper << " e " << e << " step " << step;
+        }
+        EXPECT_TRUE(squeezed) << law << ' ' << stepper << " e " << e;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace skerry

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/solver/body_space_model.h"
+#include "physics/solver/solver.h"
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
@@ -60,6 +61,45 @@ TEST(SettlingSweeps, RefuseRowsOfJoints) {
   const Walk walk = settle(system);
   EXPECT_FALSE(walk.solved);
   EXPECT_TRUE(walk.lambda.empty());
+}
+
+// A stack on the ground, and more ground that comes down on it.
+IslandSystem squeezed(IslandSystem system, double speed) {
+  Row row;
+  row.b = static_cast<int>(system.bodies.size()) - 1;
+  row.Jb = {0.0, -1.0, 0.1};
+  system.rows.push_back(row);
+  system.b.push_back(speed);
+  return system;
+}
+
+TEST(SettlingSweeps, SeeContactsThatContradictEachOther) {
+  SolveBudget budget;
+  budget.factorisations = 1000;
+  for (const double friction : {0.0, 0.5}) {
+    const scenes::SceneOptions options{.friction = friction};
+    for (const IslandSystem& system : {scenes::stack(1, options).system, scenes::stack(3, options).system,
+                                       scenes::pyramid(4, options).system}) {
+      SolveWork work;
+      EXPECT_FALSE(contradicts(system, budget, work));
+      EXPECT_TRUE(contradicts(squeezed(system, 1), budget, work));
+      const Solution solution = find_solver("body_space").solve(squeezed(system, 1), {}, {}, nullptr);
+      EXPECT_EQ(solution.status, SolveStatus::Inexact);
+      EXPECT_LE(solution.residual, 1);
+      EXPECT_LE(solution.work.factorisations, 300);
+    }
+    // What takes long is no contradiction.
+    for (const double ratio : {1e3, 1e6}) {
+      SolveWork work;
+      const scenes::SceneOptions heavy{
+          .friction = friction, .mass_ratio = ratio, .pattern = scenes::MassPattern::HeavyOnTop};
+      EXPECT_FALSE(contradicts(scenes::stack(5, heavy).system, budget, work));
+    }
+  }
+  SolveWork work;
+  budget.visits = 100;
+  EXPECT_FALSE(contradicts(squeezed(scenes::stack(3).system, 1), budget, work));
+  EXPECT_LE(work.visits, 100);
 }
 
 }  // namespace
