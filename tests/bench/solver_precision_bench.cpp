@@ -96,8 +96,13 @@ int main(int argc, char** argv) {
       quick = true;
     else if (std::strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
       part = argv[++i];
-    else
+    else if (argv[i][0] != '-')
       path = argv[i];
+    else {
+      std::fprintf(stderr, "solver_precision_bench: %s: expected --quick, --scene TEXT or a file to write\n",
+                   argv[i]);
+      return 2;
+    }
   }
   std::FILE* file = std::fopen(path, "w");
   if (file == nullptr) {
