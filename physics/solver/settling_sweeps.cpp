@@ -23,6 +23,8 @@ constexpr int kOrbit = 20000;
 // how small what moves is beside them (heavy on light moves by the root of the ratio of their masses).
 constexpr int kStretches[] = {300, 3000};
 constexpr double kAlike = 1e-2, kStill = 1e-6;
+// Of the work that is left, at most, for such a stretch.
+constexpr double kStretchShare = 0.1;
 
 using Vectors = std::vector<BodyVector>;
 
@@ -47,7 +49,7 @@ bool contradicts(const IslandSystem& system, const SolveBudget& budget, SolveWor
   if (!sweeps->assign(system, true)) return false;
   for (const int stretch : kStretches) {
     const double cost = 3.0 * stretch * static_cast<double>(system.size());
-    if (budget.spent(work) || work.visits + cost > budget.visits) return false;
+    if (budget.spent(work) || cost > kStretchShare * (budget.visits - work.visits)) return false;
     work.visits += cost;
     sweeps->set({});
     Vectors impulses[3], velocities[3];
