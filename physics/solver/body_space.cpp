@@ -212,8 +212,8 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   }
   if (!solved && !(warm && flows) && !budget.spent(work))
     take_turns(std::isfinite(active.best_residual()) ? std::span<const double>(active.best()) : zero);
-  const bool vain =
-      !solved && n <= kSettlingRows && !(active.best_residual() < kContradiction) && contradicts(system, budget, work);
+  const bool vain = !solved && n <= kSettlingRows && !(active.best_residual() < kContradiction) &&
+                    contradicts(system, budget, work);
   if (vain) note(trace, "contacts that contradict each other: no answer");
   if (!solved && !vain && !budget.spent(work)) {
     note(trace, "proximal continuation from the best iterate");
