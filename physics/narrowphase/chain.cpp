@@ -63,16 +63,23 @@ Manifold meet_disc(const Segment& s, const Hull& disc, const Transform& relative
 Segment::Segment(const Shape& chain, int index, Vec2 origin) {
   const int corners = static_cast<int>(chain.vertices.size());
   const int segments = static_cast<int>(chain.normals.size());
-  const int after = index + 1 < corners ? index + 1 : 0;
-  v[0] = chain.vertices[static_cast<std::size_t>(after)] - origin;
+  const int end = index + 1 < corners ? index + 1 : 0;
+  v[0] = chain.vertices[static_cast<std::size_t>(end)] - origin;
   v[1] = chain.vertices[static_cast<std::size_t>(index)] - origin;
   n[0] = chain.normals[static_cast<std::size_t>(index)];
   n[1] = -n[0];
   length = skerry::length(v[0] - v[1]);
   has_previous = chain.closed || index > 0;
   has_next = chain.closed || index + 1 < segments;
-  if (has_previous) previous = chain.normals[static_cast<std::size_t>(index > 0 ? index - 1 : segments - 1)];
-  if (has_next) next = chain.normals[static_cast<std::size_t>(index + 1 < segments ? index + 1 : 0)];
+  if (has_previous) {
+    const auto neighbour = static_cast<std::size_t>(index > 0 ? index - 1 : segments - 1);
+    previous = chain.normals[neighbour];
+    before = chain.vertices[neighbour] - origin;
+  }
+  if (has_next) {
+    next = chain.normals[static_cast<std::size_t>(index + 1 < segments ? index + 1 : 0)];
+    after = chain.vertices[static_cast<std::size_t>(end + 1 < corners ? end + 1 : 0)] - origin;
+  }
 }
 
 // A ridge turns clockwise, and so do the normals along it.
@@ -86,6 +93,15 @@ bool Segment::may_push_at_start(Vec2 u) const {
   if (!(cross(n[0], u) > kSameDirection)) return false;
   if (!has_previous) return dot(n[0], u) >= 0;
   return cross(previous, n[0]) < 0 && cross(previous, u) <= kSameDirection && dot(u, n[0] + previous) > 0;
+}
+
+bool Segment::is_over_valley(Vec2 p, double noise) const {
+  const Vec2 along = -perp(n[0]);
+  if (has_previous && dot(along, p - v[1]) <= noise)
+    return cross(previous, n[0]) > kFlatSine && dot(perp(previous), p - before) <= 0;
+  if (has_next && dot(along, p - v[0]) >= -noise)
+    return cross(n[0], next) > kFlatSine && dot(perp(next), p - after) >= 0;
+  return false;
 }
 
 SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform& relative, double margin,
@@ -138,19 +154,39 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   }
   if (axis.index < 0 && at_start && s.has_previous) return none;
 
+  const double noise = kNoise * scale, len = s.length;
+  const Vec2 along = -perp(n), lowest = placed.v[axis.index >= 0 ? axis.support : 0];
+  // A sharp corner that comes along the other side of a valley is foreseen by its height above this face,
+  // onto which it moves without ever having been nearest to more than the corner between.
+  const auto from_valley = [&] {
+    SegmentContact foreseen;
+    const Vec2 start = lowest - s.v[1], end = lowest - s.v[0];
+    if (axis.index < 0 || other.radius > 0 || low < -noise || !s.is_over_valley(lowest, noise) ||
+        std::min(length_squared(start), length_squared(end)) > margin * margin) {
+      return foreseen;
+    }
+    foreseen.m.normal = n;
+    foreseen.m.count = 1;
+    foreseen.m.points[0] = {lowest - (0.5 * low) * n, low,
+                            make_feature(edge_code(0), corner_code(axis.support))};
+    return foreseen;
+  };
+
   const Hull own = s.hull();
   SegmentContact contact;
   Manifold& m = contact.m;
   Output out{m, {}, false, {}};
-  clip(own, other, placed, axis, margin, out);
+  // Ends of the segment that are no ridge have no normal but its own.
+  const double lowest_x = dot(along, lowest - s.v[1]);
+  const bool may_turn = lowest_x < 0 ? !s.has_previous || cross(s.previous, n) < -kFlatSine
+                                     : !s.has_next || cross(n, s.next) < -kFlatSine;
+  clip(own, other, placed, axis, margin, out, may_turn);
   contact.from = out.from;
-  if (m.count == 0) return none;
-  const double noise = kNoise * scale, len = s.length;
-  const Vec2 along = -perp(n);
-  if (contact.from == NormalFrom::Corners) {
+  if (m.count == 0) return from_valley();
+  if (contact.from != NormalFrom::First) {
     const double lean = cross(n, m.normal);  // negative: towards the end
-    if (lean < -kSameDirection && !s.may_push_at_end(m.normal)) return none;
-    if (lean > kSameDirection && (s.has_previous || !s.may_push_at_start(m.normal))) return none;
+    if (lean < -kSameDirection && !s.may_push_at_end(m.normal)) return from_valley();
+    if (lean > kSameDirection && (s.has_previous || !s.may_push_at_start(m.normal))) return from_valley();
   }
   // What pokes below the line beyond an end is the neighbours' concern; on a flat stretch the ends inside it
   // are no ends of the contact.
@@ -168,6 +204,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
     m.points[kept++] = m.points[i];
   }
   m.count = kept;
+  if (kept == 0) return from_valley();
   for (int i = 0; i < m.count; ++i) m.points[i].feature = users_feature(m.points[i].feature);
   return contact;
 }

@@ -25,7 +25,9 @@ void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& 
 /// shape is on their right, the solid side. A ridge's contact belongs to the segment that ends there; its
 /// normal stays between those of the two segments. In a valley and on flat stretches only the segments' own
 /// normals occur, and where two segments are collinear, the inner corner is no end of the contact, so it
-/// gives no point while the contact goes on beyond it.
+/// gives no point while the contact goes on beyond it. A sharp corner that is above the other side of a
+/// valley, within the margin of its bottom, is a point of this side, too: it may come down along the other
+/// one.
 ///
 /// @param segment  0 <= segment < chain_segment_count(chain)
 /// @param margin   largest separation that is still reported [m], >= 0

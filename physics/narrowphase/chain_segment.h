@@ -15,6 +15,7 @@ struct Segment {
   double length = 0;
   bool has_previous = false, has_next = false;
   Vec2 previous, next;  ///< the neighbours' normals
+  Vec2 before, after;   ///< their far ends
 
   /// @param origin  point of the chain's frame that becomes the origin of the segment's coordinates
   Segment(const Shape& chain, int index, Vec2 origin);
@@ -26,6 +27,10 @@ struct Segment {
   /// the direction of walking at an open end.
   bool may_push_at_end(Vec2 u) const;
   bool may_push_at_start(Vec2 u) const;
+  /// True if `p` lies above the neighbour beyond the start or the end, and that neighbour bounds a valley
+  /// with this segment: along its face `p` comes down into this segment's.
+  /// @param noise  by which `p` may be beside it [m]
+  bool is_over_valley(Vec2 p, double noise) const;
 };
 
 /// A manifold and whose edge gave its normal.

@@ -113,8 +113,9 @@ Closest closest(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
           reference_is_a ? axis.support : corner};
 }
 
-void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out) {
-  if (axis.separation >= -kNoise * axis.scale) return clip_apart(a, b, placed, axis, margin, true, out);
+void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out,
+          bool may_turn) {
+  if (axis.separation >= -kNoise * axis.scale) return clip_apart(a, b, placed, axis, margin, may_turn, out);
   clip_overlap(a, b, placed, axis, margin, out);
 }
 

@@ -140,7 +140,9 @@ struct Closest {
 Closest closest(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis);
 
 /// Clips the incident edge to the reference edge of `axis`, or finds the two closest corners.
-void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out);
+/// @param may_turn  the normal may become that of the incident edge, if that is nearer to an end of the other
+void clip(const Hull& a, const Hull& b, const Placed& placed, const Axis& axis, double margin, Output& out,
+          bool may_turn = true);
 
 /// Order in which kinds of shapes are first in a pair: half-planes, then cores with edges, then discs.
 constexpr int rank_of(ShapeKind kind) {

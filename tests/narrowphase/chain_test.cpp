@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/narrowphase/chain.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "physics/narrowphase/collide.h"
@@ -97,6 +98,80 @@ TEST(Chain, ADiscInAValleyTouchesBothSides) {
   ASSERT_EQ(list.size(), 2u);
   EXPECT_NEAR(list[0].normal.x, std::sqrt(0.5), 1e-12);
   EXPECT_NEAR(list[1].normal.x, -std::sqrt(0.5), 1e-12);
+}
+
+TEST(Chain, ACornerThatSlidesIntoAValleyMeetsTheOtherSide) {
+  Scenes scenes(23);
+  const Shape box = make_box({1, 0.4});
+  for (int i = 0; i < 200; ++i) {
+    const double down = scenes.uniform(0, 0.7), up = scenes.uniform(down > 0.1 ? 0 : 0.1, 0.7);
+    const double speed = scenes.uniform(0.1, 3), faster = scenes.uniform(0, 9),
+                 time = scenes.uniform(1e-6, 0.1);
+    const double way = time * (speed + 0.5 * faster * time);
+    for (const double side : {1.0, -1.0}) {
+      std::vector<Vec2> corners{
+          {-3 * std::cos(down), 3 * std::sin(down)}, {0, 0}, {std::cos(up), std::sin(up)}};
+      if (side < 0) {
+        for (Vec2& corner : corners) corner.x = -corner.x;
+        std::reverse(corners.begin(), corners.end());
+      }
+      const Vec2 there{scenes.uniform(-9, 9), scenes.uniform(-9, 9)};
+      for (Vec2& corner : corners) corner += there;
+      const Shape valley = make_chain(corners);
+      const int other = side > 0 ? 1 : 0;
+      // The box lies on one side, its lower corner `way` from the bottom.
+      const double angle = -side * down;
+      const Vec2 start = there + rotate(Rot::from_angle(angle), {-side * (way + 0.5), 0.2});
+      const Vec2 along = rotate(Rot::from_angle(angle), {side, 0});
+      const ImpactTime impact = time_of_impact_chain_segment(
+          valley, other, {}, box, {.p0 = start, .angle0 = angle, .v = speed * along, .a = faster * along},
+          2 * time);
+      ASSERT_TRUE(impact.hit) << down << " " << up << " " << way;
+      ASSERT_NEAR(impact.t, time, 1e-12 / speed);
+      const Transform pose{start + impact.t * (speed + 0.5 * faster * impact.t) * along,
+                           Rot::from_angle(angle)};
+      const Manifold m = collide_chain_segment(valley, other, {}, box, pose, 1e-9);
+      ASSERT_GE(m.count, 1) << down << " " << up << " " << way;
+      ASSERT_NEAR(m.points[0].separation, 0, 1e-12);
+      // It is foreseen, with the normal of the face that it comes to.
+      const double near = std::min(way, 1e-3);
+      const Transform before{pose.p - near * along, Rot::from_angle(angle)};
+      const Manifold early = collide_chain_segment(valley, other, {}, box, before, 2 * near);
+      ASSERT_GE(early.count, 1);
+      ASSERT_NEAR(dot(early.normal, valley.normals[static_cast<std::size_t>(other)]), 1, 1e-12);
+      ASSERT_GE(early.points[0].separation, near * std::sin(down + up) - 1e-12);
+    }
+  }
+}
+
+TEST(Chain, AFlatStretchAnswersAsAHalfPlane) {
+  Scenes scenes(29);
+  const Shape plane = make_half_plane({0, 0}, {0, 1});
+  for (int i = 0; i < 2000; ++i) {
+    const double scale = std::pow(10, scenes.uniform(-3, 2));
+    std::vector<Vec2> corners{{-9 * scale, 0}};
+    while (corners.back().x < 9 * scale)
+      corners.push_back(corners.back() + Vec2{scenes.uniform(0.1, 3) * scale, 0});
+    const Shape chain = make_chain(corners);
+    const Shape box = make_box({scenes.uniform(0.5, 2) * scale, scenes.uniform(0.5, 2) * scale});
+    const double tilt = std::pow(10, scenes.uniform(-13, -0.5)),
+                 gap = scale * std::pow(10, scenes.uniform(-13, -2));
+    Transform pose{{scenes.uniform(-5, 5) * scale, scenes.uniform(0, 9)},
+                   Rot::from_angle(i % 2 == 0 ? tilt : -tilt)};
+    pose.p.y += gap - bounding_box(box, pose).lower.y;
+    const double margin = 0.1 * scale, rounding = 1e-12 * scale;
+    const Manifold whole = collide(plane, {}, box, pose, margin);
+    std::vector<double> gaps;
+    for (const Manifold& m : contacts(chain, box, pose, margin)) {
+      ASSERT_NEAR(m.normal.y, 1, 1e-15);
+      for (int k = 0; k < m.count; ++k) gaps.push_back(m.points[k].separation);
+    }
+    ASSERT_EQ(static_cast<int>(gaps.size()), whole.count) << i;
+    std::sort(gaps.begin(), gaps.end());
+    const double low = whole.points[0].separation, high = whole.points[whole.count - 1].separation;
+    ASSERT_NEAR(gaps.front(), std::min(low, high), rounding) << i;
+    ASSERT_NEAR(gaps.back(), std::max(low, high), rounding) << i;
+  }
 }
 
 TEST(Chain, DoesNotPushFromItsSolidSideAndLetsRollOffItsEnds) {
