@@ -27,6 +27,9 @@ double position_floor(const WorldState& state, Vec2 where) {
 constexpr double kVelocityFloor = 1e-13;
 // The same after an integration to rounding, which must keep the energy for 1e5 steps.
 constexpr double kFineVelocityFloor = 1e-16;
+// Shifts beyond the contact margin that are longer than so many times the largest error come from geometry,
+// not from errors.
+constexpr double kFarShift = 10;
 
 bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
@@ -159,6 +162,35 @@ void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vecto
   }
 }
 
+/// How far a shift moves a body, its ends included [m].
+double way_of(const WorldState& state, std::uint32_t body, const Velocity& shift) {
+  const double inverse_inertia = state.bodies.inverse_inertia[body];
+  const double gyration =
+      inverse_inertia > 0 ? std::sqrt(state.bodies.inverse_mass[body] / inverse_inertia) : 0;
+  return std::abs(shift[0]) + std::abs(shift[1]) + gyration * std::abs(shift[2]);
+}
+
+/// Loaded contacts that hold bodies back are let open where these would go much farther than anything is off:
+/// what landed in other geometry than it was solved for cannot be pulled shut. @return whether there were
+bool let_go_of_far_shifts(WorldState& state, const Island& island, const Assembly& assembly,
+                          const std::vector<double>& lambda, const std::vector<Velocity>& shift,
+                          double error) {
+  double farthest = 0;
+  for (std::size_t k = 0; k < shift.size(); ++k)
+    farthest = std::max(farthest, way_of(state, island.bodies[k], shift[k]));
+  if (farthest <= std::max(state.config.contact_margin, kFarShift * error)) return false;
+  bool any = false;
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const RowOrigin& origin = assembly.origin[i];
+    if (origin.kind != RowKind::Normal || !carried_load(state, origin) || !(lambda[i] < 0)) continue;
+    PointMemory& memory = state.contacts[origin.index].points[origin.point];
+    memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+    memory.sticking = false;
+    any = true;
+  }
+  return any;
+}
+
 /// What a projection of positions needs for a moment.
 struct PositionScratch {
   std::vector<std::uint8_t> points;
@@ -172,6 +204,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
                            IslandResult& result) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
+  bool held_back = false;
   Spare<PositionScratch> scratch;
   std::vector<Velocity>& shift = scratch->shift;
   AssemblyRequest request;
@@ -202,6 +235,11 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     solve_rows(state, SolvePurpose::Positions, assembly.system, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
     apply_impulses(assembly.system, scratch->lambda, shift);
+    if (!held_back && let_go_of_far_shifts(state, island, assembly, scratch->lambda, shift, error)) {
+      held_back = true;
+      last = kInfinity;
+      continue;
+    }
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island.bodies[k];
       all.position[body] += Vec2{shift[k][0], shift[k][1]};
