@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -40,9 +41,12 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
 
 /// What the next solve of the island may cost of `limit` (`SolveOptions::work_limit`; 0: unlimited): half of
 /// what the step has left, so that the problems after it get their share, too, and a sixteenth of the whole
-/// at least.
+/// at least. Beyond the limit that is halved with each quarter of it, so that a step of hundreds of hopeless
+/// problems ends, too.
 inline double work_left(double limit, const IslandResult& result) {
-  return limit > 0 ? std::max(limit / 16, 0.5 * (limit - result.work.visits)) : 0;
+  if (!(limit > 0)) return 0;
+  const double over = std::max(0.0, result.work.visits / limit - 1);
+  return std::max(limit / 16 * std::exp2(-4 * over), 0.5 * (limit - result.work.visits));
 }
 
 /// The same for forces and positions, which an island that may flow can give up.

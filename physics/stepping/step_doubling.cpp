@@ -22,8 +22,12 @@ constexpr double kRounding = 1e-15;
 // below a share of what they were in so many tries in turn, shorter steps are in vain.
 constexpr double kNoise = 1e-9, kFalls = 0.5;
 constexpr int kInVain = 2;
-// Tries a step, after which the rest is made in at most `kLastSteps` steps, whatever their error.
+// Tries a step, and their share of the work that an island may cost, after which the rest is made in at most
+// `kLastSteps` steps, whatever their error.
 constexpr int kMostTries = 100000, kLastSteps = 16;
+constexpr double kTryShare = 0.5;
+// Visits that a try costs for each body, contact and joint besides its solves: rows, manifolds, flights.
+constexpr double kTryVisits = 300;
 
 /// Positions and velocities of an island, six numbers a body.
 std::vector<double> state_of(const WorldState& state, const Island& island) {
@@ -78,9 +82,15 @@ double pulled_velocity(const WorldState& state, const Island& island, const std:
   return worst;
 }
 
-/// Work that was done, whether or not its result is kept.
+/// A result that goes on from what the step has cost so far, so that its solves keep within its budget.
+void begin_from(IslandResult& so_far, IslandResult& next) {
+  next.memories = std::move(so_far.memories);
+  next.work = so_far.work;
+}
+
+/// Work that was done, whether or not its result is kept. @param from  began from `to`
 void book_work(IslandResult& from, IslandResult& to) {
-  to.work += from.work;
+  to.work = from.work;
   to.manifolds_reused += from.manifolds_reused;
   to.narrow += from.narrow;
   for (std::size_t k = 0; k < to.stage_seconds.size(); ++k) to.stage_seconds[k] += from.stage_seconds[k];
@@ -112,8 +122,17 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
   }
   double elapsed = 0, last_error = kInfinity;
   int tries = 0, in_vain = 0;
+  bool gave_up = false;
+  const double most_work = kTryShare * state.config.solve.work_limit;
+  const auto parts =
+      static_cast<double>(island.bodies.size() + island.contacts.size() + island.joints.size());
   while (elapsed < h) {
-    if (++tries == kMostTries) wanted = std::max(wanted, (h - elapsed) / kLastSteps);
+    ++tries;
+    if (!gave_up && (tries >= kMostTries ||
+                     (most_work > 0 && result.work.visits + tries * kTryVisits * parts > most_work))) {
+      gave_up = true;
+      wanted = std::max(wanted, (h - elapsed) / kLastSteps);
+    }
     // Two equal steps rather than one and a crumb.
     const double left = h - elapsed;
     const double length = wanted >= left ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
@@ -123,7 +142,7 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     const IslandBackup backup(state, island);
     const std::vector<double> before = state_of(state, island);
     IslandResult whole;
-    whole.memories = std::move(result.memories);
+    begin_from(result, whole);
     advance_island(state, island, elapsed, to, whole);
     const std::vector<double> once = state_of(state, island);
     book_work(whole, result);
@@ -139,7 +158,7 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
 
     backup.restore(state, island);
     IslandResult halves;
-    halves.memories = std::move(result.memories);
+    begin_from(result, halves);
     advance_island(state, island, elapsed, middle, halves);
     const std::vector<PointForce> forces = point_forces(state, island);
     advance_island(state, island, middle, to, halves);
@@ -153,7 +172,7 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     in_vain = error <= kNoise && error > kFalls * last_error ? in_vain + 1 : 0;
     last_error = error;
     const bool vain = in_vain >= kInVain;
-    if (!(error <= allowed) && length > kShortest * h && !vain && tries < kMostTries) {
+    if (!(error <= allowed) && length > kShortest * h && !vain && !gave_up) {
       backup.restore(state, island);
       ++result.rejected_steps;
       wanted = std::max(std::min(next, 0.9 * length), kShortest * h);
@@ -164,7 +183,7 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     ++result.inner_steps;
     result.report.error_estimate += error;
     // A last step that was cut short says nothing against longer ones.
-    if (tries < kMostTries) wanted = length < wanted || vain ? std::max(wanted, next) : next;
+    if (!gave_up) wanted = length < wanted || vain ? std::max(wanted, next) : next;
     wanted = std::max(wanted, kShortest * h);
     elapsed = to;
   }
