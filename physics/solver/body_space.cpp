@@ -150,7 +150,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   if (warm) {
     active.set_impulses(solution.lambda.data());
     // Where rounding is all that is left, what is no better does not take its place, so that rest is found.
-    active.offer(solution.lambda.data());
+    active.offer();
     if (kept.has_states)
       active.predict_closing();
     else

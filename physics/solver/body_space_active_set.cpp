@@ -33,6 +33,7 @@ void ActiveSet::reset(double change) {
   const std::size_t n = at(model_.rows());
   if (states_.size() != n || change > kStaleLimit) factored_ = false;
   stale_ = stale_ || change > 0;
+  weighted_ = false;
   if (!std::isfinite(change) || states_.size() != n) states_.assign(n, RowState::Free);
   lambda_.assign(n, 0);
   w_.resize(n);
@@ -101,6 +102,14 @@ int ActiveSet::free_rows() const {
 }
 
 double ActiveSet::offer(const double* lambda) {
+  return judge(lambda, false);
+}
+
+double ActiveSet::offer() {
+  return judge(lambda_.data(), true);
+}
+
+double ActiveSet::judge(const double* lambda, bool present) {
   const std::size_t n = at(model_.rows());
   scratch_.assign(lambda, lambda + n);
   scratch_w_.resize(n);
@@ -110,8 +119,9 @@ double ActiveSet::offer(const double* lambda) {
   for (std::size_t i = 0; i < n; ++i)
     largest = std::max(largest, model_.info()[i].D * std::fabs(scratch_[i]));
   if (!(largest * std::numeric_limits<double>::epsilon() < kHighestFloor * model_.scale())) return kInfinity;
-  model_.evaluate(scratch_.data(), scratch_w_.data());
-  const double residual = model_.residual(scratch_.data(), scratch_w_.data());
+  const bool known = present && scratch_ == lambda_;
+  if (!known) model_.evaluate(scratch_.data(), scratch_w_.data());
+  const double residual = model_.residual(scratch_.data(), known ? w_.data() : scratch_w_.data());
   if (residual < best_residual_) {
     best_residual_ = residual;
     best_.swap(scratch_);
@@ -125,37 +135,69 @@ bool ActiveSet::is_answer(double tolerance) {
   return best_residual_ <= kAcceptedFloors * model_.rounding_floor(best_.data());
 }
 
-bool ActiveSet::step(double eta, SolveWork& work) {
-  const int n = model_.rows();
-  const bool fresh = !factored_ || eta != factored_eta_ || states_ != factored_states_;
-  for (int i = 0; i < n; ++i) {
+// Whether a friction row has the state of its normal row, which does not stick.
+bool ActiveSet::held_by_normal(int row) const {
+  const auto& r = model_.row(row);
+  return r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
+}
+
+// Where the state of a row that does not stick holds its impulse, by that of its normal row.
+template <class NormalImpulse>
+double ActiveSet::bound(int row, const NormalImpulse& impulse) const {
+  const auto& r = model_.row(row);
+  const RowState s = states_[at(row)];
+  if (r.normal < 0) return s == RowState::Lower ? r.lower : r.upper;
+  const double side = s == RowState::Upper ? r.mu : s == RowState::Lower ? -r.mu : 0;
+  return side * impulse(at(r.normal));
+}
+
+// Which rows stick is what g says: it is zero for all others.
+void ActiveSet::set_weights(double eta) {
+  for (int i = 0; i < model_.rows(); ++i) {
     const auto& r = model_.row(i);
     const RowState s = states_[at(i)];
-    const double lambda = lambda_[at(i)];
-    double g = 0, h = 0, k = 0;
-    if (r.normal >= 0) {
-      const std::size_t normal = at(r.normal);
-      const double side = s == RowState::Upper ? r.mu : s == RowState::Lower ? -r.mu : 0;
-      if (states_[normal] != RowState::Free || r.mu == 0) {
-        k = side * (lambda_[normal] + k_[normal]) - lambda;
-      } else if (s != RowState::Free) {
-        h = side * g_[normal];
-        k = side * (lambda_[normal] + k_[normal]) - lambda;
-      } else if (!r.dead) {
-        g = 1 / (eta * r.D + r.compliance);
-        k = -g * w_[at(i)];
-      }
-    } else if (s == RowState::Free) {
-      if (!r.dead) {
-        g = 1 / (eta * r.D + r.compliance);
-        k = -g * w_[at(i)];
-      }
-    } else {
-      k = (s == RowState::Lower ? r.lower : r.upper) - lambda;
+    double g = 0, h = 0;
+    if (!held_by_normal(i)) {
+      if (s == RowState::Free)
+        g = r.dead ? 0 : 1 / (eta * r.D + r.compliance);
+      else if (r.normal >= 0)
+        h = (s == RowState::Upper ? r.mu : -r.mu) * g_[at(r.normal)];
     }
     g_[at(i)] = g;
     h_[at(i)] = h;
+  }
+}
+
+void ActiveSet::set_right_hand_side() {
+  const int n = model_.rows();
+  for (int i = 0; i < n; ++i) {
+    double k = 0;
+    if (g_[at(i)] != 0)
+      k = -g_[at(i)] * w_[at(i)];
+    else if (states_[at(i)] != RowState::Free || held_by_normal(i))
+      k = bound(i, [&](std::size_t normal) { return lambda_[normal] + k_[normal]; }) - lambda_[at(i)];
     k_[at(i)] = k;
+  }
+}
+
+// Rows that stick take their change, the others go to their bounds.
+void ActiveSet::move_impulses(int first, int last) {
+  for (int i = first; i < last; ++i)
+    if (g_[at(i)] != 0)
+      lambda_[at(i)] += d_lambda_[at(i)];
+    else if (states_[at(i)] != RowState::Free || held_by_normal(i))
+      lambda_[at(i)] = bound(i, [&](std::size_t normal) { return lambda_[normal]; });
+}
+
+bool ActiveSet::step(double eta, SolveWork& work) {
+  // Rows whose Jacobians stay in the cache from one part of a step to the next.
+  constexpr int kPiece = 128;
+  const int n = model_.rows();
+  const bool fresh = !factored_ || eta != factored_eta_ || states_ != factored_states_;
+  if (fresh || !weighted_) {
+    set_weights(eta);
+    weighted_ = true;
+    if (!fresh) model_.take_weights(g_.data(), h_.data());
   }
   if (fresh) {
     const bool adapted = factored_ && eta == factored_eta_ && model_.adapt(g_.data(), h_.data(), work);
@@ -167,26 +209,21 @@ bool ActiveSet::step(double eta, SolveWork& work) {
     factored_eta_ = eta;
     stale_ = adapted;
   }
-  model_.solve(k_.data(), g_.data(), h_.data(), d_lambda_.data(), work);
-
-  for (int i = 0; i < n; ++i) {
-    const auto& r = model_.row(i);
-    const RowState s = states_[at(i)];
-    double& lambda = lambda_[at(i)];
-    if (s == RowState::Free && !(r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free))) {
-      lambda += d_lambda_[at(i)];
-    } else if (r.normal >= 0) {
-      lambda = (s == RowState::Upper ? r.mu : s == RowState::Lower ? -r.mu : 0) * lambda_[at(r.normal)];
-    } else {
-      lambda = s == RowState::Lower ? r.lower : r.upper;
-    }
+  set_right_hand_side();
+  model_.begin_solve(k_.data(), work);
+  model_.clear_impulses();
+  for (int first = 0; first < n; first += kPiece) {
+    const int last = std::min(n, first + kPiece);
+    model_.finish_solve(first, last, k_.data(), g_.data(), h_.data(), d_lambda_.data());
+    move_impulses(first, last);
+    model_.push(first, last, lambda_.data());
   }
-  update_velocities(eta);
+  model_.evaluate_pushed(lambda_.data(), w_.data());
+  add_regularisation(eta);
   return true;
 }
 
-void ActiveSet::update_velocities(double eta) {
-  model_.evaluate(lambda_.data(), w_.data());
+void ActiveSet::add_regularisation(double eta) {
   if (!centre_) return;
   for (std::size_t i = 0; i < w_.size(); ++i)
     w_[i] += eta * model_.info()[i].D * (lambda_[i] - (*centre_)[i]);
@@ -197,7 +234,8 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
   // More than this many iterations without a new least number of changes never led anywhere.
   constexpr int kPatience = 6;
   centre_ = &centre;
-  update_velocities(eta);
+  model_.evaluate(lambda_.data(), w_.data());
+  add_regularisation(eta);
   bool solved = false;
   int fewest = std::numeric_limits<int>::max(), waited = 0;
   for (int it = 0; it < max_iterations && !solved && !budget.spent(work); ++it) {
@@ -221,11 +259,8 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
 
 double ActiveSet::linear_error() const {
   double error = 0;
-  for (int i = 0; i < model_.rows(); ++i) {
-    const auto& r = model_.row(i);
-    const bool held = r.normal >= 0 && (r.mu == 0 || states_[at(r.normal)] != RowState::Free);
-    if (states_[at(i)] == RowState::Free && !held && !r.dead) error = std::max(error, std::fabs(w_[at(i)]));
-  }
+  for (std::size_t i = 0; i < w_.size(); ++i)
+    if (g_[i] != 0) error = std::max(error, std::fabs(w_[i]));
   return error;
 }
 
@@ -377,11 +412,11 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     if (!refine(options, fine ? 6 : 1, work)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
     int changes = change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, false);
-    if (trace) record(trace, offer(lambda_.data()), changes);
+    if (trace) record(trace, offer(), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
       if (!refine(options, 12, work)) return accepted();
-      const double residual = offer(lambda_.data());
+      const double residual = offer();
       if (residual <= options.target) return true;
       floor = model_.rounding_floor(lambda_.data());
       if (residual <= floor) return true;

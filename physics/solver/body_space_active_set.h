@@ -85,23 +85,33 @@ class ActiveSet {
   /// Offers an iterate; it is clamped to the bounds and kept if it is better. Returns its residual, infinite
   /// for impulses that ran away.
   double offer(const double* lambda);
+  /// The same with the present impulses. @pre the present velocities are theirs, not of a regularised problem
+  double offer();
   /// The factor is not of these states any more: another method used the model's.
   void drop_factor() { factored_ = false; }
 
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, centre, best_residual, factored_eta, eta, factored, stale] = *this;
+                            d_lambda, centre, best_residual, factored_eta, eta, factored, stale, weighted] =
+        *this;
     // `centre` is null between solves.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
-      factored_eta, eta, factored, stale);
+      factored_eta, eta, factored, stale, weighted);
   }
 
  private:
+  double judge(const double* lambda, bool present);
+  bool held_by_normal(int row) const;
+  template <class NormalImpulse>
+  double bound(int row, const NormalImpulse& impulse) const;
   double linear_error() const;
   bool leap(double length);
-  void update_velocities(double eta);
+  void add_regularisation(double eta);
   bool step(double eta, SolveWork& work);
+  void set_weights(double eta);
+  void set_right_hand_side();
+  void move_impulses(int first, int last);
   int change_states(double impulse_tolerance, double velocity_tolerance, bool apply);
   void record(SolveTrace* trace, double residual, int pivots) const;
 
@@ -115,6 +125,7 @@ class ActiveSet {
   double eta_ = 0;  // of the refinement; falls where that converges slowly; 0: not chosen yet
   bool factored_ = false;
   bool stale_ = false;
+  bool weighted_ = false;  // g and h are of these rows
 };
 
 }  // namespace skerry

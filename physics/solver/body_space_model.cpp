@@ -13,11 +13,6 @@ std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
-// Largest |a - b| of the lanes.
-double difference(const Vec4& a, const Vec4& b) {
-  return std::max({std::fabs(a[0] - b[0]), std::fabs(a[1] - b[1]), std::fabs(a[2] - b[2])});
-}
-
 // B += x (s y)^T
 SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
   B.column[0] += x * y[0];
@@ -27,128 +22,56 @@ SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
 
 }  // namespace
 
-void BodySpaceModel::forget() {
-  forgotten_ = true;
-  update_.reset();
-  factored_g_.clear();
-  factored_h_.clear();
-}
-
-double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
-  const std::size_t n = system.rows.size();
-  bool same_rows =
-      analysed_ && !forgotten_ && info_.size() == n && node_of_body_.size() == system.bodies.size();
-
-  // Bodies that move are the nodes of the graph.
-  int nodes = 0;
-  std::vector<int> node_of_body(system.bodies.size(), -1);
-  for (std::size_t i = 0; i < system.bodies.size(); ++i)
-    if (system.bodies[i].linear > 0 || system.bodies[i].angular > 0) node_of_body[i] = nodes++;
-  same_rows = same_rows && node_of_body == node_of_body_;
-
-  // The graph: analysed only if it has an edge that the kept fill lacks.
-  for (std::size_t i = 0; same_rows && i < n; ++i) {
-    const Row& row = system.rows[i];
-    same_rows = row.a == pairs_[i][0] && row.b == pairs_[i][1] && row.normal == normal_of_row_[i];
-  }
-  const auto node = [&](int body) { return body < 0 ? -1 : node_of_body[at(body)]; };
-  if (!same_rows) {
-    bool fits = analysed_ && nodes == nodes_ && node_of_body == node_of_body_;
-    std::vector<std::array<int, 2>> edges;
-    for (std::size_t i = 0; i < n; ++i) {
-      const int a = node(system.rows[i].a), b = node(system.rows[i].b);
-      if (a < 0 || b < 0) continue;
-      if (!edges.empty() && edges.back()[0] == a && edges.back()[1] == b) continue;
-      edges.push_back({a, b});
-      if (fits && !forgotten_) {
-        const int p = pattern_.position(a), q = pattern_.position(b);
-        fits = pattern_.block(std::min(p, q), std::max(p, q)) >= 0;
-      }
-    }
-    node_of_body_ = std::move(node_of_body);
-    nodes_ = nodes;
-    if (forgotten_) fits = fits && edges == edges_;
-    if (!fits) {
-      pattern_.analyse(nodes, edges);
-      factor_.set_pattern(pattern_);
-      edges_ = std::move(edges);
-      analysed_ = true;
-    }
-    // Whoever forgets counts as if it had not been there.
-    ++(fits && !forgotten_ ? work.symbolic_skipped : work.symbolic_analyses);
-    forgotten_ = false;
-    pairs_.resize(n);
-    normal_of_row_.resize(n);
-    jacobian_.assign(n, Jacobian{});
-    place_.resize(n);
-    info_.assign(n, RowInfo{});
-    inverse_mass_.assign(at(nodes_) + 1, BodyVector{});
-    velocity_.assign(at(nodes_) + 1, BodyVector{});
-  } else {
-    ++work.symbolic_skipped;
-  }
-  for (std::size_t i = 0; i < system.bodies.size(); ++i)
-    if (node_of_body_[i] >= 0) {
-      const InverseMass m = system.bodies[i];
-      inverse_mass_[at(pattern_.position(node_of_body_[i]))].v = Vec4{m.linear, m.linear, m.angular, 0};
-    }
-
-  // Rows. Directions in which a body cannot move are left out of its block.
-  double change = same_rows ? 0 : kInfinity, scale = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Row& row = system.rows[i];
-    if (!same_rows) {
-      pairs_[i] = {row.a, row.b};
-      normal_of_row_[i] = row.normal;
-      const int a = row.a < 0 ? -1 : node_of_body_[at(row.a)], b = row.b < 0 ? -1 : node_of_body_[at(row.b)];
-      Place& place = place_[i];
-      const int pa = a < 0 ? nodes_ : pattern_.position(a), pb = b < 0 ? nodes_ : pattern_.position(b);
-      place.low = std::min(pa, pb);
-      place.high = std::max(pa, pb);
-      if (i > 0 && place.low == place_[i - 1].low && place.high == place_[i - 1].high)
-        place.block = place_[i - 1].block;
-      else
-        place.block = place.high < nodes_ ? pattern_.block(place.low, place.high) : -1;
-    }
-    const Place& place = place_[i];
-    const auto set_block = [&](int body, const std::array<double, 3>& from, Vec4& to) {
-      if (body < 0 || node_of_body_[at(body)] < 0) return;
-      const InverseMass m = system.bodies[at(body)];
-      to = Vec4{m.linear > 0 ? from[0] : 0, m.linear > 0 ? from[1] : 0, m.angular > 0 ? from[2] : 0, 0};
-    };
-    Jacobian J{};
-    set_block(row.a, row.Ja, J.low);
-    set_block(row.b, row.Jb, J.high);
-    const bool a_is_low = row.a >= 0 && node_of_body_[at(row.a)] >= 0 &&
-                          pattern_.position(node_of_body_[at(row.a)]) == place.low;
-    if (!a_is_low) std::swap(J.low, J.high);
-    const double compliance = system.compliance.empty() ? 0 : system.compliance[i];
-    const Vec4 d =
-        J.low * J.low * inverse_mass_[at(place.low)].v + J.high * J.high * inverse_mass_[at(place.high)].v;
-    const double D = d[0] + d[1] + d[2] + compliance;
-    RowInfo& info = info_[i];
-    if (same_rows) {
-      const double size = std::fabs(D - info.D) + std::fabs(compliance - info.compliance);
-      change = std::max({change, difference(J.low, jacobian_[i].low), difference(J.high, jacobian_[i].high),
-                         D > 0 ? size / D : size});
-    }
-    jacobian_[i] = J;
-    info = {row.normal, !(D > 0),   row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D,
-            compliance, system.b[i]};
-    scale = std::max(scale, std::fabs(system.b[i]));
-  }
-  scale_ = scale > 0 ? scale : 1;
-  return change;
-}
-
 /// The loops, compiled for two instruction sets.
 struct BodySpaceModel::Kernels {
-  // velocity = inv(M) J^T lambda
-  static SKERRY_ALWAYS_INLINE void impulses(BodySpaceModel& m, const double* lambda) {
-    BodyVector* v = m.velocity_.data();
-    for (int p = 0; p <= m.nodes_; ++p) v[p].v = Vec4{};
-    const int n = m.rows();
-    for (int i = 0; i < n; ++i) {
+  // Numbers of the rows; returns the largest relative change of them if they were there before. Directions in
+  // which a body cannot move are left out of its block.
+  static SKERRY_ALWAYS_INLINE double take_rows(BodySpaceModel& m, const IslandSystem& system, bool compare) {
+    const std::size_t n = system.rows.size();
+    double change = 0, scale = 0;
+    Vec4 moved{};
+    for (std::size_t i = 0; i < n; ++i) {
+      const Row& row = system.rows[i];
+      const Place& place = m.place_[i];
+      const auto& low = place.a_is_low ? row.Ja : row.Jb;
+      const auto& high = place.a_is_low ? row.Jb : row.Ja;
+      const Vec4& low_mass = m.inverse_mass_[at(place.low)].v;
+      const Vec4& high_mass = m.inverse_mass_[at(place.high)].v;
+      Jacobian J;
+      J.low = low_mass > 0 ? Vec4{low[0], low[1], low[2], 0} : Vec4{};
+      J.high = high_mass > 0 ? Vec4{high[0], high[1], high[2], 0} : Vec4{};
+      const Vec4 d = J.low * J.low * low_mass + J.high * J.high * high_mass;
+      const double compliance = system.compliance.empty() ? 0 : system.compliance[i];
+      const double D = d[0] + d[1] + d[2] + compliance, b = system.b[i];
+      RowInfo& info = m.info_[i];
+      if (compare) {
+        Vec4 size = J.low - m.jacobian_[i].low;
+        size = size < 0 ? -size : size;
+        moved = size > moved ? size : moved;
+        size = J.high - m.jacobian_[i].high;
+        size = size < 0 ? -size : size;
+        moved = size > moved ? size : moved;
+        const double of_D = std::fabs(D - info.D) + std::fabs(compliance - info.compliance);
+        change = std::max(change, D > 0 ? of_D / D : of_D);
+      }
+      m.jacobian_[i] = J;
+      info = {row.normal, !(D > 0), row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D, compliance, b};
+      scale = std::max(scale, std::fabs(b));
+    }
+    m.scale_ = scale > 0 ? scale : 1;
+    return std::max({change, moved[0], moved[1], moved[2]});
+  }
+  static double take_rows_portable(BodySpaceModel& m, const IslandSystem& system, bool compare) {
+    return take_rows(m, system, compare);
+  }
+  SKERRY_AVX2 static double take_rows_avx2(BodySpaceModel& m, const IslandSystem& system, bool compare) {
+    return take_rows(m, system, compare);
+  }
+
+  // v += J^T lambda
+  static SKERRY_ALWAYS_INLINE void push(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                        BodyVector* v) {
+    for (int i = first; i < last; ++i) {
       const double z = lambda[i];
       if (z == 0) continue;
       const Jacobian& J = m.jacobian_[at(i)];
@@ -159,8 +82,7 @@ struct BodySpaceModel::Kernels {
   }
 
   static SKERRY_ALWAYS_INLINE void evaluate(BodySpaceModel& m, const double* lambda, double* w) {
-    impulses(m, lambda);
-    BodyVector* v = m.velocity_.data();
+    BodyVector* v = m.pushed_.data();
     for (int p = 0; p <= m.nodes_; ++p) v[p].v *= m.inverse_mass_[at(p)].v;
     const int n = m.rows();
     for (int i = 0; i < n; ++i) {
@@ -214,12 +136,10 @@ struct BodySpaceModel::Kernels {
   }
 
   // d_lambda = k - g J dv - h J_n dv
-  static SKERRY_ALWAYS_INLINE void recover(BodySpaceModel& m, const double* k, const double* g,
-                                           const double* h, double* d_lambda) {
-    BodyVector* v = m.velocity_.data();
-    v[m.nodes_].v = Vec4{};
-    const int n = m.rows();
-    for (int i = 0; i < n; ++i) {
+  static SKERRY_ALWAYS_INLINE void recover(const BodySpaceModel& m, int first, int last, const double* k,
+                                           const double* g, const double* h, double* d_lambda) {
+    const BodyVector* v = m.velocity_.data();
+    for (int i = first; i < last; ++i) {
       double d = k[i];
       const Place& place = m.place_[at(i)];
       if (g[i] != 0) {
@@ -300,19 +220,139 @@ struct BodySpaceModel::Kernels {
   SKERRY_AVX2 static void assemble_avx2(BodySpaceModel& m, const double* g, const double* h, bool general) {
     assemble(m, g, h, general);
   }
-  static void impulses_portable(BodySpaceModel& m, const double* k) { impulses(m, k); }
-  SKERRY_AVX2 static void impulses_avx2(BodySpaceModel& m, const double* k) { impulses(m, k); }
-  static void recover_portable(BodySpaceModel& m, const double* k, const double* g, const double* h,
-                               double* d_lambda) {
-    recover(m, k, g, h, d_lambda);
+  static void push_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
+                            BodyVector* v) {
+    push(m, first, last, lambda, v);
   }
-  SKERRY_AVX2 static void recover_avx2(BodySpaceModel& m, const double* k, const double* g, const double* h,
-                                       double* d_lambda) {
-    recover(m, k, g, h, d_lambda);
+  SKERRY_AVX2 static void push_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                    BodyVector* v) {
+    push(m, first, last, lambda, v);
+  }
+  static void recover_portable(const BodySpaceModel& m, int first, int last, const double* k, const double* g,
+                               const double* h, double* d_lambda) {
+    recover(m, first, last, k, g, h, d_lambda);
+  }
+  SKERRY_AVX2 static void recover_avx2(const BodySpaceModel& m, int first, int last, const double* k,
+                                       const double* g, const double* h, double* d_lambda) {
+    recover(m, first, last, k, g, h, d_lambda);
   }
 };
 
+void BodySpaceModel::forget() {
+  forgotten_ = true;
+  update_.reset();
+  factored_g_.clear();
+  factored_h_.clear();
+}
+
+double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
+  const std::size_t n = system.rows.size();
+  bool same_rows =
+      analysed_ && !forgotten_ && info_.size() == n && node_of_body_.size() == system.bodies.size();
+
+  // Bodies that move are the nodes of the graph.
+  int nodes = 0;
+  std::vector<int> node_of_body(system.bodies.size(), -1);
+  for (std::size_t i = 0; i < system.bodies.size(); ++i)
+    if (system.bodies[i].linear > 0 || system.bodies[i].angular > 0) node_of_body[i] = nodes++;
+  same_rows = same_rows && node_of_body == node_of_body_;
+
+  // The graph: analysed only if it has an edge that the kept fill lacks.
+  for (std::size_t i = 0; same_rows && i < n; ++i) {
+    const Row& row = system.rows[i];
+    same_rows = row.a == pairs_[i][0] && row.b == pairs_[i][1] && row.normal == normal_of_row_[i];
+  }
+  const auto node = [&](int body) { return body < 0 ? -1 : node_of_body[at(body)]; };
+  if (!same_rows) {
+    bool fits = analysed_ && nodes == nodes_ && node_of_body == node_of_body_;
+    std::vector<std::array<int, 2>> edges;
+    for (std::size_t i = 0; i < n; ++i) {
+      const int a = node(system.rows[i].a), b = node(system.rows[i].b);
+      if (a < 0 || b < 0) continue;
+      if (!edges.empty() && edges.back()[0] == a && edges.back()[1] == b) continue;
+      edges.push_back({a, b});
+      if (fits && !forgotten_) {
+        const int p = pattern_.position(a), q = pattern_.position(b);
+        fits = pattern_.block(std::min(p, q), std::max(p, q)) >= 0;
+      }
+    }
+    node_of_body_ = std::move(node_of_body);
+    nodes_ = nodes;
+    if (forgotten_) fits = fits && edges == edges_;
+    if (!fits) {
+      pattern_.analyse(nodes, edges);
+      factor_.set_pattern(pattern_);
+      edges_ = std::move(edges);
+      analysed_ = true;
+    }
+    // Whoever forgets counts as if it had not been there.
+    ++(fits && !forgotten_ ? work.symbolic_skipped : work.symbolic_analyses);
+    forgotten_ = false;
+    pairs_.resize(n);
+    normal_of_row_.resize(n);
+    jacobian_.assign(n, Jacobian{});
+    place_.resize(n);
+    info_.assign(n, RowInfo{});
+    inverse_mass_.assign(at(nodes_) + 1, BodyVector{});
+    velocity_.assign(at(nodes_) + 1, BodyVector{});
+    pushed_.assign(at(nodes_) + 1, BodyVector{});
+  } else {
+    ++work.symbolic_skipped;
+  }
+  position_of_body_.assign(system.bodies.size(), nodes_);
+  for (std::size_t i = 0; i < system.bodies.size(); ++i)
+    if (node_of_body_[i] >= 0) {
+      const InverseMass m = system.bodies[i];
+      position_of_body_[i] = pattern_.position(node_of_body_[i]);
+      inverse_mass_[at(position_of_body_[i])].v = Vec4{m.linear, m.linear, m.angular, 0};
+    }
+
+  if (!same_rows) place_rows(system);
+  const double change = cpu_has_avx2() ? Kernels::take_rows_avx2(*this, system, same_rows)
+                                       : Kernels::take_rows_portable(*this, system, same_rows);
+  return same_rows ? change : kInfinity;
+}
+
+void BodySpaceModel::place_rows(const IslandSystem& system) {
+  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+    const Row& row = system.rows[i];
+    pairs_[i] = {row.a, row.b};
+    normal_of_row_[i] = row.normal;
+    const int a = row.a < 0 ? nodes_ : position_of_body_[at(row.a)],
+              b = row.b < 0 ? nodes_ : position_of_body_[at(row.b)];
+    Place& place = place_[i];
+    place.low = std::min(a, b);
+    place.high = std::max(a, b);
+    place.a_is_low = a == place.low;
+    if (i > 0 && place.low == place_[i - 1].low && place.high == place_[i - 1].high)
+      place.block = place_[i - 1].block;
+    else
+      place.block = place.high < nodes_ ? pattern_.block(place.low, place.high) : -1;
+  }
+}
+
 void BodySpaceModel::evaluate(const double* lambda, double* w) {
+  clear_impulses();
+  push(0, rows(), lambda);
+  evaluate_pushed(lambda, w);
+}
+
+void BodySpaceModel::clear_impulses() {
+  std::fill(pushed_.begin(), pushed_.end(), BodyVector{});
+}
+
+void BodySpaceModel::push(int first, int last, const double* lambda, BodyVector* v) {
+  if (cpu_has_avx2())
+    Kernels::push_avx2(*this, first, last, lambda, v);
+  else
+    Kernels::push_portable(*this, first, last, lambda, v);
+}
+
+void BodySpaceModel::push(int first, int last, const double* lambda) {
+  push(first, last, lambda, pushed_.data());
+}
+
+void BodySpaceModel::evaluate_pushed(const double* lambda, double* w) {
   if (cpu_has_avx2())
     Kernels::evaluate_avx2(*this, lambda, w);
   else
@@ -439,36 +479,29 @@ bool BodySpaceModel::adapt(const double* g, const double* h, SolveWork& work) {
     if (!update_.add(row)) return false;
   }
   const bool done = update_.finish(pattern_, factor_);
+  take_weights(g, h);
   ++work.partial_factorisations;
   work.visits += rows() + kUpdateCost * update_.visited();
   return done;
 }
 
-void BodySpaceModel::set_velocities(const double* k) {
-  if (cpu_has_avx2())
-    Kernels::impulses_avx2(*this, k);
-  else
-    Kernels::impulses_portable(*this, k);
-}
-
-void BodySpaceModel::recover(const double* k, const double* g, const double* h, double* d_lambda) {
-  if (cpu_has_avx2())
-    Kernels::recover_avx2(*this, k, g, h, d_lambda);
-  else
-    Kernels::recover_portable(*this, k, g, h, d_lambda);
-}
-
-void BodySpaceModel::solve_adapted(const double* k, const double* g, const double* h, double* d_lambda) {
-  law_k_.assign(k, k + rows());
+void BodySpaceModel::take_weights(const double* g, const double* h) {
+  if (!update_.active()) return;
   law_g_.assign(g, g + rows());
   law_h_.assign(h, h + rows());
+  for (const LocalUpdate::Row& row : update_.rows()) {
+    law_g_[at(row.row)] = factored_g_[at(row.row)];
+    law_h_[at(row.row)] = factored_h_[at(row.row)];
+  }
+}
+
+void BodySpaceModel::begin_adapted(const double* k) {
+  law_k_.assign(k, k + rows());
   extra_.clear();
   // A row that was stiff pulls towards zero, one that slipped follows its normal row: neither constant is
   // large where the other side of the equation is not.
   for (const LocalUpdate::Row& row : update_.rows()) {
     const std::size_t i = at(row.row);
-    law_g_[i] = factored_g_[i];
-    law_h_[i] = factored_h_[i];
     law_k_[i] = 0;
     if (law_h_[i] != 0) {
       const std::size_t n = at(info_[i].normal);
@@ -476,7 +509,7 @@ void BodySpaceModel::solve_adapted(const double* k, const double* g, const doubl
     }
     extra_.push_back(k[i] - law_k_[i]);
   }
-  set_velocities(law_k_.data());
+  push(0, rows(), law_k_.data(), velocity_.data());
   factor_.forward(velocity_.data());
   // Velocities of the changed rows' bodies, from the paths to the root alone.
   const std::vector<int>& paths = update_.columns();
@@ -494,20 +527,38 @@ void BodySpaceModel::solve_adapted(const double* k, const double* g, const doubl
   factor_.forward(more_.data(), &paths);
   for (const int j : paths) velocity_[at(j)].v += more_[at(j)].v;
   factor_.backward(velocity_.data());
-  recover(law_k_.data(), law_g_.data(), law_h_.data(), d_lambda);
-  for (std::size_t r = 0; r < extra_.size(); ++r) d_lambda[update_.rows()[r].row] += extra_[r];
+  for (std::size_t r = 0; r < extra_.size(); ++r) law_k_[at(update_.rows()[r].row)] += extra_[r];
+}
+
+void BodySpaceModel::begin_solve(const double* k, SolveWork& work) {
+  count_solve(work);
+  std::fill(velocity_.begin(), velocity_.end(), BodyVector{});
+  if (update_.active()) {
+    begin_adapted(k);
+  } else {
+    push(0, rows(), k, velocity_.data());
+    factor_.solve(velocity_.data());
+  }
+  velocity_.back() = BodyVector{};
+}
+
+void BodySpaceModel::finish_solve(int first, int last, const double* k, const double* g, const double* h,
+                                  double* d_lambda) {
+  if (update_.active()) {
+    k = law_k_.data();
+    g = law_g_.data();
+    h = law_h_.data();
+  }
+  if (cpu_has_avx2())
+    Kernels::recover_avx2(*this, first, last, k, g, h, d_lambda);
+  else
+    Kernels::recover_portable(*this, first, last, k, g, h, d_lambda);
 }
 
 void BodySpaceModel::solve(const double* k, const double* g, const double* h, double* d_lambda,
                            SolveWork& work) {
-  count_solve(work);
-  if (update_.active()) {
-    solve_adapted(k, g, h, d_lambda);
-    return;
-  }
-  set_velocities(k);
-  factor_.solve(velocity_.data());
-  recover(k, g, h, d_lambda);
+  begin_solve(k, work);
+  finish_solve(0, rows(), k, g, h, d_lambda);
 }
 
 void BodySpaceModel::row_velocities(const BodyVector* v, double* u) const {

@@ -68,8 +68,13 @@ class BodySpaceModel {
 
   /// w = W lambda - b by way of the bodies; n values each.
   void evaluate(const double* lambda, double* w);
+  /// The same in pieces, for rows that are in the cache: `clear_impulses`, then `push` for all rows, a piece
+  /// at a time and in order, then `evaluate_pushed` with the impulses that were pushed.
+  void clear_impulses();
+  void push(int first, int last, const double* lambda);
+  void evaluate_pushed(const double* lambda, double* w);
   /// Copies the body velocities that the last `evaluate` found: one a position, and zero for the ground.
-  void velocities(BodyVector* v) const { std::copy(velocity_.begin(), velocity_.end(), v); }
+  void velocities(BodyVector* v) const { std::copy(pushed_.begin(), pushed_.end(), v); }
   /// Largest violation of the natural map, relative to `scale()`; see natural_map_residual.
   double residual(const double* lambda, const double* w) const;
   /// Clamps `lambda` to its bounds, normal rows before those that depend on them.
@@ -84,8 +89,14 @@ class BodySpaceModel {
   /// Makes the last factor that of other weights, where they differ in a few rows only and that is cheaper
   /// than a new one; what follows solves for the new weights, less exactly. False if it did not.
   [[nodiscard]] bool adapt(const double* g, const double* h, SolveWork& work);
+  /// The same factor serves weights that have hardly changed.
+  void take_weights(const double* g, const double* h);
   /// Computes `d_lambda` from `k` with the last factor. @param g, h  weights of that factor
   void solve(const double* k, const double* g, const double* h, double* d_lambda, SolveWork& work);
+  /// The same in pieces: the bodies first, then the rows from `first` to before `last`, with the same
+  /// weights.
+  void begin_solve(const double* k, SolveWork& work);
+  void finish_solve(int first, int last, const double* k, const double* g, const double* h, double* d_lambda);
 
   /// u = J v - b for body velocities `v` (changes from the free ones), one a position and one for the ground.
   void row_velocities(const BodyVector* v, double* u) const;
@@ -99,20 +110,20 @@ class BodySpaceModel {
   void count_solve(SolveWork& work) const;
 
   void fields(Archive& a) {
-    [[maybe_unused]] auto& [nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info,
-                            inverse_mass, velocity, pattern, factor, update, factored_g, factored_h, law_k,
-                            law_g, law_h, extra, more, edges, analysed, forgotten] = *this;
-    a(nodes, scale, node_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass, velocity,
-      pattern, analysed);
+    [[maybe_unused]] auto& [nodes, scale, node_of_body, position_of_body, pairs, normal_of_row, jacobian,
+                            place, info, inverse_mass, velocity, pushed, pattern, factor, update, factored_g,
+                            factored_h, law_k, law_g, law_h, extra, more, edges, analysed, forgotten] = *this;
+    a(nodes, scale, node_of_body, position_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass,
+      velocity, pushed, pattern, analysed);
     if (a.reading() && analysed) factor.set_pattern(pattern);
-    a(factor, update, factored_g, factored_h);
+    a(factor, update, factored_g, factored_h, law_g, law_h);
   }
 
  private:
   struct Kernels;
-  void set_velocities(const double* k);
-  void recover(const double* k, const double* g, const double* h, double* d_lambda);
-  void solve_adapted(const double* k, const double* g, const double* h, double* d_lambda);
+  void place_rows(const IslandSystem& system);
+  void push(int first, int last, const double* lambda, BodyVector* v);
+  void begin_adapted(const double* k);
   struct alignas(32) Jacobian {
     Vec4 low, high;  // blocks of the body eliminated first and of the other one
 
@@ -121,31 +132,33 @@ class BodySpaceModel {
   struct Place {
     int low, high;  // elimination positions; high = nodes_ for the ground
     int block;      // off-diagonal block, or -1
+    bool a_is_low;  // the first body of the row is the one eliminated first
 
     void fields(Archive& a) {
-      auto& [low_, high_, block_] = *this;
-      a(low_, high_, block_);
+      auto& [low_, high_, block_, a_is_low_] = *this;
+      a(low_, high_, block_, a_is_low_);
     }
   };
 
   int nodes_ = 0;
   double scale_ = 1;
-  std::vector<int> node_of_body_;
+  std::vector<int> node_of_body_, position_of_body_;
   std::vector<std::array<int, 2>> pairs_;  // body pairs of the rows, for recognising the graph
   std::vector<int> normal_of_row_;
   std::vector<Jacobian> jacobian_;
   std::vector<Place> place_;
   std::vector<RowInfo> info_;
   std::vector<BodyVector> inverse_mass_;  // by position; one more for the ground
-  std::vector<BodyVector> velocity_;      // scratch, same size
+  std::vector<BodyVector> velocity_;      // of the last solve; same size
+  std::vector<BodyVector> pushed_;        // by the last impulses; same size
   BlockPattern pattern_;
   BlockFactor factor_;
   LocalUpdate update_;
   std::vector<double> factored_g_, factored_h_;  // weights of the factor
-  std::vector<double> law_k_, law_g_, law_h_;    // scratch: what the rows do in the eyes of the factor
-  std::vector<double> extra_;                    // scratch: what the changed ones do beyond
-  std::vector<BodyVector> more_;                 // scratch
-  std::vector<std::array<int, 2>> edges_;        // of the graph that was analysed
+  std::vector<double> law_g_, law_h_, law_k_;  // of the adapted factor: what rows do in the eyes of the first
+  std::vector<double> extra_;                  // scratch: what the changed ones do beyond
+  std::vector<BodyVector> more_;               // scratch
+  std::vector<std::array<int, 2>> edges_;      // of the graph that was analysed
   bool analysed_ = false;
   bool forgotten_ = false;
 };
