@@ -144,6 +144,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   }
   ActiveSet::Options limits;
   limits.target = std::min(1e-12, options.tolerance);
+  limits.enough = limits.target;
   limits.tolerance = options.tolerance;
   bool solved = false;
 
@@ -158,6 +159,8 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     note(trace, "active set from the warm start");
     limits.few = model.is_adaptable() ? std::min(kFewChanges, static_cast<int>(n) / kFewOf) : 0;
     limits.max_iterations = limits.few > 0 ? kFewIterations : kWarmIterations;
+    // States that are settled by less than the tolerance are not worth a factor where that is dear.
+    if (limits.few > 0) limits.enough = options.tolerance;
     solved = active.run(limits, budget, work, trace);
     if (!solved && limits.few > 0 && !budget.spent(work)) {
       // Where contacts opened and slipped a moment ago, those states can lead astray.
@@ -166,6 +169,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
       note(trace, "active set from the warm start, all touching contacts sticking");
       solved = active.run(limits, budget, work, trace);
     }
+    limits.enough = limits.target;
   }
   const auto continue_from_best = [&](double eta) {
     ProximalOptions proximal;

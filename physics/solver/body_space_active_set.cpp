@@ -417,7 +417,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
       if (!refine(options, 12, work)) return accepted();
       const double residual = offer();
-      if (residual <= options.target) return true;
+      if (residual <= options.enough) return true;
       floor = model_.rounding_floor(lambda_.data());
       if (residual <= floor) return true;
       if (fine && change_states(floor, floor, false) == 0) return accepted();

@@ -34,7 +34,8 @@ class ActiveSet {
  public:
   struct Options {
     double eta = 1e-7;         ///< proximal weight relative to D to begin with
-    double target = 1e-12;     ///< relative residual to stop at
+    double target = 1e-12;     ///< relative residual that is asked of linear solves
+    double enough = 1e-12;     ///< relative residual at which no state is looked at more sharply
     double tolerance = 1e-10;  ///< relative residual that will do where the target is out of reach
     int max_iterations = 12;   ///< changes of states
     int patience = 1;          ///< iterations without fewer changes that are put up with

@@ -34,6 +34,8 @@ constexpr double kMissed = 0.1;
 constexpr double kExactWork = 30;
 // Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
 constexpr double kNearly = 1e-3;
+// The same up to which the step goes on as an exact one: reported, but nothing to do without.
+constexpr double kAlmost = 1e-8;
 constexpr int kLongestWait = 256;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 1024;
@@ -179,7 +181,7 @@ class OnePieceStep {
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
     const IslandSystem& system = assembly.system;
     result_.work += solution.work;
-    if (exact_ && solution.status != SolveStatus::Solved) {
+    if (exact_ && solution.status != SolveStatus::Solved && solution.residual > kAlmost) {
       if (!nearly_ || solution.residual > kNearly) return false;
       exact_ = false;
     }
@@ -524,12 +526,15 @@ bool step_island_lightly(WorldState& state, const Island& island, double h, Isla
     --memory.light_wait;
     return false;
   }
-  if (make_step(state, island, 0, h, OnePieceStep::Answer::Exact, result)) {
+  const bool made = make_step(state, island, 0, h, OnePieceStep::Answer::Exact, result);
+  if (made && result.report.status == SolveStatus::Solved) {
     memory.light_failures = 0;
     return true;
   }
   wait_after_failure(memory);
-  return false;
+  // What came almost there may well do so with the next step.
+  if (made) --memory.light_wait;
+  return made;
 }
 
 void wait_after_failure(StepMemory& memory) {
