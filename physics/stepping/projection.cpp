@@ -30,6 +30,9 @@ constexpr double kFineVelocityFloor = 1e-16;
 // Shifts beyond the contact margin that are longer than so many times the largest error come from geometry,
 // not from errors.
 constexpr double kFarShift = 10;
+// Residual of the solves, relative to the error that they take out; and the share of what counts as rounding
+// that they may leave.
+constexpr double kTolerance = 1e-12, kShareOfFloor = 0.1;
 
 bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
@@ -85,11 +88,13 @@ double position_error(const WorldState& state, const Assembly& assembly) {
   return worst;
 }
 
+/// @param floor   errors below this are rounding, in the unit of the right-hand side
 /// @param lambda  exchanged for the answer
-void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& system, IslandResult& result,
-                std::vector<double>& lambda) {
+void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& system, double floor,
+                IslandResult& result, std::vector<double>& lambda) {
   SolveOptions options;
-  options.tolerance = 1e-12;
+  // Redundant rows contradict each other by rounding: of an error that is hardly more, no solver leaves less.
+  options.tolerance = std::max(kTolerance, kShareOfFloor * floor / largest_magnitude(system.b));
   // One joint or contact is the most frequent case, and there is nothing to choose.
   if (state.solver->solve == solve_auto &&
       solve_few_without_bounds(system, options.tolerance, lambda, result.work))
@@ -218,9 +223,9 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     for (const std::uint32_t body : island.bodies) {
       extent = std::max({extent, std::abs(all.position[body].x), std::abs(all.position[body].y)});
     }
-    const double error = position_error(state, assembly);
+    const double error = position_error(state, assembly), floor = position_floor(state, {extent, extent});
     // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding.
-    if (error <= position_floor(state, {extent, extent}) || error > 0.5 * last) return true;
+    if (error <= floor || error > 0.5 * last) return true;
     last = error;
 
     for (std::size_t i = 0; i < assembly.system.rows.size(); ++i) {
@@ -232,7 +237,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       }
       assembly.system.b[i] = -origin.error;
     }
-    solve_rows(state, SolvePurpose::Positions, assembly.system, result, scratch->lambda);
+    solve_rows(state, SolvePurpose::Positions, assembly.system, floor, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
     apply_impulses(assembly.system, scratch->lambda, shift);
     if (!held_back && let_go_of_far_shifts(state, island, assembly, scratch->lambda, shift, error)) {
@@ -419,7 +424,7 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   // What is left does work against the joints' forces all the way to the next projection.
   const double floor = (may_open ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
   for (int round = 0; round < 4 && error > floor; ++round) {
-    solve_rows(state, SolvePurpose::Velocities, bilateral.system, result, lambda);
+    solve_rows(state, SolvePurpose::Velocities, bilateral.system, floor, result, lambda);
     if (may_open && round == 0 && let_open(state, bilateral, lambda))
       return project_velocities(state, island, elapsed, may_open, result);
     next = v;
