@@ -12,6 +12,7 @@
 #include "physics/solver/convex_step.h"
 #include "physics/solver/independent_parts.h"
 #include "physics/solver/small_exact.h"
+#include "physics/solver/small_states.h"
 #include "physics/solver/tridiagonal.h"
 #include "physics/spare.h"
 
@@ -111,6 +112,27 @@ Solution solve_all_bilateral(const IslandSystem& system, std::span<const double>
   return solution;
 }
 
+// The look with which body_space begins, without its memory: the last impulses may still be right.
+bool try_warm(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
+              Solution& solution) {
+  if (warm_start.size() != system.rows.size()) return false;
+  std::vector<double> lambda = take_spare<std::vector<double>>();
+  lambda.assign(warm_start.begin(), warm_start.end());
+  const double residual = clamp_and_judge(system, lambda);
+  if (!(residual <= options.tolerance)) {
+    give_spare(std::move(lambda));
+    return false;
+  }
+  solution.lambda = std::move(lambda);
+  solution.residual = residual;
+  solution.status = SolveStatus::Solved;
+  solution.method = "body_space";
+  solution.work.visits = static_cast<double>(system.rows.size());
+  if (options.trace) solution.trace = std::make_unique<SolveTrace>();
+  note(solution, "the warm start solves the problem already");
+  return true;
+}
+
 }  // namespace
 
 Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
@@ -153,10 +175,16 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   const bool warm = std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
   if (!warm) {
     if (try_small_exact(system, options, solution)) return solution;
+    if (try_small_states(system, {}, options, solution)) return solution;
     if (fits_small_exact(system)) {
+      const SolveWork vain = solution.work;
       solution = solve_body_space(system, warm_start, options, nullptr);
+      solution.work += vain;
       if (solution.status == SolveStatus::Solved) return solution;
     }
+  } else if (system.rows.size() <= kSmallRows && system.bodies.size() <= kSmallBodies) {
+    if (try_warm(system, warm_start, options, solution)) return solution;
+    if (try_small_states(system, warm_start, options, solution)) return solution;
   }
 
   if (system.rows.size() <= kForgottenRows) memory = nullptr;
@@ -167,7 +195,9 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   SolveOptions rest = options;
 
   if (options.work_limit > 0) rest.work_limit = kExactShare * options.work_limit;
+  const SolveWork vain = solution.work;
   solution = solve_body_space(system, warm_start, rest, kept ? &kept->body_space : nullptr);
+  solution.work += vain;
   if (solution.status == SolveStatus::Solved) return solution;
 
   // What is left of the budget; each rung is granted a share of its own, whatever the ones before took.

@@ -9,6 +9,7 @@
 #include "physics/solver/body_space_model.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/simd.h"
+#include "physics/solver/small_states.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -270,6 +271,10 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
   }
   // Rows that depend on each other share their impulse there.
   if (error == kInfinity) {
+    if (try_small_states(system, {}, options, solution)) {
+      solution.method = "bilateral";
+      return solution;
+    }
     std::unique_ptr<SolverMemory> local;
     if (memory == nullptr) memory = &local;
     if (dynamic_cast<BilateralMemory*>(memory->get()) == nullptr)
