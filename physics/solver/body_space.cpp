@@ -188,15 +188,18 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     continue_from_best(kConesEta);
   };
   const std::vector<double> zero(n, 0.0);
-  bool flows = false;  // many contacts neither stick nor stay open
+  bool flows = false;         // many contacts neither stick nor stay open
+  std::vector<double> stuck;  // impulses if all others do
   if (!solved && !budget.spent(work)) {
     active.set_impulses(zero.data());
     active.stick_everything();
     note(trace, "active set from all touching contacts sticking");
     limits.max_iterations = kColdIterations;
     limits.few = 0;
+    limits.must_fall = model.is_adaptable();
     // Two proximal steps show the forces; if many states are wrong, pivoting from here does not pay.
     flows = !active.refine(limits, 2, work) || active.contradictions() > static_cast<int>(n) / 8 + 2;
+    stuck = active.impulses();
     if (!flows) solved = active.run(limits, budget, work, trace);
   }
   std::vector<double> swept;
@@ -205,6 +208,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     active.predict_states();
     note(trace, "active set from a few sweeps");
     limits.max_iterations = kWarmIterations;
+    limits.must_fall = false;
     solved = active.run(limits, budget, work, trace);
   }
   if (!solved && warm && flows && !budget.spent(work)) take_turns(solution.lambda);
@@ -212,6 +216,8 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     note(trace, "interior point, polished by the active set");
     InteriorPointOptions interior;
     interior.tolerance = options.tolerance;
+    // Later changes of states led away from the size of the forces.
+    if (swept.empty() && !flows) active.set_impulses(stuck.data());
     solved = interior_point(model, active, interior, budget, work, trace);
   }
   if (!solved && !(warm && flows) && !budget.spent(work))

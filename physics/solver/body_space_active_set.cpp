@@ -412,7 +412,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     if (!refine(options, fine ? 6 : 1, work)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
     int changes = change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, false);
-    if (trace) record(trace, offer(), changes);
+    if (trace) record(trace, model_.residual(lambda_.data(), w_.data()), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
       if (!refine(options, 12, work)) return accepted();
@@ -425,6 +425,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       changes = change_states(floor, floor, false);
       fewest = -1;
     }
+    if (options.must_fall && it == 1 && fewest >= 0 && changes >= fewest) return accepted();
     if (fewest >= 0 && changes > options.growth * fewest + 4 + options.few) return accepted();
     if (fewest >= 0 && changes >= fewest) {
       if (++waited > options.patience + (changes <= options.few ? kFewPatience : 0)) return accepted();

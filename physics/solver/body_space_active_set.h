@@ -40,6 +40,7 @@ class ActiveSet {
     int max_iterations = 12;   ///< changes of states
     int patience = 1;          ///< iterations without fewer changes that are put up with
     double growth = 1.5;       ///< number of changes, relative to the least so far, at which to give up
+    bool must_fall = false;    ///< whether to give up if the first changes leave no fewer contradictions
     int few = 0;               ///< so many changes more are put up with, and so few three iterations longer
   };
 
