@@ -182,7 +182,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
       solution.work += vain;
       if (solution.status == SolveStatus::Solved) return solution;
     }
-  } else if (system.rows.size() <= kSmallRows && system.bodies.size() <= kSmallBodies) {
+  } else if (system.rows.size() <= kStateRows && system.bodies.size() <= kStateBodies) {
     if (try_warm(system, warm_start, options, solution)) return solution;
     if (try_small_states(system, warm_start, options, solution)) return solution;
   }

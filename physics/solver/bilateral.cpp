@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kDenseRows = 12;
 constexpr std::size_t kDenseBodies = 16;
 constexpr std::size_t kFewRows = 3;
+// Bodies up to which fixed-size arrays do; along more, rounding in their order asks for a refinement more.
+constexpr std::size_t kFewBodies = 8;
 // A pivot that cancellation has made this small against its diagonal is rounding: the row depends on others.
 constexpr double kDependent = 1e-11;
 // Weight of the proximal term relative to D. A step reduces the error to eta D / (least eigenvalue of W).
@@ -271,7 +273,7 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
   }
   // Rows that depend on each other share their impulse there.
   if (error == kInfinity) {
-    if (try_small_states(system, {}, options, solution)) {
+    if (system.bodies.size() <= kFewBodies && try_small_states(system, {}, options, solution)) {
       solution.method = "bilateral";
       return solution;
     }

@@ -16,7 +16,6 @@
 #include "physics/solver/bilateral.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/simd.h"
-#include "physics/solver/small_exact.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -28,7 +27,7 @@ constexpr double kEta = 1e-7, kBilateralEta = 1e-9;
 // Contradictions of states below this, relative, are roundings of a first step.
 constexpr double kClear = 1e-9;
 // Changes of states from a start, and how many without fewer contradictions are put up with.
-constexpr int kMostChanges = 12, kPatience = 3;
+constexpr int kMostChanges = 12, kPatience = 3, kSingles = 12;
 // Steps at most with the last states.
 constexpr int kFinalSteps = 6;
 // Relative residual to stop at.
@@ -52,7 +51,7 @@ class SmallStates {
   SKERRY_ALWAYS_INLINE bool assign(const IslandSystem& system) {
     const double eta = is_bilateral(system) ? kBilateralEta : kEta;
     const std::size_t n = system.rows.size(), bodies = system.bodies.size();
-    if (n == 0 || n > kSmallRows || bodies > kSmallBodies || !system.compliance.empty()) return false;
+    if (n == 0 || n > kStateRows || bodies > kStateBodies || !system.compliance.empty()) return false;
     rows_ = static_cast<int>(n);
     bodies_ = static_cast<int>(bodies);
     for (int j = 0; j < bodies_; ++j) {
@@ -134,7 +133,7 @@ class SmallStates {
 
   /// Projected Gauss-Seidel from nothing.
   SKERRY_ALWAYS_INLINE void sweep() {
-    Vec4 v[kSmallBodies + 1];
+    Vec4 v[kStateBodies + 1];
     for (Vec4& each : v) each = Vec4{};
     for (int i = 0; i < rows_; ++i) lambda_[i] = 0;
     for (int k = 0; k < kSweeps; ++k) {
@@ -163,7 +162,9 @@ class SmallStates {
   SKERRY_ALWAYS_INLINE bool search(double tolerance, SolveWork& work, SolveTrace* trace) {
     int fewest = rows_ + 1, waited = 0;
     double clear = kClear;
-    for (int k = 0; k < kMostChanges; ++k) {
+    bool single = false;
+    int singles = 0;
+    for (int k = 0; k < kMostChanges + kSingles; ++k) {
       if (!step(work)) break;
       int changes = change_states(clear, false);
       if (trace != nullptr) record(*trace, changes);
@@ -176,8 +177,14 @@ class SmallStates {
         changes = change_states(clear, false);
         if (changes == 0) break;
       }
-      if (changes >= fewest && ++waited > kPatience) break;
+      if (changes >= fewest && ++waited > kPatience) single = true;
       fewest = std::min(fewest, changes);
+      if (single) {
+        if (++singles > kSingles) break;
+        change_worst(clear);
+        ++work.pivots;
+        continue;
+      }
       work.pivots += changes;
       change_states(clear, true);
     }
@@ -208,7 +215,7 @@ class SmallStates {
 
   /// w = J J^T lambda - b
   SKERRY_ALWAYS_INLINE void evaluate() {
-    Vec4 v[kSmallBodies + 1];
+    Vec4 v[kStateBodies + 1];
     for (int j = 0; j <= bodies_; ++j) v[j] = Vec4{};
     for (int i = 0; i < rows_; ++i) {
       const StateRow& r = row_[i];
@@ -330,8 +337,8 @@ class SmallStates {
   SKERRY_ALWAYS_INLINE bool step(SolveWork& work) {
     if (!factored_ || !std::equal(state_, state_ + rows_, factored_state_)) factor(work);
     // What the rows push with if no body reacts.
-    double k[kSmallRows];
-    Vec4 x[kSmallBodies + 1];
+    double k[kStateRows];
+    Vec4 x[kStateBodies + 1];
     for (int j = 0; j <= bodies_; ++j) x[j] = Vec4{};
     for (int i = 0; i < rows_; ++i) {
       const StateRow& r = row_[i];
@@ -431,6 +438,35 @@ class SmallStates {
     return changes;
   }
 
+  /// Changes the state that is contradicted most.
+  SKERRY_ALWAYS_INLINE void change_worst(double clear) {
+    RowState before[kStateRows];
+    std::copy(state_, state_ + rows_, before);
+    change_states(clear, true);
+    int worst = -1;
+    double most = -1;
+    for (int i = 0; i < rows_; ++i) {
+      if (state_[i] == before[i]) continue;
+      const StateRow& r = row_[i];
+      double by = std::abs(w_[i]);
+      if (before[i] == RowState::Free) {
+        double lower = r.lower, upper = r.upper;
+        if (r.normal >= 0) {
+          upper = r.mu * std::max(0.0, lambda_[r.normal]);
+          lower = -upper;
+        }
+        by = r.D * std::max(lower - lambda_[i], lambda_[i] - upper);
+      }
+      if (by > most) {
+        most = by;
+        worst = i;
+      }
+    }
+    const RowState chosen = worst >= 0 ? state_[worst] : RowState::Free;
+    std::copy(before, before + rows_, state_);
+    if (worst >= 0) state_[worst] = chosen;
+  }
+
   /// Largest violation of the natural map, relative, of the present impulses within their bounds.
   SKERRY_ALWAYS_INLINE double residual() {
     project(lambda_);
@@ -481,13 +517,13 @@ class SmallStates {
   int rows_, bodies_, blocks_;
   double scale_, best_residual_;
   bool factored_;
-  std::array<unsigned, kSmallBodies> below_;  // bodies of each column of the factor, as bits
-  Vec4 root_[kSmallBodies];
-  StateRow row_[kSmallRows];
-  double lambda_[kSmallRows], w_[kSmallRows], best_[kSmallRows];
-  RowState state_[kSmallRows], factored_state_[kSmallRows];
-  Vec4 block_[kSmallBodies][kSmallBodies][3];  // columns of the blocks
-  Pivot pivot_[kSmallBodies];
+  std::array<unsigned, kStateBodies> below_;  // bodies of each column of the factor, as bits
+  Vec4 root_[kStateBodies];
+  StateRow row_[kStateRows];
+  double lambda_[kStateRows], w_[kStateRows], best_[kStateRows];
+  RowState state_[kStateRows], factored_state_[kStateRows];
+  Vec4 block_[kStateBodies][kStateBodies][3];  // columns of the blocks
+  Pivot pivot_[kStateBodies];
 };
 
 SKERRY_ALWAYS_INLINE bool run(const IslandSystem& system, const double* warm, double tolerance,
@@ -530,9 +566,9 @@ SKERRY_AVX2 bool run_avx2(const IslandSystem& system, const double* warm, double
 
 bool try_small_states(const IslandSystem& system, std::span<const double> warm_start,
                       const SolveOptions& options, Solution& solution) {
-  if (system.rows.size() > kSmallRows || system.bodies.size() > kSmallBodies) return false;
+  if (system.rows.size() > kStateRows || system.bodies.size() > kStateBodies) return false;
   const bool warm = warm_start.size() == system.rows.size();
-  std::array<double, kSmallRows> lambda;
+  std::array<double, kStateRows> lambda;
   std::unique_ptr<SolveTrace> trace;
   if (options.trace) {
     trace = std::make_unique<SolveTrace>();

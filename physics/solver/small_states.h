@@ -10,8 +10,10 @@
 
 namespace skerry {
 
+inline constexpr int kStateBodies = 16, kStateRows = 96;
+
 /// Searches the states of all rows (open, stick, slip) from those of the warm start, from everything
-/// sticking, and from those that a few sweeps end in: at most `kSmallBodies` bodies and `kSmallRows` rows of
+/// sticking, and from those that a few sweeps end in: at most `kStateBodies` bodies and `kStateRows` rows of
 /// any kind without compliance.
 /// @param solution  gets the work; the answer only where there is one
 /// @return whether there is an answer within the tolerance

@@ -7,7 +7,6 @@
 #include <random>
 
 #include "physics/solver/body_space.h"
-#include "physics/solver/small_exact.h"
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
@@ -16,7 +15,7 @@ namespace {
 using scenes::Scene;
 
 Scene random_scene(std::uint64_t seed, double friction) {
-  const int bodies = 1 + static_cast<int>(seed % 8), contacts = 1 + static_cast<int>(seed % 12);
+  const int bodies = 1 + static_cast<int>(seed % 16), contacts = 1 + static_cast<int>(seed % 24);
   return scenes::random_island({.bodies = bodies, .contacts = contacts, .pins = static_cast<int>(seed % 3)},
                                {.friction = friction, .noise = 0.5, .seed = seed});
 }
@@ -37,7 +36,7 @@ TEST(SmallStates, AnswersNearlyEveryRandomIslandWithinTheTolerance) {
   for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Scene scene = random_scene(seed, 0.4);
-    if (scene.system.rows.empty() || scene.system.rows.size() > kSmallRows) continue;
+    if (scene.system.rows.empty() || scene.system.rows.size() > kStateRows) continue;
     ++fitting;
     Solution solution;
     if (!try_small_states(scene.system, {}, {}, solution)) continue;
@@ -55,7 +54,7 @@ TEST(SmallStates, WithoutFrictionBodiesMoveAsBodySpaceHasThem) {
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Scene scene = random_scene(seed, 0);
-    if (scene.system.rows.empty() || scene.system.rows.size() > kSmallRows) continue;
+    if (scene.system.rows.empty() || scene.system.rows.size() > kStateRows) continue;
     Solution solution;
     if (!try_small_states(scene.system, {}, {}, solution)) continue;
     const Solution other = solve_body_space(scene.system, {}, {}, nullptr);
@@ -71,7 +70,7 @@ TEST(SmallStates, FollowsAWarmStart) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Scene scene = random_scene(seed, 0.4);
     Solution first;
-    if (scene.system.rows.size() > kSmallRows || !try_small_states(scene.system, {}, {}, first)) continue;
+    if (scene.system.rows.size() > kStateRows || !try_small_states(scene.system, {}, {}, first)) continue;
     // Other velocities of the bodies before.
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> change(-0.01, 0.01);
@@ -96,7 +95,7 @@ TEST(SmallStates, FollowsAWarmStart) {
 TEST(SmallStates, LeavesWhatDoesNotFitToOthers) {
   Solution solution;
   EXPECT_FALSE(try_small_states(IslandSystem{}, {}, {}, solution));
-  EXPECT_FALSE(try_small_states(scenes::stack(kSmallBodies + 1).system, {}, {}, solution));
+  EXPECT_FALSE(try_small_states(scenes::stack(kStateBodies + 1).system, {}, {}, solution));
   Scene soft = scenes::stack(2);
   soft.system.compliance.assign(soft.system.rows.size(), 0.1);
   EXPECT_FALSE(try_small_states(soft.system, {}, {}, solution));
