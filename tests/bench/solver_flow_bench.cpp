@@ -6,7 +6,11 @@
 // amount: the share of steps whose every solve reached 1e-8 and 1e-4, the residuals, the time of the whole
 // step, the largest work, and the deepest penetration.
 //   solver_flow_bench [--csv] [--steps N] [--work N]... [--us T] [FILTER]
-// friction 0.5, 1/60 s.
+// friction 0.5, 1/60 s. And large islands that are disturbed in one place:
+//   solver_flow_bench --balls N
+// throws a ball at each of N pyramids at rest, none of which sleeps, with the usual budget: time of 100
+// steps, the slowest one, and how many were not exact.
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <functional>
@@ -65,6 +69,41 @@ World struck_pyramid(int base, double flow_work) {
     for (int k = 0; k < base - row; ++k) add(world, {1.1 * (k + 0.5 * row), row + 0.5}, box);
   add(world, {-4, 0.3 * base + 2}, rough(make_disc(1.5), kFriction), 100, {15, 0});
   return world;
+}
+
+/// One ball, lighter than a box by 100 to 10 000 times, at up to 10 m/s. @return time of the steps [s]
+double throw_ball(int number) {
+  std::mt19937_64 random(static_cast<unsigned>(number));
+  const auto uniform = [&](double from, double to) {
+    return std::uniform_real_distribution<double>(from, to)(random);
+  };
+  const int base = static_cast<int>(uniform(20, 60));
+  const double mass = std::pow(10.0, uniform(-1, 1));
+  const Vec2 v{uniform(0, 1) < 0.7 ? uniform(1, 10) : 0, uniform(0, 1) < 0.5 ? -uniform(0, 6) : 0};
+  WorldConfig config;
+  config.sleep = false;
+  World world(config);
+  const ShapeDef box = rough(make_box({1, 1}), 0.6);
+  add_ground(world, box);
+  for (int row = 0; row < base; ++row)
+    for (int k = 0; k < base - row; ++k)
+      add(world, {1.05 * (k - 0.5 * (base - row - 1)), row + 0.5}, box, 1000);
+  for (int k = 0; k < 20; ++k) world.step(1.0 / 60);
+  const Vec2 from = v.x > 0 ? Vec2{-0.275 * base - 2, 0.45 * base} : Vec2{0.1, base + 1.0};
+  add(world, from, rough(make_disc(0.5), 0.6), mass, v);
+  double sum = 0, slowest = 0;
+  int inexact = 0;
+  for (int k = 0; k < 100; ++k) {
+    const double begin = bench::thread_seconds();
+    inexact += world.step(1.0 / 60).inexact_islands > 0;
+    const double seconds = bench::thread_seconds() - begin;
+    sum += seconds;
+    slowest = std::max(slowest, seconds);
+  }
+  std::printf("%5d %5d %8.3g kg %5.2f %6.2f m/s %9.1f %8.1f %7d\n", number, base, mass, v.x, v.y, 1e3 * sum,
+              1e3 * slowest, inexact);
+  std::fflush(stdout);
+  return sum;
 }
 
 struct Scene {
@@ -127,7 +166,7 @@ double work_for(double us, const std::vector<Price>& prices) {
 
 int main(int argc, char** argv) {
   bool csv = false;
-  int steps = 0;
+  int steps = 0, balls = 0;
   double us = 4;
   const char* filter = "";
   std::vector<double> works;
@@ -140,8 +179,18 @@ int main(int argc, char** argv) {
       works.push_back(std::max(0.0, std::atof(argv[++i])));
     else if (std::strcmp(argv[i], "--us") == 0 && i + 1 < argc)
       us = std::max(0.0, std::atof(argv[++i]));
+    else if (std::strcmp(argv[i], "--balls") == 0 && i + 1 < argc)
+      balls = std::max(0, std::atoi(argv[++i]));
     else
       filter = argv[i];
+  }
+  if (balls > 0) {
+    std::printf("%5s %5s %11s %16s %9s %8s %7s\n", "ball", "base", "mass", "velocity", "ms in all", "slowest",
+                "inexact");
+    double sum = 0;
+    for (int number = 1; number <= balls; ++number) sum += throw_ball(number);
+    std::printf("all: %.0f ms\n", 1e3 * sum);
+    return 0;
   }
   if (works.empty()) works = {0, 400, 4000};
   if (csv)
