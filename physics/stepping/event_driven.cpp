@@ -38,6 +38,12 @@ constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 constexpr int kMaxInnerSteps = 4000;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
 constexpr double kUnit = 1;
+// A trial that comes beyond this has diverged, and forces there say nothing.
+constexpr double kFarthest = 1e100;
+
+bool is_wild(const State& state) {
+  return std::any_of(state.begin(), state.end(), [](double y) { return !(std::abs(y) < kFarthest); });
+}
 
 class EventStep {
  public:
@@ -220,7 +226,7 @@ class EventStep {
     ModeForces latest, end;
     RungeKutta method(
         [&](double t, const State& state, State& out) {
-          if (!problem_.evaluate(mode_, t, state, latest)) return false;
+          if (is_wild(state) || !problem_.evaluate(mode_, t, state, latest)) return false;
           problem_.derivative(state, latest, out);
           return true;
         },

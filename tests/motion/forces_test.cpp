@@ -223,6 +223,21 @@ TEST_P(Forces, FieldThatThrowsOrIsNotFiniteLeavesTheBodiesWhereTheyWere) {
   EXPECT_THROW(world.set_drag(ball, {.linear = -1}), std::invalid_argument);
 }
 
+/// Inner steps that are too long for a force diverge while they are tried; that is no fault of the force.
+TEST(SteepForces, AreIntegratedWithStepsThatAreShortEnough) {
+  for (const char* stepper : {"event_driven", "auto"}) {
+    World world(by(stepper, weightless()));
+    const double speed = 10, steepness = 1e4;
+    const BodyId disc = add(world, {0, 0}, smooth(make_disc(0.5)), 1, {speed, 0});
+    world.set_force_field([&](const FieldSample& s) {
+      return Wrench{-steepness * length_squared(s.velocity) * s.velocity, 0};
+    });
+    ASSERT_NO_THROW(world.step(1.0 / 60)) << stepper;
+    // 1/v^2 grows by 2 k t.
+    EXPECT_NEAR(world.velocity(disc).x, 1 / std::sqrt(1 / (speed * speed) + 2 * steepness / 60), 1e-10);
+  }
+}
+
 TEST_P(Forces, ThreadsAskTheFieldInTheSameOrder) {
   std::uint64_t hash[2] = {};
   for (const int threads : {1, 4}) {
