@@ -395,28 +395,42 @@ double Flight::jump_to_discs_contact() const {
 /// True if the touching contact is not one that the segment reports.
 bool Flight::is_neighbours_contact() const {
   const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
-  const double margin = target_ + gap_ + 10 * kTouchingNoise * scale_;
+  const double margin = target_ + std::max(gap_, 0.0) + 10 * kTouchingNoise * scale_;
   return narrow::meet_segment(*segment_, b_.hull, relative, margin, nullptr).m.count == 0;
 }
 
-/// Step until the other shape may come down on the segment's line; infinite if it is below it already, or
-/// goes below it beside the segment.
+/// Step until a corner of the other shape may come down on the segment, or from beside over it; infinite if
+/// none can.
 double Flight::step_past_neighbours_contact() {
   n_ = rotate(qa_, segment_->n[0]);
-  const Vec2 n_local = inverse_rotate(qb_, n_);
-  const double base = dot(n_, d_) - dot(segment_->n[0], segment_->v[1]);
-  double low = kInfinity, rate = 0;
+  const Vec2 along = -perp(n_), n_local = inverse_rotate(qb_, n_), along_local = -perp(n_local);
+  const Vec2 start = d_ - rotate(qa_, segment_->v[1]);
+  const double omega = b_.omega_at(t_), radius = b_.hull.radius + target_;
+  const double noise = 10 * kTouchingNoise * scale_;
+  // The faster of the segment's ends comes up to meet it.
+  const double wa = a_.omega_at(t_);
+  const double lift =
+      std::max(wa * cross(rotate(qa_, segment_->v[0]), n_), wa * cross(rotate(qa_, segment_->v[1]), n_));
+  const double turning = a_.turning_bound() + b_.turning_bound();
+  const double fall =
+      a_.turns || b_.turns ? std::min(0.0, dot(n_, acceleration_)) - turning : dot(n_, acceleration_);
+  double s = kInfinity;
   for (int i = 0; i < b_.hull.count; ++i) {
-    const double height = base + dot(n_local, b_.hull.v[i]);
-    if (!(height < low)) continue;
-    low = height;
-    rate = dot(n_, v_) + b_.omega_at(t_) * cross(b_.hull.v[i], n_local);
+    const Vec2 corner = b_.hull.v[i];
+    const double height = dot(n_, start) + dot(n_local, corner) - radius;
+    const double x = dot(along, start) + dot(along_local, corner), side = std::max(-x, x - segment_->length);
+    if (height < -noise) continue;
+    if (height > noise || !(side > 0)) {
+      const double rate = dot(n_, v_) + omega * cross(corner, n_local) - lift;
+      s = std::min(s, first_root(std::max(height, 0.0), rate, fall));
+    } else {
+      // On the line beside the segment it is its neighbours' concern, until it comes over this one.
+      const double leaving = dot(along, v_) + omega * cross(corner, along_local);
+      const double curvature = -length(acceleration_) - turning - std::abs(wa) * length(v_);
+      s = std::min(s, first_root(side, x < 0 ? -leaving : leaving, curvature));
+    }
   }
-  const double height = low - b_.hull.radius - target_, noise = 10 * kTouchingNoise * scale_;
-  if (height < -noise) return kInfinity;
-  if (height <= noise && rate < -1e-12 * (narrow::magnitude(v_) + b_.top_omega * b_.reach)) return kInfinity;
-  const double s = step_on_fixed_axis(std::max(height, 0.0), t_max_ - t_);
-  return std::max(s, 1e-6 * t_max_);
+  return std::max(s, 1e-9 * t_max_);
 }
 
 ImpactTime Flight::run() {
