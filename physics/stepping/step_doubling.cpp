@@ -41,7 +41,13 @@ std::vector<double> state_of(const WorldState& state, const Island& island) {
   return y;
 }
 
+bool all_finite(const std::vector<double>& y) {
+  return std::all_of(y.begin(), y.end(), [](double value) { return std::isfinite(value); });
+}
+
+/// Infinite if a value is not finite.
 double largest_difference(const std::vector<double>& x, const std::vector<double>& y) {
+  if (!all_finite(x) || !all_finite(y)) return kInfinity;
   double worst = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
     worst = std::max(worst, std::abs(x[i] - y[i]) / std::max(1.0, std::abs(y[i])));
@@ -164,7 +170,8 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     advance_island(state, island, middle, to, halves);
     book_work(halves, result);
     const double pulled = pulled_velocity(state, island, forces, to - elapsed);
-    const double error = std::max(largest_difference(once, state_of(state, island)) / 3, pulled);
+    const std::vector<double> twice = state_of(state, island);
+    const double error = std::max(largest_difference(once, twice) / 3, pulled);
     const bool eventful = halves.mode_changes > 0 || halves.impacts > 0 || pulled > 0;
     const double allowed = std::max(kRounding, accuracy * (eventful ? kEventShare : length));
     const double ratio = error > 0 ? allowed / error : 1e6;
@@ -182,6 +189,8 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     keep(halves, result);
     ++result.inner_steps;
     result.report.error_estimate += error;
+    // The world contains what is lost.
+    if (!all_finite(twice)) break;
     // A last step that was cut short says nothing against longer ones.
     if (!gave_up) wanted = length < wanted || vain ? std::max(wanted, next) : next;
     wanted = std::max(wanted, kShortest * h);

@@ -39,6 +39,8 @@ constexpr int kFewPieces = 4;
 // fourteenth of g h. That doubles every so many pieces, up to g h itself.
 constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
 constexpr double kBouncePiecesADoubling = 4;
+// Velocities beyond this [m/s, rad/s] are no answers: products of such numbers still fit a double.
+constexpr double kFastest = 1e100;
 // Ends of sliding that cut a step; further ones are of first order.
 constexpr int kMostStops = 4;
 // A piece in which nothing rests needs no solve and costs this much less.
@@ -113,10 +115,12 @@ class IslandStep {
       island_velocities(state_, island_, before);
       const Piece part{elapsed_, length, resting_, last, stops_ < kMostStops, varying_, told_};
       PieceForces forces = solve_piece(state_, island_, part, before, after, result_);
+      if (is_lost(after)) return to;
       double hit = last ? length : next_hit(length, before, after);
       // Points that would go down from where they are join the solve; each round adds at least one.
       while (sinking_) {
         forces = solve_piece(state_, island_, part, before, after, result_);
+        if (is_lost(after)) return to;
         hit = next_hit(length, before, after);
       }
       if (result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
@@ -170,6 +174,19 @@ class IslandStep {
     if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
     if (may_flow(state_)) step_island_in_flow(state_, island_, elapsed_, to, result_);
     return may_flow(state_);
+  }
+
+  /// True if velocities left the numbers, as under drag that is too steep for the step: the world contains
+  /// bodies whose velocities are no numbers, and nothing is to be found on their ways.
+  bool is_lost(const std::vector<Velocity>& after) {
+    bool any = false;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const Velocity& v = after[k];
+      if (std::abs(v[0]) < kFastest && std::abs(v[1]) < kFastest && std::abs(v[2]) < kFastest) continue;
+      state_.bodies.velocity[island_.bodies[k]] = {kInfinity, kInfinity};
+      any = true;
+    }
+    return any;
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.

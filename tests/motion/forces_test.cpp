@@ -238,6 +238,24 @@ TEST(SteepForces, AreIntegratedWithStepsThatAreShortEnough) {
   }
 }
 
+/// Far beyond the bound that the explicit treatment sets to the step, tries diverge, which is no exception.
+TEST(SteepForces, ThatDivergeLeaveTheStepWithNumbers) {
+  for (const double accuracy : {0.0, 1e-4}) {
+    WorldConfig config;
+    if (accuracy > 0) config.accuracy = accuracy;
+    config.solve.work_limit = 1e5;
+    World world(config);
+    const BodyId terrain = world.create_body({.type = BodyType::Static});
+    world.add_shape(terrain, smooth(make_chain(std::vector<Vec2>{{-9, 0}, {9, 1}})));
+    const BodyId splinter = add(world, {0, 5.6}, smooth(make_box({0.0026, 0.013})), 0.034, {}, -1);
+    world.set_drag(splinter, {.linear = 30, .quadratic = 0.15, .angular = 2e6});
+    for (int k = 0; k < 120; ++k) {
+      ASSERT_NO_THROW(world.step(1.0 / 60)) << "step " << k;
+      ASSERT_TRUE(is_finite(world.position(splinter)) && std::isfinite(world.angle(splinter)));
+    }
+  }
+}
+
 TEST_P(Forces, ThreadsAskTheFieldInTheSameOrder) {
   std::uint64_t hash[2] = {};
   for (const int threads : {1, 4}) {
