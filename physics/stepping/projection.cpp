@@ -175,15 +175,19 @@ double way_of(const WorldState& state, std::uint32_t body, const Velocity& shift
   return std::abs(shift[0]) + std::abs(shift[1]) + gyration * std::abs(shift[2]);
 }
 
-/// Loaded contacts that hold bodies back are let open where these would go much farther than anything is off:
-/// what landed in other geometry than it was solved for cannot be pulled shut. @return whether there were
-bool let_go_of_far_shifts(WorldState& state, const Island& island, const Assembly& assembly,
-                          const std::vector<double>& lambda, const std::vector<Velocity>& shift,
-                          double error) {
+/// Share of the shifts that moves no body much farther than anything is off.
+double share_of_shifts(const WorldState& state, const Island& island, const std::vector<Velocity>& shift,
+                       double error) {
   double farthest = 0;
   for (std::size_t k = 0; k < shift.size(); ++k)
     farthest = std::max(farthest, way_of(state, island.bodies[k], shift[k]));
-  if (farthest <= std::max(state.config.contact_margin, kFarShift * error)) return false;
+  const double most = std::max(state.config.contact_margin, kFarShift * error);
+  return farthest > most ? most / farthest : 1;
+}
+
+/// Loaded contacts that hold bodies back are let open: what landed in other geometry than it was solved for
+/// cannot be pulled shut. @return whether there were
+bool let_go_of_held_back(WorldState& state, const Assembly& assembly, const std::vector<double>& lambda) {
   bool any = false;
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];
@@ -240,13 +244,18 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     solve_rows(state, SolvePurpose::Positions, assembly.system, floor, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
     apply_impulses(assembly.system, scratch->lambda, shift);
-    if (!held_back && let_go_of_far_shifts(state, island, assembly, scratch->lambda, shift, error)) {
+    const double share = share_of_shifts(state, island, shift, error);
+    if (share < 1 && !held_back && let_go_of_held_back(state, assembly, scratch->lambda)) {
       held_back = true;
       last = kInfinity;
       continue;
     }
     for (std::size_t k = 0; k < shift.size(); ++k) {
       const std::uint32_t body = island.bodies[k];
+      // In a jam of heavy and light bodies, what is straight for a moment would take some right through
+      // others.
+      if (share < 1)
+        for (double& component : shift[k]) component *= share;
       all.position[body] += Vec2{shift[k][0], shift[k][1]};
       if (shift[k][2] != 0) {
         all.angle[body] += shift[k][2];

@@ -225,7 +225,7 @@ class FlowOfHeavyOnLight : public testing::TestWithParam<HeavyOnLight> {};
 
 TEST_P(FlowOfHeavyOnLight, IsBorne) {
   constexpr unsigned kSeeds = 6;
-  std::vector<double> deepest_of, left_of;
+  std::vector<double> left_of;
   const HeavyOnLight& param = GetParam();
   for (unsigned seed = 0; seed < kSeeds; ++seed) {
     World world;
@@ -249,20 +249,18 @@ TEST_P(FlowOfHeavyOnLight, IsBorne) {
     }
     double deepest = 0;
     for (int k = 0; k < 240; ++k) deepest = std::max(deepest, world.step(kStep).worst_penetration);
-    deepest_of.push_back(deepest);
+    EXPECT_LT(deepest, param.deepest) << "seed " << seed;
     left_of.push_back(world.report().worst_penetration);
   }
-  // One pile may be worse: of 200 hinged ones of 40 bodies three went 0.72 to 1.8 m deep for a moment.
-  std::sort(deepest_of.begin(), deepest_of.end());
+  // One pile may jam.
   std::sort(left_of.begin(), left_of.end());
-  EXPECT_LT(deepest_of[kSeeds - 2], param.deepest) << "worst of seeds 0 to 5: " << deepest_of.back();
   // Hinged ones (0.43 m before) still settle.
   EXPECT_LT(left_of[kSeeds - 2], param.hinged ? 0.2 : 1e-5) << "worst of seeds 0 to 5: " << left_of.back();
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FlowOfHeavyOnLight,
                          testing::Values(HeavyOnLight{20, false, 0.1}, HeavyOnLight{40, false, 0.2},
-                                         HeavyOnLight{80, false, 0.3}, HeavyOnLight{40, true, 0.7},
+                                         HeavyOnLight{80, false, 0.3}, HeavyOnLight{40, true, 0.5},
                                          HeavyOnLight{80, true, 0.7}),
                          [](const testing::TestParamInfo<HeavyOnLight>& of) {
                            return std::to_string(of.param.bodies) + (of.param.hinged ? "Hinged" : "Free");
