@@ -135,8 +135,7 @@ double natural_map_residual(const ContactProblem& problem, const std::vector<dou
     if (std::isnan(violation)) return violation;
     worst = std::max(worst, violation);
   }
-  const double scale = largest_magnitude(problem.b);
-  return scale > 0 ? worst / scale : worst;
+  return worst / residual_scale(largest_magnitude(problem.b));
 }
 
 double residual_floor(const ContactProblem& problem, const std::vector<double>& lambda) {
@@ -148,7 +147,7 @@ double residual_floor(const ContactProblem& problem, const std::vector<double>& 
     }
   }
   const double largest = largest_magnitude(size), scale = largest_magnitude(problem.b);
-  return kRoundingUnit * (scale > 0 ? std::max(largest / scale, 1.0) : largest);
+  return kRoundingUnit * (scale > kLeastScale ? std::max(largest / scale, 1.0) : largest);
 }
 
 void validate(const ContactProblem& problem) {

@@ -78,7 +78,7 @@ double residual_of(const IslandSystem& system, const std::vector<double>& lambda
       if (std::isnan(worst)) return worst;
     }
   }
-  return scale > 0 ? worst / scale : worst;
+  return worst / residual_scale(scale);
 }
 
 // Clamps and judges, as `clamp_and_judge`, an island in which bodies ascend along the rows: each row lies
@@ -134,7 +134,7 @@ bool judge_path(const IslandSystem& system, std::vector<double>& lambda, double&
     scale = std::max(scale, std::abs(wanted));
   }
   if (!judge()) return false;
-  residual = scale > 0 ? worst / scale : worst;
+  residual = worst / residual_scale(scale);
   return true;
 }
 
@@ -348,7 +348,7 @@ double residual_floor(const IslandSystem& system, const std::vector<double>& lam
     largest = std::max(largest, sum);
   }
   const double scale = largest_magnitude(system.b);
-  return kRoundingUnit * (scale > 0 ? std::max(largest / scale, 1.0) : largest);
+  return kRoundingUnit * (scale > kLeastScale ? std::max(largest / scale, 1.0) : largest);
 }
 
 void validate(const IslandSystem& system) {

@@ -85,7 +85,7 @@ std::vector<double> row_velocities(const IslandSystem& system, const std::vector
 std::vector<double> inverse_effective_masses(const IslandSystem& system);
 
 /// The one error measure for all solvers: the largest violation of the natural map, in velocity units,
-/// relative to the largest |b| (absolute when b is zero).
+/// relative to the largest |b| (absolute when that is no more than none).
 ///
 /// For a row with bounds [l, u] (friction: +-mu lambda_n) and D its diagonal of W, the violation is
 /// `D * |lambda - clamp(lambda - w / D, l, u)|`; it is zero exactly at solutions [Acary & Brogliato 2008,
@@ -116,6 +116,14 @@ double natural_map_violation(ImpulseBounds bounds, double diagonal, double lambd
 
 /// Returns the largest absolute value, 0 for none.
 double largest_magnitude(const std::vector<double>& values);
+
+/// Velocities below this [m/s] are no more than none: they may have no digits left to divide by.
+inline constexpr double kLeastScale = 1e-280;
+
+/// Returns what residuals are relative to [m/s]: the largest |b|, or 1 where that is no more than none.
+inline double residual_scale(double largest) {
+  return largest > kLeastScale ? largest : 1;
+}
 
 /// Half a unit in the last place of 1.
 inline constexpr double kRoundingUnit = 1.1102230246251565e-16;

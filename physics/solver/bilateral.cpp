@@ -265,7 +265,7 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
   solution.lambda = take_spare<std::vector<double>>();
   solution.lambda.assign(n, 0);
   const double largest = largest_magnitude(system.b);
-  const double scale = largest > 0 ? largest : 1;
+  const double scale = residual_scale(largest);
   double error = largest == 0 ? 0 : kInfinity;
   if (error > 0 && n <= kDenseRows && system.bodies.size() <= kDenseBodies) {
     error = solve_dense_of_size(system, kTarget * scale, solution.lambda.data(), solution.work);

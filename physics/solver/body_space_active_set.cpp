@@ -41,6 +41,7 @@ void ActiveSet::reset(double change) {
   h_.resize(n);
   k_.resize(n);
   d_lambda_.resize(n);
+  best_.assign(n, 0);
   best_residual_ = kInfinity;
   if (change > kStaleLimit) eta_ = 0;
 }

@@ -77,13 +77,11 @@ class ActiveSet {
   const std::vector<double>& velocities() const { return w_; }
   std::vector<RowState>& states() { return states_; }
 
-  /// The best iterate so far within the bounds, and its residual.
+  /// The best iterate so far within the bounds, and its residual; zeros and infinity before one was offered.
   const std::vector<double>& best() const { return best_; }
   double best_residual() const { return best_residual_; }
   /// Whether the best iterate is within the tolerance, or as near to zero as rounding lets one come.
   bool is_answer(double tolerance);
-  /// Forgets the best iterate.
-  void clear_best() { best_residual_ = kInfinity; }
   /// Offers an iterate; it is clamped to the bounds and kept if it is better. Returns its residual, infinite
   /// for impulses that ran away.
   double offer(const double* lambda);

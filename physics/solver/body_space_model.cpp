@@ -58,7 +58,7 @@ struct BodySpaceModel::Kernels {
       info = {row.normal, !(D > 0), row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D, compliance, b};
       scale = std::max(scale, std::fabs(b));
     }
-    m.scale_ = scale > 0 ? scale : 1;
+    m.scale_ = residual_scale(scale);
     return std::max({change, moved[0], moved[1], moved[2]});
   }
   static double take_rows_portable(BodySpaceModel& m, const IslandSystem& system, bool compare) {

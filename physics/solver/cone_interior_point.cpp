@@ -397,7 +397,7 @@ bool improve_by_interior_point(const IslandSystem& system, double limit, BlockSw
   Spare<std::vector<double>> before, after;
   violation = sweeps.violation();
   sweeps.get(sweeps.impulses(), *before);
-  const double scale = largest_magnitude(system.b);
+  const double scale = residual_scale(largest_magnitude(system.b));
   path.start(*before, std::max(kStart * scale, kFarStart * violation));
   int failures = 0;
   for (int k = 0; k < kManySteps && failures < kShortSteps && path.centre() > kEnd * scale; ++k) {

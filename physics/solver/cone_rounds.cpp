@@ -37,7 +37,7 @@ bool cone_rounds(const IslandSystem& system, std::span<const double> start, cons
   SolveWork uncounted;
   if (!sweeps->assign(system) || !path->assign(system, uncounted)) return false;
   work.symbolic_analyses += uncounted.symbolic_analyses;
-  const double scale = largest_magnitude(system.b) > 0 ? largest_magnitude(system.b) : 1;
+  const double scale = residual_scale(largest_magnitude(system.b));
   ActiveSet::Options polish;
   polish.target = std::min(1e-12, options.tolerance);
   polish.tolerance = options.tolerance;
@@ -73,7 +73,7 @@ bool cone_rounds(const IslandSystem& system, std::span<const double> start, cons
       if (active.run(polish, budget, work, trace)) return true;
     }
     idle = residual > kProgress * before ? idle + 1 : 0;
-    if (idle > 1 || active.best().empty()) break;
+    if (idle > 1 || !std::isfinite(residual)) break;
     sweeps->set(active.best());
   }
   return false;

@@ -101,8 +101,7 @@ void conclude(const IslandSystem& system, const SolveOptions& options, Solution&
 }
 
 void conclude(const IslandSystem& system, double violation, const SolveOptions& options, Solution& solution) {
-  const double scale = largest_magnitude(system.b);
-  const double residual = scale > 0 ? violation / scale : violation;
+  const double residual = violation / residual_scale(largest_magnitude(system.b));
   if (!(residual > std::max(options.tolerance, kFarFromRounding))) return conclude(system, options, solution);
   clamp_to_bounds(system.rows, solution.lambda);
   solution.residual = residual;

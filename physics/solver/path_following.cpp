@@ -74,7 +74,8 @@ void PathFollower::start(const std::vector<double>& centre, double eta, const st
     if (s == RowState::Free) {
       // Half-way between near bounds at most.
       const double inside = std::min(off / r.D, 0.25 * (upper - lower));
-      z = std::clamp(z, std::isfinite(lower) ? lower + inside : z, std::isfinite(upper) ? upper - inside : z);
+      if (std::isfinite(lower)) z = std::max(z, lower + inside);
+      if (std::isfinite(upper)) z = std::min(z, upper - inside);
     } else {
       z = s == RowState::Upper ? upper : lower;
       wanted[at(i)] = s == RowState::Upper ? std::min(w_[at(i)], -off) : std::max(w_[at(i)], off);

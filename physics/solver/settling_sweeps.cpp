@@ -75,7 +75,7 @@ bool settle_by_sweeps(const IslandSystem& system, ActiveSet& active, const Settl
   polish.target = std::min(1e-12, options.tolerance);
   polish.tolerance = options.tolerance;
   polish.max_iterations = polish.patience = kPolishIterations;
-  const double scale = largest_magnitude(system.b) > 0 ? largest_magnitude(system.b) : 1;
+  const double scale = residual_scale(largest_magnitude(system.b));
   double asked_at = kSettled;
   int since_kick = 0;
   std::vector<double> lambda;

@@ -81,7 +81,7 @@ class SmallStates {
       scale_ = std::max(scale_, std::abs(r.b_wanted));
       if (row.a >= 0 && row.b >= 0) below_[std::min(row.a, row.b)] |= 1u << std::max(row.a, row.b);
     }
-    if (scale_ == 0) scale_ = 1;
+    scale_ = residual_scale(scale_);
     blocks_ = bodies_;
     for (int j = 0; j < bodies_; ++j) {
       blocks_ += std::popcount(below_[j]);

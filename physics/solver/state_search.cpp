@@ -32,7 +32,7 @@ class Search {
         options_(options),
         solution_(solution),
         diagonal_(inverse_effective_masses(problem)),
-        scale_(largest_magnitude(problem.b)) {
+        scale_(residual_scale(largest_magnitude(problem.b))) {
     best_ = solution.lambda;
     clamp_to_bounds(problem.rows, best_);
     best_residual_ = natural_map_residual(problem, best_);
@@ -152,7 +152,7 @@ class Search {
     for (std::size_t i = 0; i < w.size(); ++i) {
       w[i] += problem_.b[i] - b[i] + shift * diagonal_[i] * lambda[i];
     }
-    const double slack = 4 * residual_floor(problem_, lambda) * (scale_ > 0 ? scale_ : 1);
+    const double slack = 4 * residual_floor(problem_, lambda) * scale_;
     std::vector<Change> changes;
     for (int i = 0; i < problem_.size(); ++i) {
       const RowState wanted = wanted_state(states, lambda, i, w[i], slack);

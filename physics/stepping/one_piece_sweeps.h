@@ -60,7 +60,7 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
   sweeps->soften(give.joints, give.contacts);
   sweeps->set(warm);
   const double rows = static_cast<double>(system.rows.size());
-  const double scale = largest_magnitude(system.b);
+  const double scale = residual_scale(largest_magnitude(system.b));
   double target = options.tolerance * scale;
   solution.work.visits = exact ? kSetUp * rows : 0;
   double worst = sweeps->violation();
@@ -102,7 +102,7 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
   }
   if (!looked) stops();
   sweeps->get(sweeps->impulses(), solution.lambda);
-  solution.residual = scale > 0 ? worst / scale : worst;
+  solution.residual = worst / scale;
   solution.status = worst <= options.tolerance * scale ? SolveStatus::Solved : SolveStatus::Inexact;
   return solution;
 }

@@ -325,6 +325,18 @@ TEST(BodySpace, SurvivesNonsenseWarmStartsAndHugeLoads) {
   }
 }
 
+// They ended in what was left of an earlier, larger island, which wrote past the end of memory.
+TEST(BodySpace, LoadsTooSmallToHaveDigitsAreNoLoads) {
+  for (const double size : {1e-323, 4.7e-321, 1e-300, 1e-285}) {
+    for (const int boxes : {1, 2, 5}) {
+      expect_exact(scenes::pyramid(5).system, solve(scenes::pyramid(5).system));
+      IslandSystem system = scenes::stack(boxes).system;
+      for (double& b : system.b) b = b < 0 ? -size : size;
+      expect_exact(system, solve(system));
+    }
+  }
+}
+
 TEST(BodySpace, TraceTellsTheRungsAndTheStates) {
   const Scene scene = scenes::pyramid(6, {.noise = 0.2});
   const Solution solution = solve(scene.system, {.trace = true});
