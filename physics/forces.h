@@ -42,7 +42,9 @@ enum class FieldThreads : std::uint8_t {
 };
 
 /// Resistance of a medium: F = -(linear + quadratic |v|) v, torque = -(angular + angular_quadratic |w|) w.
-/// time_stepping treats it explicitly, so it needs h < 2 m / linear.
+/// In time_stepping it may be as steep as it likes: what is constant over a step slows down by a fourth-order
+/// approximation of the exponential. event_driven takes steps of the size of m / linear, or gives up and lets
+/// time_stepping make the step.
 struct Drag {
   double linear = 0;             ///< [N s/m]
   double quadratic = 0;          ///< [N s^2/m^2]

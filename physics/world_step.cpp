@@ -148,6 +148,13 @@ void Step::choose_joints() {
                          s_.active_joints.end());
 }
 
+/// Over the step, by what acts on the body where it begins, but for contacts and joints.
+std::array<double, 3> Step::acceleration_at_start(std::uint32_t i) const {
+  const BodyArrays& b = s_.bodies;
+  const JointEnd start{b.position[i], b.rotation[i], b.angle[i], b.velocity[i], b.omega[i]};
+  return damped_motion(s_, i, start, 0, {start.v.x, start.v.y, start.omega}, h_).acceleration;
+}
+
 /// State and forces are those of the last step, bit by bit; then its reach and its box are, too.
 bool Step::is_where_it_was(std::uint32_t i) const {
   if (!may_keep_ || !s_.rests[i] || s_.travelled[i] != 0) return false;
@@ -157,8 +164,7 @@ bool Step::is_where_it_was(std::uint32_t i) const {
       b.omega[i] != last.omega) {
     return false;
   }
-  const std::array<double, 3> a =
-      applied_acceleration(s_, i, {b.position[i], b.rotation[i], b.angle[i], b.velocity[i], b.omega[i]}, 0);
+  const std::array<double, 3> a = acceleration_at_start(i);
   return s_.acceleration[i] == Vec2{a[0], a[1]} && s_.angular_acceleration[i] == a[2];
 }
 
@@ -207,8 +213,7 @@ bool Step::begin_alone(std::uint32_t i) {
   s_.flight[i] = FlightKind::Bent;
   if (b.type[i] == BodyType::Static) return false;
   if (b.type[i] == BodyType::Dynamic) {
-    const std::array<double, 3> a =
-        applied_acceleration(s_, i, {b.position[i], b.rotation[i], b.angle[i], b.velocity[i], b.omega[i]}, 0);
+    const std::array<double, 3> a = acceleration_at_start(i);
     s_.acceleration[i] = {a[0], a[1]};
     s_.angular_acceleration[i] = a[2];
   }

@@ -51,6 +51,7 @@ class Step {
   void begin(Contact& contact) const;
   static void begin(JointRecord& joint);
   void follow(std::size_t body);
+  std::array<double, 3> acceleration_at_start(std::uint32_t body) const;
   bool is_where_it_was(std::uint32_t body) const;
   void stop(std::uint32_t body);
   void note_contained(std::uint32_t body, ContainmentCause cause);

@@ -28,16 +28,27 @@ bool meets_prescribed_motion(const WorldState& state, const Island& island) {
          });
 }
 
-std::array<double, 3> applied_acceleration(const WorldState& state, std::uint32_t body,
-                                           const JointEnd& motion, double elapsed) {
+namespace {
+
+// Nothing is left of a velocity after this many times in which drag takes most of it.
+constexpr double kSteepest = 1e12;
+
+/// Drag over the velocity that it acts against.
+struct Resistance {
+  double linear;   ///< [N s/m]
+  double angular;  ///< [N m s]
+};
+
+Resistance resistance(const Drag& drag, const JointEnd& motion) {
+  return {drag.linear + drag.quadratic * length(motion.v),
+          drag.angular + drag.angular_quadratic * std::abs(motion.omega)};
+}
+
+/// Without drag.
+std::array<double, 3> driving_acceleration(const WorldState& state, std::uint32_t body,
+                                           const JointEnd& motion, double elapsed, Vec2 force,
+                                           double torque) {
   const BodyArrays& all = state.bodies;
-  Vec2 force = all.force[body];
-  double torque = all.torque[body];
-  const Drag& drag = state.drag[body];
-  if (drag.any()) {
-    force -= (drag.linear + drag.quadratic * length(motion.v)) * motion.v;
-    torque -= (drag.angular + drag.angular_quadratic * std::abs(motion.omega)) * motion.omega;
-  }
   if (state.field) {
     FieldSample sample;
     sample.body = {body, all.generation[body]};
@@ -59,6 +70,55 @@ std::array<double, 3> applied_acceleration(const WorldState& state, std::uint32_
   }
   const Vec2 a = all.gravity_scale[body] * state.config.gravity + all.inverse_mass[body] * force;
   return {a.x, a.y, all.inverse_inertia[body] * torque};
+}
+
+/// Share theta of the velocity at the end in what a resistance acts against, such that
+///
+///   v1 = v0 + h (a - k (theta v1 + (1 - theta) v0))
+///
+/// is exact for constant a and k [exponential fitting: Liniger & Willoughby 1970], with
+/// exp(-r) ~ 1 / (1 + r + r^2/2 + r^3/6 + r^4/24), which gives the same bits everywhere. @param r  k h
+double share_of_end(double r) {
+  const double q = 1 + r * (1.0 / 2 + r * (1.0 / 6 + r / 24));
+  return 1 - (1.0 / 2 + r * (1.0 / 6 + r / 24)) / q;
+}
+
+}  // namespace
+
+std::array<double, 3> applied_acceleration(const WorldState& state, std::uint32_t body,
+                                           const JointEnd& motion, double elapsed) {
+  Vec2 force = state.bodies.force[body];
+  double torque = state.bodies.torque[body];
+  const Drag& drag = state.drag[body];
+  if (drag.any()) {
+    const Resistance against = resistance(drag, motion);
+    force -= against.linear * motion.v;
+    torque -= against.angular * motion.omega;
+  }
+  return driving_acceleration(state, body, motion, elapsed, force, torque);
+}
+
+DampedMotion damped_motion(const WorldState& state, std::uint32_t body, const JointEnd& motion,
+                           double elapsed, const std::array<double, 3>& velocity_before, double h) {
+  const BodyArrays& all = state.bodies;
+  DampedMotion out;
+  out.acceleration = driving_acceleration(state, body, motion, elapsed, all.force[body], all.torque[body]);
+  const Drag& drag = state.drag[body];
+  if (!drag.any()) return out;
+  const Resistance against = resistance(drag, motion);
+  // Of M (v1 - v0) = h (F - K (theta v1 + (1 - theta) v0)) + J' lambda what has v1 goes to the left.
+  const auto damp = [h](double rate, double& factor) {
+    const double r = std::min(kSteepest, h * rate);
+    factor = 1 / (1 + share_of_end(r) * r);
+    return r;
+  };
+  const double r[2] = {damp(all.inverse_mass[body] * against.linear, out.linear),
+                       damp(all.inverse_inertia[body] * against.angular, out.angular)};
+  for (std::size_t c = 0; c < 3; ++c) {
+    double& a = out.acceleration[c];
+    a = (a - r[c / 2] / h * velocity_before[c]) * (c < 2 ? out.linear : out.angular);
+  }
+  return out;
 }
 
 double largest_acceleration(const WorldState& state, const Island& island) {

@@ -34,4 +34,19 @@ double rounding_of_balance(const WorldState& state, const Island& island, double
 std::array<double, 3> applied_acceleration(const WorldState& state, std::uint32_t body,
                                            const JointEnd& motion, double elapsed);
 
+/// How a body goes on over a time in which drag acts against its speed as it falls. Drag is part of the
+/// inertia then, so that it does not turn a body back, however steep it is, nor pull on what contacts hold.
+struct DampedMotion {
+  std::array<double, 3>
+      acceleration;    ///< mean, without contacts and joints; `applied_acceleration` without drag
+  double linear = 1;   ///< inverse mass over what there is of it without drag
+  double angular = 1;  ///< the same of the inverse inertia
+};
+
+/// @param motion           in which forces are taken
+/// @param elapsed          of `motion`, since the beginning of the step [s]
+/// @param velocity_before  where the time `h` [s] begins
+DampedMotion damped_motion(const WorldState& state, std::uint32_t body, const JointEnd& motion,
+                           double elapsed, const std::array<double, 3>& velocity_before, double h);
+
 }  // namespace skerry

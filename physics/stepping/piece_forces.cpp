@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -40,6 +41,8 @@ class PieceSolve {
     if (!piece_.varying) return solve_once(before, after);
     const double h = piece_.h;
     after = before;
+    std::vector<InverseMass>& damping = *damping_.emplace();
+    damping.resize(before.size());
     for (int pass = 0; pass < 3; ++pass) {
       for (std::size_t k = 0; k < after.size(); ++k) {
         const std::uint32_t body = island_.bodies[k];
@@ -54,7 +57,10 @@ class PieceSolve {
                               angle,
                               {mid[0], mid[1]},
                               mid[2]};
-        const std::array<double, 3> a = applied_acceleration(state_, body, middle, piece_.elapsed + 0.5 * h);
+        const DampedMotion damped =
+            damped_motion(state_, body, middle, piece_.elapsed + 0.5 * h, before[k], h);
+        const std::array<double, 3>& a = damped.acceleration;
+        damping[k] = {damped.linear, damped.angular};
         state_.acceleration[body] = {a[0], a[1]};
         state_.angular_acceleration[body] = a[2];
       }
@@ -185,6 +191,10 @@ class PieceSolve {
     }
 
     warm_start(assembly, h, scratch->warm);
+    for (std::size_t k = 0; damping_ && k < system.bodies.size(); ++k) {
+      system.bodies[k].linear *= (**damping_)[k].linear;
+      system.bodies[k].angular *= (**damping_)[k].angular;
+    }
     std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory);
     keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
@@ -390,6 +400,7 @@ class PieceSolve {
   const Piece& piece_;
   IslandResult& result_;
   PieceForces found_;
+  std::optional<Spare<std::vector<InverseMass>>> damping_;  ///< by body, factors of its inverse masses
 };
 
 }  // namespace
