@@ -10,13 +10,6 @@
 namespace skerry {
 namespace {
 
-bool body_unchanged(const WorldState& s, std::uint32_t i) {
-  const BodyBackup& from = s.backup[i];
-  const BodyArrays& b = s.bodies;
-  return b.position[i] == from.position && b.angle[i] == from.angle && b.velocity[i] == from.velocity &&
-         b.omega[i] == from.omega;
-}
-
 /// The force solve gave back the impulses from which it started, and nothing collided.
 bool impulses_unchanged(const Contact& contact) {
   for (int i = 0; i < 2; ++i) {
@@ -38,6 +31,15 @@ bool moves_by_itself(const WorldState& s, std::uint32_t body) {
 
 }  // namespace
 
+bool stood_still(const WorldState& s, const Island& island) {
+  const BodyArrays& b = s.bodies;
+  return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t i) {
+    const BodyBackup& from = s.backup[i];
+    return b.velocity[i] == Vec2{} && b.omega[i] == 0 && from.velocity == Vec2{} && from.omega == 0 &&
+           b.position[i] == from.position && b.angle[i] == from.angle;
+  });
+}
+
 std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
   Fnv1a hash;
   hash.add(h);
@@ -49,6 +51,12 @@ std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
                                s.acceleration[i].y, s.angular_acceleration[i]}) {
       hash.add(value);
     }
+    // How the step is made depends on what acts, whatever it amounts to at rest, and on the steps before it.
+    hash.add(static_cast<std::uint32_t>(s.drag[i].any()));
+    const StepMemory& memory = s.step_memory[i];
+    for (const int value : {memory.busy, memory.flow, memory.light_failures, memory.light_wait})
+      hash.add(static_cast<std::uint32_t>(value));
+    hash.add(memory.inner_step);
   }
   for (const std::uint32_t index : island.contacts) {
     const Contact& c = s.contacts[index];
@@ -86,12 +94,15 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
   const auto found =
       std::lower_bound(s.resting.begin(), s.resting.end(), key,
                        [](const RestingIsland& known, std::uint64_t k) { return known.key < k; });
-  if (found == s.resting.end() || found->key != key) return false;
+  if (found == s.resting.end() || found->key != key || found->strayed.size() != island.bodies.size())
+    return false;
 
   result.report = found->report;
+  result.step_memory = s.step_memory[island.bodies.front()];
   result.friction_rows = found->friction_rows;
   result.at_rest = true;
   result.substeps = 1;
+  for (std::size_t k = 0; k < island.bodies.size(); ++k) s.strayed[island.bodies[k]] = found->strayed[k];
   for (const std::uint32_t index : island.contacts) {
     for (PointMemory& memory : s.contacts[index].points) {
       memory.total_normal = memory.normal_impulse;
@@ -115,19 +126,26 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
 std::optional<RestingIsland> remember_resting(const WorldState& s, const Island& island, double h,
                                               const IslandResult& result) {
   if (!s.config.reuse_resting || result.in_flight || result.substeps != 1 || result.impacts > 0) return {};
-  for (const std::uint32_t i : island.bodies) {
-    if (s.bodies.velocity[i] != Vec2{} || s.bodies.omega[i] != 0 || !body_unchanged(s, i)) return {};
-  }
+  if (!stood_still(s, island)) return {};
+  // What still waits for something would make another step of the same state.
+  for (const std::uint32_t i : island.bodies)
+    if (s.step_memory[i] != result.step_memory) return {};
   // A field, or what a joint holds on to, may be another one at the next time.
   if (s.field || meets_prescribed_motion(s, island)) return {};
   for (const std::uint32_t index : island.contacts) {
     if (!impulses_unchanged(s.contacts[index])) return {};
+  }
+  for (const std::uint32_t i : island.joints) {
+    const std::array<double, kMaxJointRows>& before = s.joint_start[i].row_force;
+    if (!std::equal(before.begin(), before.end(), std::begin(s.joints[i].row_force))) return {};
   }
   RestingIsland known;
   known.key = resting_key(s, island, h);
   known.report = result.report;
   known.friction_rows = result.friction_rows;
   for (const IslandMemory& memory : result.memories) known.memory_keys.push_back(memory.key);
+  known.strayed.reserve(island.bodies.size());
+  for (const std::uint32_t i : island.bodies) known.strayed.push_back(s.strayed[i]);
   return known;
 }
 

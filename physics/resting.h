@@ -18,9 +18,14 @@ struct RestingIsland {
   IslandReport report;
   int friction_rows = 0;
   std::vector<std::uint64_t> memory_keys;
+  std::vector<double> strayed;  ///< of its bodies, from the ways on which nothing strikes them [m]
 };
 
-/// Hash of the bits that a step of `island` reads: states, masses, accelerations, contacts, joints and `h`.
+/// Whether no body moved in this step, nor did before.
+bool stood_still(const WorldState& state, const Island& island);
+
+/// Hash of the bits that a step of `island` reads: states, masses, accelerations, what steppers keep,
+/// contacts, joints and `h`.
 std::uint64_t resting_key(const WorldState& state, const Island& island, double h);
 
 /// If the island was at rest under the same input, fills `result` as the last step did and returns true.

@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 15;
+constexpr std::uint32_t kSnapshotVersion = 16;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -60,6 +60,8 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
   for (const Contact& c : s.contacts) check(from.contacts, c);
   require(from.islands, is_valid(s.sleepers, s), "a sleeping island of something that is not there");
   for (const SleepingIsland& island : s.sleepers.islands()) {
+    require(from.islands, island.bodies.empty() || island.rest.strayed.size() == island.bodies.size(),
+            "a sleeping island of another size");
     for (const Contact& c : island.contacts) check(from.islands, c);
   }
 }
@@ -91,6 +93,14 @@ void complete(WorldState& s) {
   for (std::uint32_t i = 0; i < n; ++i) {
     s.allowance.push_back(2 * s.reach[i]);
     s.flight.push_back(flies_freely(s, i) ? FlightKind::Slow : FlightKind::Bent);
+  }
+  // Sleepers have the ways of their last step, and what kept them from falling on these.
+  for (const SleepingIsland& island : s.sleepers.islands()) {
+    for (std::size_t k = 0; k < island.bodies.size(); ++k) {
+      const std::uint32_t i = island.bodies[k];
+      s.way[i].a = b.gravity_scale[i] * s.config.gravity;
+      s.strayed[i] = island.rest.strayed[k];
+    }
   }
   s.local_index.assign(n, -1);
   s.prescribed.resize(n);

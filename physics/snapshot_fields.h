@@ -141,8 +141,8 @@ inline void fields(Archive& a, IslandReport& v) {
   a(bodies, contacts, rows, stepper, status, method, residual, iterations, flowing, error_estimate);
 }
 inline void fields(Archive& a, RestingIsland& v) {
-  auto& [key, report, friction_rows, memory_keys] = v;
-  a(key, report, friction_rows, memory_keys);
+  auto& [key, report, friction_rows, memory_keys, strayed] = v;
+  a(key, report, friction_rows, memory_keys, strayed);
 }
 inline void fields(Archive& a, StepMemory& v) {
   auto& [busy, flow, light_failures, light_wait, inner_step] = v;
@@ -253,8 +253,9 @@ inline void fields(WorldArchives a, WorldState& v) {
          links, contacts, memories, resting, step_memory, step_paths, sleepers, ledger, field_threads,
          graph_known, table_changed, joints_changed, paths_known, springs, awake, kinematic, touched, last_h,
          rests, kept, active, active_joints, acceleration, angular_acceleration, paths, reach, travelled, way,
-         allowance, strayed, flight, rerouted, start_box, local_index, backup, pairs, box_updates,
-         shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
+         allowance, strayed, flight, rerouted, start_box, local_index, backup, joint_start, pairs,
+         box_updates, shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] =
+      v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, thickness,
            stray_guess, free_bodies, touched, reach, drag);

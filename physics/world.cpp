@@ -112,9 +112,14 @@ const WorldConfig& World::config() const {
 
 void World::set_accuracy(std::optional<double> accuracy) {
   require_accuracy(accuracy);
-  state_->config.accuracy = accuracy;
-  // Lengths that served another accuracy are no good first guess.
-  for (StepMemory& memory : state_->step_memory) memory.inner_step = 0;
+  WorldState& s = *state_;
+  if (accuracy == s.config.accuracy) return;
+  s.config.accuracy = accuracy;
+  // Lengths that served another accuracy are no good first guess; what rested does so by another step.
+  for (StepMemory& memory : s.step_memory) memory.inner_step = 0;
+  s.sleepers.wake_all(s);
+  s.resting.clear();
+  std::fill(s.rests.begin(), s.rests.end(), 0);
 }
 
 void World::set_gravity(Vec2 gravity) {

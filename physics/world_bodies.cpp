@@ -100,6 +100,7 @@ void World::set_drag(BodyId id, const Drag& drag) {
   require_at_least_zero(drag.angular, "angular drag");
   require_at_least_zero(drag.angular_quadratic, "angular_quadratic drag");
   require(state_->bodies.type[i] == BodyType::Dynamic, "drag: only dynamic bodies feel it");
+  touch(*state_, i);
   state_->drag[i] = drag;
 }
 

@@ -120,7 +120,7 @@ bool Step::wake_linked(bool first) {
   for (const std::uint32_t body : woken) {
     begin(body);
     s_.bodies.island[body] = -1;
-    for (const std::uint32_t j : s_.joints_of[body]) begin(s_.joints[j]);
+    for (const std::uint32_t j : s_.joints_of[body]) begin_joint(j);
   }
   choose_joints();
   const auto middle = static_cast<std::ptrdiff_t>(s_.active.size());
@@ -354,7 +354,11 @@ bool Step::stays(const SteppedIsland& island) const {
 /// For the first try of a step.
 void Step::prepare(SteppedIsland& island) {
   island.result.clear();
-  for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
+  for (const std::uint32_t i : island.island.bodies) {
+    s_.kept[i] = 0;
+    // What was kept has this of an earlier step.
+    s_.travelled[i] = s_.strayed[i] = 0;
+  }
   const std::vector<std::uint32_t>& contacts = island.island.contacts;
   share(s_.pool.get(), contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {
@@ -365,7 +369,7 @@ void Step::prepare(SteppedIsland& island) {
       contact.manifold_reused = true;
     }
   });
-  for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
+  for (const std::uint32_t i : island.island.joints) begin_joint(i);
 }
 
 /// A second try begins from the contacts of the beginning of the step.
@@ -385,7 +389,8 @@ void Step::prepare_again(SteppedIsland& island) {
       contact.hit_speed = 0;
     }
   });
-  for (const std::uint32_t i : island.island.joints) begin(s_.joints[i]);
+  // Their forces go on from those of the last try, which are nearer to what will be.
+  for (const std::uint32_t i : island.island.joints) begin_joint(i);
   s_.report.manifolds_reused += update_manifolds(s_, island.island, 0, s_.report.narrow);
 }
 

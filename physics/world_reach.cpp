@@ -73,9 +73,10 @@ class SlantedGap {
   double from_[2], halves_[2];
 };
 
-/// Whether a body in this step goes on its way.
+/// Whether a body has a way. That of a body at rest would take it down, from which it strays as the others of
+/// its pile do: so the bounds are the same whether its step is made or known.
 bool goes(const WorldState& s, std::uint32_t i) {
-  return s.bodies.type[i] != BodyType::Static && !s.kept[i];
+  return s.bodies.type[i] != BodyType::Static;
 }
 
 /// How b moves against a while both go their ways.
@@ -265,7 +266,6 @@ double Step::way_of(std::uint32_t i) const {
 /// How far it strays from its way at most, or did in the last round [m].
 double Step::strays(std::uint32_t i) const {
   if (s_.bodies.type[i] != BodyType::Dynamic) return 0;
-  if (s_.kept[i]) return 2 * s_.reach[i];
   return rounds_ == 0 ? s_.allowance[i] : s_.strayed[i];
 }
 
@@ -275,7 +275,7 @@ double Step::margin_of(std::uint32_t a, std::uint32_t b) const {
   // `extend_reach` lets half a margin pass for each.
   if (!fly_alike(a, b)) return 2 * margin + both;
   const auto most = [&](std::uint32_t i) {
-    return s_.bodies.type[i] != BodyType::Dynamic ? 0 : s_.kept[i] ? 2 * s_.reach[i] : s_.allowance[i];
+    return s_.bodies.type[i] != BodyType::Dynamic ? 0 : s_.allowance[i];
   };
   return margin + std::min(both, flight_apart(s_, a, b, h_) + most(a) + most(b));
 }
@@ -299,7 +299,7 @@ bool Step::fly_alike(std::uint32_t a, std::uint32_t b) const {
 bool Step::went_straight(std::uint32_t i) const {
   const BodyArrays& b = s_.bodies;
   if (b.type[i] == BodyType::Kinematic) return s_.flight[i] != FlightKind::Bent;
-  if (b.type[i] == BodyType::Static || s_.kept[i] || b.asleep[i]) return true;
+  if (b.type[i] == BodyType::Static || b.asleep[i] || s_.travelled[i] == 0) return true;
   if (b.island[i] < 0) return false;
   const IslandResult& result = s_.islands[static_cast<std::size_t>(b.island[i])].result;
   return result.in_flight || (result.report.flowing && result.substeps == 1 && !result.unmoved);

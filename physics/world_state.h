@@ -18,6 +18,12 @@
 
 namespace skerry {
 
+/// Forces of a joint at the start of a step.
+struct JointStart {
+  std::array<double, kMaxJointRows> row_force{};  ///< [N or N m]
+  std::uint64_t begun = 0;                        ///< number of that step, 1 for the first; 0: none
+};
+
 /// Position and velocity of one body, kept so that a step of its island can be done again.
 struct BodyBackup {
   Vec2 position;
@@ -196,6 +202,7 @@ struct WorldState {
   std::vector<Aabb> start_box;            ///< by shape, for all: the smallest box where the step begins
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
   std::vector<BodyBackup> backup;         ///< at the start of the step, for all bodies
+  std::vector<JointStart> joint_start;    ///< by joint
   std::vector<Pair> pairs;
   std::vector<BoxUpdate> box_updates;
   std::vector<std::uint8_t> shape_moved;    ///< by shape: its box is new in this round

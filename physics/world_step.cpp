@@ -80,6 +80,7 @@ void Step::undo() {
     s_.kept[i] = b.type[i] != BodyType::Dynamic;
     s_.ledger.mark(i);
   }
+  for (JointStart& start : s_.joint_start) start.begun = 0;
   s_.resting.clear();
   s_.graph_known = false;
 }
@@ -102,6 +103,7 @@ void Step::begin() {
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
   choose_active();
   s_.backup.resize(s_.bodies.size());
+  s_.joint_start.resize(s_.joints.size());
   begin_all();
   begun_ = true;
   book(Stage::Forces, start);
@@ -252,8 +254,13 @@ void Step::begin(Contact& contact) const {
   contact.begun = s_.steps + 1;
 }
 
-void Step::begin(JointRecord& joint) {
+void Step::begin_joint(std::uint32_t i) {
+  JointRecord& joint = s_.joints[i];
   std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
+  JointStart& start = s_.joint_start[i];
+  if (start.begun == s_.steps + 1) return;
+  std::copy(std::begin(joint.row_force), std::end(joint.row_force), start.row_force.begin());
+  start.begun = s_.steps + 1;
 }
 
 /// Puts a body on the way that is prescribed for this step.
@@ -332,8 +339,9 @@ void Step::finish() {
 
   const auto start = now();
   write_report(s_, h_);
-  keep_motion();
+  // Rest is where what steppers keep stays, too, so it is looked at before it is stored.
   remember();
+  keep_motion();
   for (const std::uint32_t i : s_.active) {
     if (s_.kept[i]) continue;
     s_.ledger.mark(i);
@@ -361,7 +369,7 @@ void Step::remember() {
         const auto memory = std::lower_bound(s_.memories.begin(), s_.memories.end(), key, by_key);
         if (memory != s_.memories.end() && memory->key == key) memories.push_back(std::move(*memory));
       }
-      resting.push_back(*known);
+      resting.push_back(std::move(*known));
       continue;
     }
     std::optional<RestingIsland> known = s_.observe.systems

@@ -49,7 +49,7 @@ class Step {
   void begin(std::uint32_t body);
   bool begin_alone(std::uint32_t body);
   void begin(Contact& contact) const;
-  static void begin(JointRecord& joint);
+  void begin_joint(std::uint32_t joint);
   void follow(std::size_t body);
   std::array<double, 3> acceleration_at_start(std::uint32_t body) const;
   bool is_where_it_was(std::uint32_t body) const;

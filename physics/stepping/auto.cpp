@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "physics/resting.h"
 #include "physics/stepping/event_driven.h"
 #include "physics/stepping/time_stepping.h"
 #include "physics/world_state.h"
@@ -42,7 +43,9 @@ void step_island_by_choice(WorldState& state, const Island& island, double h, Is
   step_island_by_time_stepping(state, island, h, result);
   // Half the number that ended it, so that the choice does not flicker.
   const bool lively = result.impacts + result.mode_changes > kMostEvents / 2;
-  result.step_memory.busy = failed || lively ? kPatience : std::max(busy - 1, 0);
+  // What rests has no events to look for: the count waits, so that the next step is the same.
+  const bool rests = busy > 0 && result.impacts == 0 && stood_still(state, island);
+  result.step_memory.busy = failed || lively ? kPatience : rests ? busy : std::max(busy - 1, 0);
 }
 
 }  // namespace skerry

@@ -33,6 +33,8 @@ struct StepMemory {
   int light_failures = 0;  ///< exact steps in one piece that failed one after the other
   int light_wait = 0;      ///< calls for which none is tried again
   double inner_step = 0;   ///< length of the last step that error control chose [s]; 0: none yet
+
+  bool operator==(const StepMemory&) const = default;
 };
 
 /// The numbers of an `IslandResult`: nothing that owns memory.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "physics/snapshot.h"
 #include "physics/stepping/stepper.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
@@ -191,7 +192,8 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
       if (random() % 12 == 0) {
         const std::size_t pick = random() % bodies[0].size();
         const Vec2 value{uniform(-2, 2), uniform(-1, 2)};
-        const auto what = random() % 8;
+        const auto what = random() % 11;
+        const std::size_t other = random() % bodies[0].size();
         each([&](World& w, std::vector<BodyId>& all) {
           if (!w.alive(all[pick])) return;
           if (what == 0) w.apply_impulse(all[pick], value, w.position(all[pick]));
@@ -202,9 +204,18 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
           if (what == 5) w.set_gravity({0, -9.81 + 0.1 * value.x});
           if (what == 6) w.wake(all[pick]);
           if (what == 7) w.set_pose(tables[0], w.position(tables[0]) + Vec2{0, 0.01 * value.x}, 0);
+          if (what == 8) w.set_drag(all[pick], {.quadratic = value.y > 0 ? 0.1 : 0.0});
+          if (what == 9) w.set_accuracy(value.x > 1 ? std::optional<double>(1e-3) : std::nullopt);
+          if (what == 10 && other != pick && w.alive(all[other])) {
+            w.create_joint({.kind = JointKind::Revolute,
+                            .a = all[pick],
+                            .b = all[other],
+                            .anchor_a = value.x > 0 ? w.position(all[pick]) : Vec2{}});
+          }
         });
       }
       if (random() % 40 == 0) drop();
+      if (i == 150 && seed % 2) worlds[0] = load_snapshot(save_snapshot(worlds[0]));
       const double h = i == 200 ? 1.0 / 90 : 1.0 / 60;
       const StepReport& with = worlds[0].step(h);
       const StepReport& without = worlds[1].step(h);
@@ -224,7 +235,7 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
   EXPECT_GT(std::min(asleep, kept), 100 * trials);  // otherwise this tests nothing
 }
 
-INSTANTIATE_TEST_SUITE_P(Sleep, SleepChangesNothing, testing::Values("time_stepping", "event_driven"),
+INSTANTIATE_TEST_SUITE_P(Sleep, SleepChangesNothing, testing::Values("time_stepping", "event_driven", "auto"),
                          [](const auto& instance) { return std::string(instance.param); });
 
 TEST(Sleep, NearIslandsThatFellAsleepOneAfterTheOtherShareTheirContactOnWaking) {
