@@ -139,7 +139,9 @@ bool Step::wake_linked(bool first) {
 
 /// Contacts of the first round. Boxes and discs go through the narrow phase in batches.
 void Step::link_together(std::size_t from, std::size_t to, LinkCount& count) const {
-  const auto settle = [&](Contact& contact) { set_linked(contact, gap_of(contact) < kInfinity, count); };
+  const auto settle = [&](Contact& contact) {
+    set_linked(contact, gap_of(contact) < kInfinity || may_come_over(contact), count);
+  };
   ManifoldRefresh manifolds(s_.config.skips, count.narrow, settle);
   for (std::size_t i = from; i < to; ++i) {
     const ContactLink& at = s_.links[i];
@@ -185,7 +187,9 @@ void Step::note_linked(const Contact& contact) const {
 void Step::link(Contact& contact, bool first, LinkCount& count) const {
   if (first) {
     begin(contact);
-    return set_linked(contact, !contact.sensor && make_manifold(contact, count) < kInfinity, count);
+    const bool near =
+        !contact.sensor && (make_manifold(contact, count) < kInfinity || may_come_over(contact));
+    return set_linked(contact, near, count);
   }
   if (contact.sensor || contact.linked) return;
   // The paths are known now: shapes that were farther apart than both went cannot have met.
@@ -206,6 +210,29 @@ double Step::make_manifold(Contact& contact, LinkCount& count) const {
       {b.position, b.rotation}, margin_of(contact.body_a, contact.body_b), s_.config.skips, count.narrow);
   count.reused += contact.manifold_reused;
   return gap_of(contact);
+}
+
+/// A corner that leaves a segment of a chain is a point of the next one only once it is past the corner
+/// between the two, and until then the next has none: whether it is near as well, by boxes.
+bool Step::may_come_over(const Contact& contact) const {
+  if (contact.manifold.count > 0) return false;
+  const bool a_chain = s_.shapes[contact.shape_a].shape.kind == ShapeKind::Chain;
+  if (!a_chain && s_.shapes[contact.shape_b].shape.kind != ShapeKind::Chain) return false;
+  const Shape& chain = s_.shapes[a_chain ? contact.shape_a : contact.shape_b].shape;
+  const BodyBackup& at = s_.backup[a_chain ? contact.body_a : contact.body_b];
+  const Aabb& other = s_.start_box[a_chain ? contact.shape_b : contact.shape_a];
+  const auto first = static_cast<std::size_t>(contact.child);
+  const std::size_t second = first + 1 < chain.vertices.size() ? first + 1 : 0;
+  const Transform pose{at.position, at.rotation};
+  const Vec2 p = to_world(pose, chain.vertices[first]), q = to_world(pose, chain.vertices[second]);
+  const double margin = margin_of(contact.body_a, contact.body_b);
+  const Aabb own{{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
+  if (!overlap(grown(own, margin), other)) return false;
+  const Vec2 n = rotate(at.rotation, chain.normals[first]);
+  const Vec2 half = 0.5 * (other.upper - other.lower);
+  const double height = dot(n, 0.5 * (other.lower + other.upper) - p);
+  const double reach = std::abs(n.x) * half.x + std::abs(n.y) * half.y;
+  return height - reach < margin && height + reach > -margin;
 }
 
 void Step::find_islands() {

@@ -108,6 +108,7 @@ class Step {
   void set_linked(Contact& contact, bool linked, LinkCount& count) const;
   void note_linked(const Contact& contact) const;
   double make_manifold(Contact& contact, LinkCount& count) const;
+  bool may_come_over(const Contact& contact) const;
   void find_islands();
   void step_islands();
   std::size_t put_large_ones_first(std::vector<std::size_t>& to_step) const;
