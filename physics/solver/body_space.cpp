@@ -43,6 +43,9 @@ constexpr double kConesCame = 1e-2, kConesEta = 1e-2;
 // Residual from which on contacts are looked at for contradictions.
 constexpr double kContradiction = 1e-2;
 constexpr int kColdIterations = 12;
+// The interior point is sooner there than changes of states if, where all stick, one in so many rows or more
+// is wrong; in large islands, where each change costs a factor of its own, already at the other number.
+constexpr int kWrongOf = 8, kWrongOfLarge = 64;
 // Up to so many rows a few sweeps foresee the states better than anything else, at a tenth of the cost of an
 // interior point; they do not reach through more.
 constexpr std::size_t kSweptRows = 128;
@@ -189,6 +192,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   };
   const std::vector<double> zero(n, 0.0);
   bool flows = false;         // many contacts neither stick nor stay open
+  bool many_wrong = false;    // so many that changing their states one factor after the other does not pay
   std::vector<double> stuck;  // impulses if all others do
   if (!solved && !budget.spent(work)) {
     active.set_impulses(zero.data());
@@ -198,9 +202,12 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     limits.few = 0;
     limits.must_fall = model.is_adaptable();
     // Two proximal steps show the forces; if many states are wrong, pivoting from here does not pay.
-    flows = !active.refine(limits, 2, work) || active.contradictions() > static_cast<int>(n) / 8 + 2;
+    const bool found = active.refine(limits, 2, work);
+    const int wrong = found ? active.contradictions() : 0, rows = static_cast<int>(n);
+    flows = !found || wrong > rows / kWrongOf + 2;
+    many_wrong = flows || (model.is_adaptable() && wrong > rows / kWrongOfLarge);
     stuck = active.impulses();
-    if (!flows) solved = active.run(limits, budget, work, trace);
+    if (!many_wrong) solved = active.run(limits, budget, work, trace);
   }
   std::vector<double> swept;
   if (!solved && n <= kSweptRows && !budget.spent(work) && sweep_shortly(system, work, swept)) {
