@@ -173,14 +173,19 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     }
   }
   const bool warm = std::any_of(warm_start.begin(), warm_start.end(), [](double z) { return z != 0; });
+  const auto begin = std::chrono::steady_clock::now();
+  SolveOptions rest = options;
+  if (options.work_limit > 0) rest.work_limit = kExactShare * options.work_limit;
+  bool searched = false;  // by body_space, which finds nothing else the second time
   if (!warm) {
     if (try_small_exact(system, options, solution)) return solution;
     if (try_small_states(system, {}, options, solution)) return solution;
     if (fits_small_exact(system)) {
       const SolveWork vain = solution.work;
-      solution = solve_body_space(system, warm_start, options, nullptr);
+      solution = solve_body_space(system, warm_start, rest, nullptr);
       solution.work += vain;
       if (solution.status == SolveStatus::Solved) return solution;
+      searched = true;
     }
   } else if (system.rows.size() <= kStateRows && system.bodies.size() <= kStateBodies) {
     if (try_warm(system, warm_start, options, solution)) return solution;
@@ -191,14 +196,12 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
   AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
   std::unique_ptr<SolverMemory> fresh;  // of the rounds below
-  const auto begin = std::chrono::steady_clock::now();
-  SolveOptions rest = options;
-
-  if (options.work_limit > 0) rest.work_limit = kExactShare * options.work_limit;
-  const SolveWork vain = solution.work;
-  solution = solve_body_space(system, warm_start, rest, kept ? &kept->body_space : nullptr);
-  solution.work += vain;
-  if (solution.status == SolveStatus::Solved) return solution;
+  if (!searched) {
+    const SolveWork vain = solution.work;
+    solution = solve_body_space(system, warm_start, rest, kept ? &kept->body_space : nullptr);
+    solution.work += vain;
+    if (solution.status == SolveStatus::Solved) return solution;
+  }
 
   // What is left of the budget; each rung is granted a share of its own, whatever the ones before took.
   const auto remaining = [&](double share) {

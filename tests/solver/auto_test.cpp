@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <gtest/gtest.h>
+#include <utility>
 
+#include "physics/solver/body_space.h"
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
@@ -73,6 +75,25 @@ TEST(Auto, ATimeBudgetIsKeptWithinReason) {
   const Solution solution = solve(scene.system, {.time_budget = 1e-3});
   for (const double z : solution.lambda) ASSERT_TRUE(std::isfinite(z));
   EXPECT_LT(solution.work.factorisations, 100);
+}
+
+// Exact answers of these were not found by any rung (friction of 10, masses 1000 times each other's and
+// more).
+TEST(Auto, SearchesInVainOnlyOnce) {
+  for (const auto& [seed, mass_ratio] : {std::pair{508, 1e3}, {1239, 1e6}, {2138, 1e3}}) {
+    const SceneOptions options{.friction = 10,
+                               .mass_ratio = mass_ratio,
+                               .pattern = scenes::MassPattern::Random,
+                               .noise = 1,
+                               .seed = static_cast<std::uint64_t>(seed)};
+    const int bodies = 3 + seed % 3;
+    const Scene scene = scenes::random_island({.bodies = bodies, .contacts = 2 * bodies}, options);
+    const Solution once = solve_body_space(scene.system, {}, {}, nullptr);
+    ASSERT_EQ(once.status, SolveStatus::Inexact) << "seed " << seed;
+    const Solution solution = solve(scene.system);
+    EXPECT_EQ(solution.status, SolveStatus::Inexact) << "seed " << seed;
+    EXPECT_LE(solution.work.visits, 1.5 * once.work.visits) << "seed " << seed;
+  }
 }
 
 TEST(Auto, KeepsFactorsBetweenCallsAndGivesTheSameBits) {

@@ -55,6 +55,23 @@ TEST(SettlingSweeps, GiveUpAfterAsManySweepsAsTheyAreAllowed) {
   EXPECT_NEAR(bounded.work.visits, 500 * n, 200 * n);
 }
 
+// Problems in which sweeps never settle: few rows do so soon or not at all.
+TEST(SettlingSweeps, OfFewRowsEndSoon) {
+  for (const int seed : {1441, 2573, 3658}) {
+    const scenes::SceneOptions options{.friction = 10,
+                                       .mass_ratio = 1e6,
+                                       .pattern = scenes::MassPattern::Random,
+                                       .noise = 1,
+                                       .seed = static_cast<std::uint64_t>(seed)};
+    const int bodies = 3 + seed % 3;
+    const IslandSystem system =
+        scenes::random_island({.bodies = bodies, .contacts = 2 * bodies}, options).system;
+    const Solution solution = find_solver("body_space").solve(system, {}, {}, nullptr);
+    ASSERT_EQ(solution.status, SolveStatus::Inexact) << "seed " << seed;
+    EXPECT_LE(solution.work.visits, 2.5e4 * system.size()) << "seed " << seed;
+  }
+}
+
 TEST(SettlingSweeps, RefuseRowsOfJoints) {
   scenes::SceneOptions options{.friction = 0.5, .seed = 3};
   const IslandSystem system = scenes::random_island({.bodies = 4, .contacts = 6, .pins = 1}, options).system;
