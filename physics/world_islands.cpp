@@ -118,7 +118,11 @@ bool Step::wake_linked(bool first) {
   const std::vector<std::uint32_t> woken = s_.sleepers.wake(s_, struck);
   if (woken.empty()) return false;
   for (const std::uint32_t body : woken) {
+    // What its neighbours may do to it was found out when it was awake.
+    const double reach = s_.reach[body], allowance = s_.allowance[body];
     begin(body);
+    s_.reach[body] = reach;
+    s_.allowance[body] = allowance;
     s_.bodies.island[body] = -1;
     for (const std::uint32_t j : s_.joints_of[body]) begin_joint(j);
   }

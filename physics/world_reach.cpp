@@ -360,7 +360,8 @@ bool Step::extend_reach() {
   s_.scratch.dirty.assign(s_.bodies.size(), 0);
   for (const std::uint32_t i : left) {
     s_.scratch.dirty[i] = 1;
-    if (s_.flight[i] != FlightKind::Bent && went_straight(i)) {
+    // What rests strays from its fall, and goes on resting.
+    if (s_.flight[i] != FlightKind::Bent && s_.travelled[i] > 0 && went_straight(i)) {
       const Motion m = straight_motion(i);
       s_.way[i] = {m.v, {}, m.omega, 0};
       s_.reach[i] = s_.travelled[i];
