@@ -129,20 +129,27 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
     }
   }
   if (stats != nullptr) stats->axes_tested += 1;
-  if (low > limit || dot(n, middle / other.count - s.v[1]) < 0) return none;
+  if (low > limit) return none;
+  // Behind the line, what may push is the corner of a ridge, from where its other side is seen from in front.
+  middle = middle / other.count;
+  const bool behind = dot(n, middle - s.v[1]) < 0;
+  if (behind && !(s.has_next && cross(n, s.next) < 0 && dot(s.next, middle - s.v[0]) >= 0)) return none;
   axis.separation = low;
   axis.n = n;
   axis.scale = scale;
 
-  // Edges of the other shape whose push a corner of the segment may answer.
+  // Edges of the other shape: those that have the segment before them, and those whose push a corner of it
+  // may answer.
   bool at_start = false;
   for (int j = 0; j < other.count; ++j) {
     const Vec2 m = rotate(relative.q, other.n[j]), u = -m;
+    const double of_end = dot(m, s.v[0] - placed.v[j]), of_start = dot(m, s.v[1] - placed.v[j]);
+    if (std::min(of_end, of_start) > limit) return none;
     const bool start = s.may_push_at_start(u);
     if (!start && !s.may_push_at_end(u)) continue;
     if (stats != nullptr) stats->axes_tested += 1;
     const int corner = start ? 1 : 0;
-    const double separation = dot(m, s.v[corner] - placed.v[j]);
+    const double separation = start ? of_start : of_end;
     if (separation > limit) return none;
     if (separation > axis.separation + kAxisBias * scale) {
       axis.separation = separation;
@@ -153,6 +160,14 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
     }
   }
   if (axis.index < 0 && at_start && s.has_previous) return none;
+  if (behind) {
+    if (axis.index >= 0 || at_start) return none;
+    // It is the corner that pushes if no other edge is nearer to it.
+    for (int j = 0; j < other.count; ++j) {
+      const Vec2 m = rotate(relative.q, other.n[j]);
+      if (dot(m, s.v[0] - placed.v[j]) > axis.separation + kAxisBias * scale) return none;
+    }
+  }
 
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n), lowest = placed.v[axis.index >= 0 ? axis.support : 0];

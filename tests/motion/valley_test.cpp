@@ -128,6 +128,52 @@ TEST_P(Valley, FeetGlideOverCornersOfAFlatStretch) {
   }
 }
 
+/// Boxes, crosses, capsules and polygons that fall, slide and tip over ridges and valleys at 60 Hz. Ridges
+/// went through them, by up to 0.22 m: 27 of 300 such scenes were deeper than 1 mm.
+TEST_P(Valley, NothingGoesThroughRuggedTerrain) {
+  std::mt19937 random(5);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (random() / 4294967296.0);
+  };
+  int deeper = 0;
+  for (int scene = 0; scene < 100; ++scene) {
+    SCOPED_TRACE("scene " + std::to_string(scene));
+    WorldConfig config;
+    config.stepper = GetParam();
+    World world(config);
+    const double height = 0.02 + 0.5 * uniform(0, 1) * uniform(0, 1), mu = scene % 3 ? uniform(0, 1) : 0;
+    std::vector<Vec2> line;
+    for (double x = -14; x < 14; x += uniform(0.3, 1.8)) line.push_back({x, uniform(-height, height)});
+    line.front().y = line.back().y = 6;
+    const auto with = [&](const Shape& shape) { return rough(shape, mu, scene % 2 ? uniform(0, 0.3) : 0); };
+    world.add_shape(world.create_body({.type = BodyType::Static}), with(make_chain(line)));
+    const double a = uniform(0.3, 0.6), b = uniform(0.06, 0.16);
+    const Vec2 at{uniform(-4, 4), 1.3}, v{uniform(-2, 2), 0};
+    const double omega = uniform(-1, 1), angle = uniform(0, 6);
+    std::vector<Vec2> corners;
+    for (int i = 0; i < 3 + scene % 5; ++i)
+      corners.push_back(rotate(Rot::from_angle(2 * kPi * i / (3 + scene % 5)), {a, 0}));
+    const Shape shapes[] = {make_box({2 * a, 2 * b}), make_box({2 * a, 2 * b}),
+                            make_capsule({-a, 0}, {a, 0}, b), make_polygon(corners)};
+    const BodyId body = add(world, at, with(shapes[scene % 4]), 10, v, omega, angle);
+    if (scene % 4 == 1) world.add_shape(body, with(make_box({2 * b, 2 * a})));
+    double deepest = 0;
+    for (int k = 0; k < 240; ++k) {
+      deepest = std::max(deepest, world.step(kStep).worst_penetration);
+      // The report knows what was foreseen.
+      const Vec2 middle = world.position(body);
+      for (const Vec2 corner : line) {
+        const Vec2 p = to_local(world.pose(body), corner);
+        if (scene % 4 < 2) deepest = std::max(deepest, std::min(a - std::abs(p.x), b - std::abs(p.y)));
+      }
+      ASSERT_GT(middle.y, -height);
+    }
+    EXPECT_LT(deepest, 0.02);
+    deeper += deepest > 1e-3;
+  }
+  EXPECT_LE(deeper, 3);
+}
+
 /// The lower corner of a box is in both sides of a valley, by 2 mm in one of them. As the contact that was
 /// loaded went on as a gap of 5 mm, pulling it shut turned the box by 40 degrees, over the other side.
 TEST(Valley, ABoxThatOverlapsItIsNotThrown) {

@@ -217,5 +217,34 @@ TEST(Chain, ClosedChainsJoinTheirLastCornerToTheFirst) {
   EXPECT_EQ(left[0].normal, (Vec2{1, 0}));
 }
 
+/// The middle of the box is below the line of the segment that has the corner of the ridge: the box lay on
+/// that corner, and went through it.
+TEST(Chain, RidgeHoldsABoxWhoseMiddleIsBehindOneOfItsLines) {
+  const Shape chain = make_chain(std::vector<Vec2>{{-3.15632821, -0.336547498},
+                                                   {-1.99279701, -0.390712065},
+                                                   {-0.264639575, -0.0792064061},
+                                                   {0.440038903, -0.229785527}});
+  const Transform pose{{0.082539971, -0.0179473937}, Rot::from_angle(2.96586636)};
+  const Shape box = make_box({2 * 0.484685, 2 * 0.121018});
+  const Manifold m = collide_chain_segment(chain, 1, {}, box, pose, 0.02);
+  ASSERT_EQ(m.count, 1);
+  EXPECT_NEAR(m.points[0].separation, -7e-6, 1e-6);
+  EXPECT_NEAR(m.points[0].position.x, -0.264639575, 1e-5);
+  EXPECT_EQ(collide_chain_segment(chain, 2, {}, box, pose, 0.02).count, 0);
+}
+
+/// A box that stands beside a ridge, 0.24 m away, was half a metre deep in it: its short edge pushes within
+/// the ridge's normals, and nobody asked whether another edge has the ridge in front of it.
+TEST(Chain, RidgeBesideABoxDoesNotTouchIt) {
+  const Shape chain = make_chain(std::vector<Vec2>{{-4.07477565, -0.30470397},
+                                                   {-3.36270833, 0.204457354},
+                                                   {-2.90821092, -0.243726487},
+                                                   {-2.19475987, 0.0206114077}});
+  const Transform pose{{-3.0775, 0.4113}, Rot::from_angle(5.0476)};
+  const Shape box = make_box({2 * 0.580975, 2 * 0.101617});
+  EXPECT_EQ(collide_chain_segment(chain, 0, {}, box, pose, 0.03).count, 0);
+  EXPECT_EQ(collide_chain_segment(chain, 1, {}, box, pose, 0.03).count, 1);
+}
+
 }  // namespace
 }  // namespace skerry
