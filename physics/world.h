@@ -193,7 +193,7 @@ class World {
   double time() const;
   void observe(const Observe& what);
   const WorldConfig& config() const;
-  /// Sets `WorldConfig::accuracy` from now on; none: no error control.
+  /// Sets `WorldConfig::accuracy` from now on; none: no error control. Another one wakes all that sleeps.
   void set_accuracy(std::optional<double> accuracy);
   void set_gravity(Vec2 gravity);
   /// Changes settings while running; `threads` stays as it is. What the old solver or stepper kept of the

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/contact_batch.h"
+#include "physics/narrowphase/chain.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
@@ -225,16 +226,13 @@ bool Step::may_come_over(const Contact& contact) const {
   const Shape& chain = s_.shapes[a_chain ? contact.shape_a : contact.shape_b].shape;
   const BodyBackup& at = s_.backup[a_chain ? contact.body_a : contact.body_b];
   const Aabb& other = s_.start_box[a_chain ? contact.shape_b : contact.shape_a];
-  const auto first = static_cast<std::size_t>(contact.child);
-  const std::size_t second = first + 1 < chain.vertices.size() ? first + 1 : 0;
   const Transform pose{at.position, at.rotation};
-  const Vec2 p = to_world(pose, chain.vertices[first]), q = to_world(pose, chain.vertices[second]);
   const double margin = margin_of(contact.body_a, contact.body_b);
-  const Aabb own{{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
-  if (!overlap(grown(own, margin), other)) return false;
-  const Vec2 n = rotate(at.rotation, chain.normals[first]);
+  if (!overlap(grown(chain_segment_box(chain, contact.child, pose), margin), other)) return false;
+  const auto segment = static_cast<std::size_t>(contact.child);
+  const Vec2 n = rotate(at.rotation, chain.normals[segment]);
   const Vec2 half = 0.5 * (other.upper - other.lower);
-  const double height = dot(n, 0.5 * (other.lower + other.upper) - p);
+  const double height = dot(n, 0.5 * (other.lower + other.upper) - to_world(pose, chain.vertices[segment]));
   const double reach = std::abs(n.x) * half.x + std::abs(n.y) * half.y;
   return height - reach < margin && height + reach > -margin;
 }

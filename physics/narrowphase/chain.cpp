@@ -141,10 +141,12 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   // Edges of the other shape: those that have the segment before them, and those whose push a corner of it
   // may answer.
   bool at_start = false;
+  double nearest_to_end = -kInfinity;  // edge's separation
   for (int j = 0; j < other.count; ++j) {
     const Vec2 m = rotate(relative.q, other.n[j]), u = -m;
     const double of_end = dot(m, s.v[0] - placed.v[j]), of_start = dot(m, s.v[1] - placed.v[j]);
     if (std::min(of_end, of_start) > limit) return none;
+    nearest_to_end = std::max(nearest_to_end, of_end);
     const bool start = s.may_push_at_start(u);
     if (!start && !s.may_push_at_end(u)) continue;
     if (stats != nullptr) stats->axes_tested += 1;
@@ -160,14 +162,10 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
     }
   }
   if (axis.index < 0 && at_start && s.has_previous) return none;
-  if (behind) {
-    if (axis.index >= 0 || at_start) return none;
-    // It is the corner that pushes if no other edge is nearer to it.
-    for (int j = 0; j < other.count; ++j) {
-      const Vec2 m = rotate(relative.q, other.n[j]);
-      if (dot(m, s.v[0] - placed.v[j]) > axis.separation + kAxisBias * scale) return none;
-    }
-  }
+  // It is the corner of the ridge that pushes if no other edge is nearer to it.
+  const bool from_ridge =
+      axis.index < 0 && !at_start && !(nearest_to_end > axis.separation + kAxisBias * scale);
+  if (behind && !from_ridge) return none;
 
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n), lowest = placed.v[axis.index >= 0 ? axis.support : 0];
@@ -243,10 +241,16 @@ int chain_segment_count(const Shape& chain) {
   return chain.kind == ShapeKind::Chain ? static_cast<int>(chain.normals.size()) : 0;
 }
 
+Aabb chain_segment_box(const Shape& chain, int segment, const Transform& pose) {
+  const auto first = static_cast<std::size_t>(segment);
+  const std::size_t second = first + 1 < chain.vertices.size() ? first + 1 : 0;
+  const Vec2 p = to_world(pose, chain.vertices[first]), q = to_world(pose, chain.vertices[second]);
+  return {{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
+}
+
 void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& box, std::vector<int>& out) {
   out.clear();
   if (chain.kind != ShapeKind::Chain) return;
-  const int corners = static_cast<int>(chain.vertices.size());
   // The box in the chain's frame, grown by what roundings may hide.
   Aabb wanted{{-kInfinity, -kInfinity}, {kInfinity, kInfinity}};
   const Vec2 middle = 0.5 * (box.lower + box.upper), half = 0.5 * (box.upper - box.lower);
@@ -261,11 +265,7 @@ void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& 
   narrow::visit_segments(
       chain, [&](const Aabb& part) { return overlap(part, wanted); },
       [&](int i) {
-        const int next = i + 1 < corners ? i + 1 : 0;
-        const Vec2 p = to_world(pose, chain.vertices[static_cast<std::size_t>(i)]);
-        const Vec2 q = to_world(pose, chain.vertices[static_cast<std::size_t>(next)]);
-        const Aabb own{{std::min(p.x, q.x), std::min(p.y, q.y)}, {std::max(p.x, q.x), std::max(p.y, q.y)}};
-        if (overlap(own, box)) out.push_back(i);
+        if (overlap(chain_segment_box(chain, i, pose), box)) out.push_back(i);
       });
 }
 

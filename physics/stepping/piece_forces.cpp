@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -41,8 +40,8 @@ class PieceSolve {
     if (!piece_.varying) return solve_once(before, after);
     const double h = piece_.h;
     after = before;
-    std::vector<InverseMass>& damping = *damping_.emplace();
-    damping.resize(before.size());
+    Spare<std::vector<InverseMass>> damping;
+    damping->resize(before.size());
     for (int pass = 0; pass < 3; ++pass) {
       for (std::size_t k = 0; k < after.size(); ++k) {
         const std::uint32_t body = island_.bodies[k];
@@ -60,7 +59,7 @@ class PieceSolve {
         const DampedMotion damped =
             damped_motion(state_, body, middle, piece_.elapsed + 0.5 * h, before[k], h);
         const std::array<double, 3>& a = damped.acceleration;
-        damping[k] = {damped.linear, damped.angular};
+        (*damping)[k] = {damped.linear, damped.angular};
         state_.acceleration[body] = {a[0], a[1]};
         state_.angular_acceleration[body] = a[2];
       }
@@ -68,7 +67,7 @@ class PieceSolve {
       if (pass == 0) {
         add_free_motion(state_, island_, h, after);
       } else {
-        solve_once(before, after);
+        solve_once(before, after, &*damping);
       }
     }
   }
@@ -130,7 +129,9 @@ class PieceSolve {
     same.normal = mid.normal;
   }
 
-  void solve_once(const std::vector<Velocity>& before, std::vector<Velocity>& after) {
+  /// @param damping  by body, factors of its inverse masses, if there are any
+  void solve_once(const std::vector<Velocity>& before, std::vector<Velocity>& after,
+                  const std::vector<InverseMass>* damping = nullptr) {
     const double h = piece_.h;
     after = before;
     add_free_motion(state_, island_, h, after);
@@ -191,9 +192,9 @@ class PieceSolve {
     }
 
     warm_start(assembly, h, scratch->warm);
-    for (std::size_t k = 0; damping_ && k < system.bodies.size(); ++k) {
-      system.bodies[k].linear *= (**damping_)[k].linear;
-      system.bodies[k].angular *= (**damping_)[k].angular;
+    for (std::size_t k = 0; damping != nullptr && k < system.bodies.size(); ++k) {
+      system.bodies[k].linear *= (*damping)[k].linear;
+      system.bodies[k].angular *= (*damping)[k].angular;
     }
     std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory);
@@ -400,7 +401,6 @@ class PieceSolve {
   const Piece& piece_;
   IslandResult& result_;
   PieceForces found_;
-  std::optional<Spare<std::vector<InverseMass>>> damping_;  ///< by body, factors of its inverse masses
 };
 
 }  // namespace

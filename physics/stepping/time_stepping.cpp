@@ -176,7 +176,7 @@ class IslandStep {
     return may_flow(state_);
   }
 
-  /// True if velocities left the numbers, as under drag that is too steep for the step: the world contains
+  /// True if velocities left the numbers, as under a field that is too steep for the step: the world contains
   /// bodies whose velocities are no numbers, and nothing is to be found on their ways.
   bool is_lost(const std::vector<Velocity>& after) {
     bool any = false;

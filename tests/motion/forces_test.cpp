@@ -147,7 +147,7 @@ TEST_P(Forces, ReportSaysWhatAFieldSwitchesOff) {
   world.step(1.0 / 60);
   EXPECT_TRUE(world.report().field_keeps_awake);
   EXPECT_FALSE(world.report().field_wants_one_thread);
-  EXPECT_NEAR(world.velocity(ball).x, 2.0 / 60, 1e-12);
+  EXPECT_NEAR(world.velocity(ball).x, 2.0 / 60, 1e-14);
 }
 
 TEST_P(Forces, FieldForManyThreadsIsCalledByThemAndGivesTheSameBits) {
@@ -322,7 +322,7 @@ TEST_P(Forces, PrescribedMotionIsFollowedAndItsVelocityReachesWhatItCarries) {
   for (int i = 0; i < 120; ++i) {
     world.step(1.0 / 60);
     const double t = world.time();
-    ASSERT_NEAR(world.position(table).x, amplitude * (1 - std::cos(w * t)), 1e-12);
+    ASSERT_NEAR(world.position(table).x, amplitude * (1 - std::cos(w * t)), 1e-14);
     ASSERT_NEAR(world.velocity(table).x, amplitude * w * std::sin(w * t), 1e-9);
     ASSERT_NEAR(world.position(box).x, world.position(table).x, events ? 1e-8 : 1e-3) << i;
   }
