@@ -119,11 +119,10 @@ bool Step::wake_linked(bool first) {
   const std::vector<std::uint32_t> woken = s_.sleepers.wake(s_, struck);
   if (woken.empty()) return false;
   for (const std::uint32_t body : woken) {
-    // What its neighbours may do to it was found out when it was awake.
-    const double reach = s_.reach[body], allowance = s_.allowance[body];
+    // In later rounds the last one left it where it is, off its fall.
+    const double strayed = s_.strayed[body];
     begin(body);
-    s_.reach[body] = reach;
-    s_.allowance[body] = allowance;
+    if (!first) s_.strayed[body] = strayed;
     s_.bodies.island[body] = -1;
     for (const std::uint32_t j : s_.joints_of[body]) begin_joint(j);
   }

@@ -16,7 +16,8 @@
 namespace skerry {
 namespace {
 
-// A body that can go farther than so many contact margins in a step is fast.
+// A body that can go farther than so many contact margins in a step is fast, unless its velocity alone does
+// not take it as far as one.
 constexpr double kFast = 4;
 
 // A body in flow will be struck as hard as in the last step, or so many times as hard.
@@ -157,9 +158,21 @@ std::array<double, 3> Step::acceleration_at_start(std::uint32_t i) const {
   return damped_motion(s_, i, start, 0, {start.v.x, start.v.y, start.omega}, h_).acceleration;
 }
 
+/// How far a body can go by its velocity and the acceleration where the step begins [m].
+double Step::reach_at_start(std::uint32_t i) const {
+  const BodyBackup& from = s_.backup[i];
+  return h_ * (length(from.velocity) + h_ * length(s_.acceleration[i]) +
+               (std::abs(from.omega) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
+}
+
+/// The bounds on how it moves are those that the next step will begin with, if nothing changes.
+bool Step::has_bounds_of_rest(std::uint32_t i) const {
+  return s_.travelled[i] == 0 && s_.flight[i] != FlightKind::Fast && s_.reach[i] == reach_at_start(i);
+}
+
 /// State and forces are those of the last step, bit by bit; then its reach and its box are, too.
 bool Step::is_where_it_was(std::uint32_t i) const {
-  if (!may_keep_ || !s_.rests[i] || s_.travelled[i] != 0) return false;
+  if (!may_keep_ || !s_.rests[i] || !has_bounds_of_rest(i)) return false;
   const BodyArrays& b = s_.bodies;
   const BodyBackup& last = s_.backup[i];
   if (b.position[i] != last.position || b.angle[i] != last.angle || b.velocity[i] != last.velocity ||
@@ -219,8 +232,7 @@ bool Step::begin_alone(std::uint32_t i) {
     s_.acceleration[i] = {a[0], a[1]};
     s_.angular_acceleration[i] = a[2];
   }
-  s_.reach[i] = h_ * (length(b.velocity[i]) + h_ * length(s_.acceleration[i]) +
-                      (std::abs(b.omega[i]) + h_ * std::abs(s_.angular_acceleration[i])) * s_.radius[i]);
+  s_.reach[i] = reach_at_start(i);
   if (s_.prescribed[i]) {
     // Between its nodes a smooth motion goes little farther than at them.
     const MotionPath& path = s_.paths[i];
@@ -230,7 +242,11 @@ bool Step::begin_alone(std::uint32_t i) {
   if (stops) stop(i);
   s_.way[i] = {b.velocity[i], s_.acceleration[i], b.omega[i], s_.angular_acceleration[i]};
   if (!flies_freely(s_, i) && (b.type[i] == BodyType::Dynamic || s_.prescribed[i])) return stops;
-  const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin;
+  // What rests is not fast, however far a step of its fall may be for its size: what is known of it does not
+  // depend on what it was near to before.
+  const double goes = h_ * (length(b.velocity[i]) + std::abs(b.omega[i]) * s_.radius[i]);
+  const bool fast = s_.config.skips.alike && s_.reach[i] > kFast * s_.config.contact_margin &&
+                    goes > s_.config.contact_margin;
   s_.flight[i] = fast ? FlightKind::Fast : FlightKind::Slow;
   s_.allowance[i] = 2 * s_.reach[i];
   if (!fast) return stops;
@@ -402,7 +418,7 @@ void Step::remember() {
 bool Step::may_sleep(const SteppedIsland& island) const {
   if (!s_.config.sleep || !island.result.at_rest) return false;
   return std::all_of(island.island.bodies.begin(), island.island.bodies.end(), [this](std::uint32_t i) {
-    return s_.bodies.force[i] == Vec2{} && s_.bodies.torque[i] == 0;
+    return s_.bodies.force[i] == Vec2{} && s_.bodies.torque[i] == 0 && has_bounds_of_rest(i);
   });
 }
 

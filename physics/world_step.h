@@ -52,6 +52,8 @@ class Step {
   void begin_joint(std::uint32_t joint);
   void follow(std::size_t body);
   std::array<double, 3> acceleration_at_start(std::uint32_t body) const;
+  double reach_at_start(std::uint32_t body) const;
+  bool has_bounds_of_rest(std::uint32_t body) const;
   bool is_where_it_was(std::uint32_t body) const;
   void stop(std::uint32_t body);
   void note_contained(std::uint32_t body, ContainmentCause cause);

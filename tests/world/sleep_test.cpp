@@ -158,6 +158,8 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
   long asleep = 0, kept = 0;
   for (std::uint32_t seed = 1; seed <= trials; ++seed) {
     std::mt19937 random(seed);
+    // What is as small as this falls far in a step, for its margins.
+    const double scale = seed % 4 == 0 ? 0.01 : 1;
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
     };
@@ -165,6 +167,7 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
     for (const int kind : {0, 1, 2}) {
       WorldConfig config = with_sleep(kind == 0);
       config.stepper = GetParam();
+      config.contact_margin *= scale;
       config.threads = kind == 0 ? 2 : 1;
       config.reuse_resting = kind != 2;
       worlds.emplace_back(config);
@@ -175,14 +178,14 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
       for (std::size_t k = 0; k < worlds.size(); ++k) call(worlds[k], bodies[k]);
     };
     each([&](World& w, std::vector<BodyId>&) {
-      tables.push_back(w.create_body({.type = BodyType::Static, .position = {5, 0.1}}));
-      w.add_shape(tables.back(), rough(make_box({4, 0.2}), 0.5));
+      tables.push_back(w.create_body({.type = BodyType::Static, .position = scale * Vec2{5, 0.1}}));
+      w.add_shape(tables.back(), rough(make_box({4 * scale, 0.2 * scale}), 0.5));
     });
     each([](World& w, std::vector<BodyId>&) { add_ground(w, rough(make_disc(1), 0.5)); });
     const auto drop = [&] {
-      const Vec2 at{std::round(uniform(-8, 8)), uniform(0.5, 4)};
+      const Vec2 at{scale * std::round(uniform(-8, 8)), scale * uniform(0.5, 4)};
       const bool disc = random() % 3 == 0;
-      const double size = uniform(0.4, 0.9);
+      const double size = scale * uniform(0.4, 0.9);
       each([&](World& w, std::vector<BodyId>& all) {
         all.push_back(add(w, at, rough(disc ? make_disc(size / 2) : make_box({size, size}), 0.5)));
       });
@@ -191,19 +194,19 @@ TEST_P(SleepChangesNothing, WhateverHappens) {
     for (int i = 0; i < 240; ++i) {
       if (random() % 12 == 0) {
         const std::size_t pick = random() % bodies[0].size();
-        const Vec2 value{uniform(-2, 2), uniform(-1, 2)};
+        const Vec2 value{uniform(-2, 2), uniform(-1, 2)}, way = scale * value;
         const auto what = random() % 11;
         const std::size_t other = random() % bodies[0].size();
         each([&](World& w, std::vector<BodyId>& all) {
           if (!w.alive(all[pick])) return;
-          if (what == 0) w.apply_impulse(all[pick], value, w.position(all[pick]));
-          if (what == 1) w.apply_force(all[pick], 20 * value, w.position(all[pick]));
-          if (what == 2) w.set_pose(all[pick], w.position(all[pick]) + Vec2{0, 1.5}, 0);
+          if (what == 0) w.apply_impulse(all[pick], way, w.position(all[pick]));
+          if (what == 1) w.apply_force(all[pick], 20 * way, w.position(all[pick]));
+          if (what == 2) w.set_pose(all[pick], w.position(all[pick]) + Vec2{0, 1.5 * scale}, 0);
           if (what == 3) w.destroy(all[pick]);
-          if (what == 4) w.set_velocity(all[pick], value, value.x);
+          if (what == 4) w.set_velocity(all[pick], way, value.x);
           if (what == 5) w.set_gravity({0, -9.81 + 0.1 * value.x});
           if (what == 6) w.wake(all[pick]);
-          if (what == 7) w.set_pose(tables[0], w.position(tables[0]) + Vec2{0, 0.01 * value.x}, 0);
+          if (what == 7) w.set_pose(tables[0], w.position(tables[0]) + Vec2{0, 0.01 * way.x}, 0);
           if (what == 8) w.set_drag(all[pick], {.quadratic = value.y > 0 ? 0.1 : 0.0});
           if (what == 9) w.set_accuracy(value.x > 1 ? std::optional<double>(1e-3) : std::nullopt);
           if (what == 10 && other != pick && w.alive(all[other])) {
