@@ -7,6 +7,7 @@
 
 #include "physics/contact_batch.h"
 #include "physics/narrowphase/chain.h"
+#include "physics/share_islands.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
@@ -256,15 +257,15 @@ void Step::find_islands() {
   s_.island_builder.build(s_.awake, edges, graph);
   if (rounds_ > 1) s_.scratch.last_round.swap(s_.islands);
   s_.islands.resize(graph.size());
-  for (std::size_t n = 0; n < graph.size(); ++n) {
+  share_each(s_.pool.get(), graph.size(), kIslandsAPiece, [&](std::size_t n) {
     for (std::size_t k = 0; k < graph[n].bodies.size(); ++k) {
       s_.local_index[graph[n].bodies[k]] = static_cast<std::int32_t>(k);
       s_.bodies.island[graph[n].bodies[k]] = static_cast<std::int32_t>(n);
     }
     std::swap(s_.islands[n].island, graph[n]);
     s_.islands[n].kept = false;
-    s_.islands[n].result.clear();
-  }
+    if (rounds_ > 1) s_.islands[n].result.clear();
+  });
   s_.graph_bodies = s_.awake;
   s_.graph_joints = s_.active_joints;
 }
@@ -279,6 +280,12 @@ void Step::step_islands() {
   // Until the step is through: what throws leaves islands behind that mean nothing.
   s_.graph_known = false;
 
+  if (rounds_ == 1) {
+    share_islands(s_, [&](SteppedIsland& island, ThreadPool* threads) {
+      island.kept = known && stays(island);
+      if (!island.kept) prepare(island, threads);
+    });
+  }
   // What is prepared one island after the other, too, all threads may share.
   s_.island_threads = s_.pool.get();
   std::vector<std::size_t>& to_step = s_.scratch.to_step;
@@ -287,10 +294,7 @@ void Step::step_islands() {
   for (std::size_t n = 0; n < s_.islands.size(); ++n) {
     SteppedIsland& island = s_.islands[n];
     if (rounds_ == 1) {
-      island.kept = known && stays(island);
-      if (island.kept) continue;
-      prepare(island);
-      if (reuse_resting(s_, island.island, h_, island.result)) continue;
+      if (island.kept || reuse_resting(s_, island.island, h_, island.result)) continue;
     } else {
       const std::vector<std::uint32_t>& bodies = island.island.bodies;
       const auto is_dirty = [this](std::uint32_t i) { return s_.scratch.dirty[i] != 0; };
@@ -380,7 +384,7 @@ bool Step::stays(const SteppedIsland& island) const {
 }
 
 /// For the first try of a step.
-void Step::prepare(SteppedIsland& island) {
+void Step::prepare(SteppedIsland& island, ThreadPool* threads) const {
   island.result.clear();
   for (const std::uint32_t i : island.island.bodies) {
     s_.kept[i] = 0;
@@ -388,7 +392,7 @@ void Step::prepare(SteppedIsland& island) {
     s_.travelled[i] = s_.strayed[i] = 0;
   }
   const std::vector<std::uint32_t>& contacts = island.island.contacts;
-  share(s_.pool.get(), contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
+  share(threads, contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {
       Contact& contact = s_.contacts[contacts[k]];
       if (contact.begun == s_.steps + 1) continue;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "physics/share_islands.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/text.h"
@@ -270,7 +271,7 @@ void Step::begin(Contact& contact) const {
   contact.begun = s_.steps + 1;
 }
 
-void Step::begin_joint(std::uint32_t i) {
+void Step::begin_joint(std::uint32_t i) const {
   JointRecord& joint = s_.joints[i];
   std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
   JointStart& start = s_.joint_start[i];
@@ -435,16 +436,21 @@ double Step::guess_stray(std::uint32_t i) const {
 void Step::keep_motion() {
   s_.step_paths.clear();
   s_.paths_known = s_.observe.paths;
+  const auto note = [this](const SteppedIsland& island, std::size_t k) {
+    const std::uint32_t i = island.island.bodies[k];
+    s_.step_memory[i] = island.result.step_memory;
+    const bool struck = s_.flight[i] == FlightKind::Fast && s_.strayed[i] > 0 && s_.joints_of[i].empty();
+    s_.stray_guess[i] = island.result.report.flowing ? guess_stray(i) : struck ? kInfinity : 0;
+  };
+  share_islands(s_, [&](const SteppedIsland& island, ThreadPool* threads) {
+    if (island.kept) return;
+    share_each(threads, island.island.bodies.size(), kBodiesAPiece, [&](std::size_t k) { note(island, k); });
+  });
+  if (!s_.paths_known) return;
   for (const SteppedIsland& island : s_.islands) {
-    if (island.kept) continue;
-    for (const std::uint32_t i : island.island.bodies) {
-      s_.step_memory[i] = island.result.step_memory;
-      const bool struck = s_.flight[i] == FlightKind::Fast && s_.strayed[i] > 0 && s_.joints_of[i].empty();
-      s_.stray_guess[i] = island.result.report.flowing ? guess_stray(i) : struck ? kInfinity : 0;
-    }
-    s_.step_paths.insert(s_.step_paths.end(), island.result.path.begin(), island.result.path.end());
+    if (!island.kept)
+      s_.step_paths.insert(s_.step_paths.end(), island.result.path.begin(), island.result.path.end());
   }
-  if (s_.step_paths.empty()) return;
   // Pieces of one body are in the order of time already.
   std::stable_sort(s_.step_paths.begin(), s_.step_paths.end(),
                    [](const PathPiece& x, const PathPiece& y) { return x.body < y.body; });

@@ -15,10 +15,10 @@
 namespace skerry {
 
 /// Pairs that a thread takes at a time: some 50 us.
-inline constexpr std::size_t kPairsAPiece = 1024;
+inline constexpr std::size_t kPairsAPiece = 512;
 
 /// Bodies or joints that a thread takes at a time.
-inline constexpr std::size_t kBodiesAPiece = 512;
+inline constexpr std::size_t kBodiesAPiece = 256;
 
 /// Whether two shapes make a contact of this step, or may in a later round.
 enum class PairVerdict : std::uint8_t { Never, Distant, Near, NearChain };
@@ -49,7 +49,7 @@ class Step {
   void begin(std::uint32_t body);
   bool begin_alone(std::uint32_t body);
   void begin(Contact& contact) const;
-  void begin_joint(std::uint32_t joint);
+  void begin_joint(std::uint32_t joint) const;
   void follow(std::size_t body);
   std::array<double, 3> acceleration_at_start(std::uint32_t body) const;
   double reach_at_start(std::uint32_t body) const;
@@ -117,7 +117,7 @@ class Step {
   bool is_through() const;
   void give_exact_rounds_up();
   bool stays(const SteppedIsland& island) const;
-  void prepare(SteppedIsland& island);
+  void prepare(SteppedIsland& island, ThreadPool* threads) const;
   void prepare_again(SteppedIsland& island);
 
   WorldState& s_;

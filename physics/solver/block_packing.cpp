@@ -20,7 +20,7 @@ std::size_t at(int i) {
 // Fewer blocks leave too many lanes empty.
 constexpr std::size_t kFewBlocks = 12;
 // Rows, blocks, or chunks of them, that a thread takes at a time where each is by itself.
-constexpr std::size_t kRowsAPiece = 4096, kBlocksAPiece = 1024, kChunksAPiece = 4;
+constexpr std::size_t kRowsAPiece = 4096, kBlocksAPiece = 256, kChunksAPiece = 4;
 
 bool is_joint(const Row& row) {
   return row.kind >= RowKind::Joint && row.normal < 0;
@@ -260,16 +260,21 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
     blocks_.clear();
     return false;
   }
-  share(threads_, blocks_.size(), kBlocksAPiece, [&](std::size_t from, std::size_t to) {
-    if (cpu_has_avx2())
-      Packing::measure_avx2(*this, system, from, to);
-    else
-      Packing::measure_portable(*this, system, from, to);
-  });
+  share_beside(
+      threads_, blocks_.size(), kBlocksAPiece,
+      [&](std::size_t from, std::size_t to) {
+        if (cpu_has_avx2())
+          Packing::measure_avx2(*this, system, from, to);
+        else
+          Packing::measure_portable(*this, system, from, to);
+      },
+      [&] {
+        arrange();
+        velocities_.assign(at(ground + 1), BodyVector{});
+        impulses_.assign(blocks_.size(), Impulses{});
+      });
   for (JointBlock& joint : joints_) close_joint(system, joint);
   rows_ = n;
-  velocities_.assign(at(ground + 1), BodyVector{});
-  impulses_.assign(blocks_.size(), Impulses{});
   group();
   share(threads_, chunks_.size(), kChunksAPiece, [&](std::size_t from, std::size_t to) {
     if (cpu_has_avx2())
@@ -443,6 +448,20 @@ int BlockSweeps::rows_of(Kind kind) {
   return 0;
 }
 
+/// Those of few blocks are swept one after the other.
+bool BlockSweeps::are_few() const {
+  return blocks_.size() < kFewBlocks;
+}
+
+/// The order of the blocks, as far as it follows from their bodies.
+void BlockSweeps::arrange() {
+  if (are_few()) return;
+  // The ground's number is that of no body.
+  order_.start(mass_.size() - 1);
+  for (const Block& block : blocks_) order_.add(block.a, block.b_body);
+  order_.arrange();
+}
+
 /// Four blocks a group.
 void BlockSweeps::group() {
   batches_.clear();
@@ -451,16 +470,15 @@ void BlockSweeps::group() {
   groups3_.clear();
   groups2_.clear();
   groups1_.clear();
-  const bool few = blocks_.size() < kFewBlocks;
-  // The ground's number is that of no body.
-  if (!few) order_.start(mass_.size() - 1, kKinds);
+  Spare<std::vector<std::uint8_t>> kinds;
+  kinds->resize(blocks_.size());
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
     const Kind kind = kind_of(blocks_[k]);
-    if ((few || kind == Kind::Single) && blocks_[k].numbers < 0) add_numbers(k);
-    if (!few) order_.add(blocks_[k].a, blocks_[k].b_body, static_cast<int>(kind));
+    if ((are_few() || kind == Kind::Single) && blocks_[k].numbers < 0) add_numbers(k);
+    (*kinds)[k] = static_cast<std::uint8_t>(kind);
   }
-  if (few) return;
-  order_.finish();
+  if (are_few()) return;
+  order_.finish(*kinds, kKinds);
   const std::vector<SweepOrder::Group>& ordered = order_.groups();
   std::array<int, kRows + 1> count{};
   for (std::size_t i = 0; i < ordered.size(); ++i) {

@@ -17,7 +17,7 @@ std::size_t at(int i) {
 }
 
 // Blocks, or chunks of them, that a thread takes at a time where each is by itself.
-constexpr std::size_t kBlocksAPiece = 1024, kChunksAPiece = 4;
+constexpr std::size_t kBlocksAPiece = 256, kChunksAPiece = 4;
 // With fewer chunks, sweeps that follow each other are soon done.
 constexpr std::size_t kManyChunks = 24;
 // Looks at another thread's progress, some 50 us, before this one leaves the processor to others.

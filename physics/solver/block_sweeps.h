@@ -163,6 +163,8 @@ class BlockSweeps {
   void set_joint(const JointBlock& joint, std::span<const double> lambda);
   void get_joint(const JointBlock& joint, const Impulses& from, std::vector<double>& lambda) const;
   double violation_of(const JointBlock& joint) const;
+  bool are_few() const;
+  void arrange();
   void group();
   void push(std::size_t from, std::size_t to);
   bool large() const;

@@ -18,24 +18,26 @@ std::size_t at(int i) {
 
 }  // namespace
 
-void SweepOrder::start(std::size_t bodies, int kinds) {
+void SweepOrder::start(std::size_t bodies) {
   ground_ = static_cast<int>(bodies);
-  kinds_ = kinds;
   blocks_.clear();
   groups_.clear();
 }
 
-void SweepOrder::add(int a, int b, int kind) {
+void SweepOrder::add(int a, int b) {
   const auto known = [this](int i) { return i >= 0 && i < ground_ ? i : ground_; };
-  blocks_.push_back({static_cast<int>(blocks_.size()), kind, {known(a), known(b)}});
+  blocks_.push_back({static_cast<int>(blocks_.size()), {known(a), known(b)}});
 }
 
-void SweepOrder::finish() {
+void SweepOrder::arrange() {
   // Contacts with a fixed body stand before all others, far from those that they hold up. Going there once
   // they may end before another such contact's old place.
   come_late();
   come_late();
-  fill_groups();
+}
+
+void SweepOrder::finish(std::span<const std::uint8_t> kind, int kinds) {
+  fill_groups(kind, kinds);
   find_need();
 }
 
@@ -62,27 +64,28 @@ void SweepOrder::come_late() {
 }
 
 /// Each block goes to the first group of its kind with a free lane after those of its bodies.
-void SweepOrder::fill_groups() {
+void SweepOrder::fill_groups(std::span<const std::uint8_t> kind, int kinds) {
   place_.assign(at(ground_) + 1, 0);  // by body: first group after its blocks
-  open_.assign(at(kinds_ * kWords), 0);
+  open_.assign(at(kinds * kWords), 0);
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const Block& block = blocks_[i];
     const auto [a, b] = block.body;
-    int place = find_open(block.kind, std::max(place_[at(a)], place_[at(b)]));
-    const auto word_of = [&](int kind) -> std::uint64_t& {
-      return open_[at(kind * kWords + place / kWord % kWords)];
+    const int own = kind[at(block.number)];
+    int place = find_open(own, std::max(place_[at(a)], place_[at(b)]));
+    const auto word_of = [&](int of) -> std::uint64_t& {
+      return open_[at(of * kWords + place / kWord % kWords)];
     };
     if (place < 0) {
       place = static_cast<int>(groups_.size());
-      groups_.push_back({.kind = block.kind});
+      groups_.push_back({.kind = own});
       if (place % kWord == 0) {
-        for (int kind = 0; kind < kinds_; ++kind) word_of(kind) = 0;
+        for (int k = 0; k < kinds; ++k) word_of(k) = 0;
       }
-      word_of(block.kind) |= std::uint64_t{1} << (place % kWord);
+      word_of(own) |= std::uint64_t{1} << (place % kWord);
     }
     Group& group = groups_[at(place)];
     group.block[at(group.count++)] = block.number;
-    if (group.count == kLanes) word_of(block.kind) &= ~(std::uint64_t{1} << (place % kWord));
+    if (group.count == kLanes) word_of(own) &= ~(std::uint64_t{1} << (place % kWord));
     key_[i] = place;
     if (a < ground_) place_[at(a)] = place + 1;
     if (b < ground_) place_[at(b)] = place + 1;

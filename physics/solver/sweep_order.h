@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace skerry {
@@ -24,13 +25,15 @@ class SweepOrder {
     std::array<int, kLanes> block{};  ///< numbers of blocks, `count` of them
   };
 
-  /// Forgets the blocks. @param bodies  how many there are  @param kinds  of blocks
-  void start(std::size_t bodies, int kinds);
+  /// Forgets the blocks. @param bodies  how many there are
+  void start(std::size_t bodies);
   /// The next block, between bodies `a` and `b`; numbers that are no body's stand for the ground, which
   /// nothing moves.
-  void add(int a, int b, int kind);
-  /// After the last block.
-  void finish();
+  void add(int a, int b);
+  /// After the last block: what does not depend on what they are like.
+  void arrange();
+  /// Makes the groups. @param kind  by block, below `kinds`
+  void finish(std::span<const std::uint8_t> kind, int kinds);
 
   const std::vector<Group>& groups() const { return groups_; }
   /// By chunk of groups, the last chunk that touches one of its bodies: so far a sweep has to have come
@@ -39,15 +42,15 @@ class SweepOrder {
 
  private:
   struct Block {
-    int number, kind;
+    int number;
     std::array<int, 2> body;  ///< the ground is the number after the last body's
   };
   void come_late();
-  void fill_groups();
+  void fill_groups(std::span<const std::uint8_t> kind, int kinds);
   void find_need();
   int find_open(int kind, int from) const;
 
-  int ground_ = 0, kinds_ = 1;
+  int ground_ = 0;
   std::vector<Block> blocks_, sorted_;
   std::vector<int> place_, key_, beginning_;
   std::vector<Group> groups_;

@@ -15,7 +15,7 @@ namespace {
 // Contacts from which on the narrow phase takes them in groups of four.
 constexpr std::size_t kBatch = 4;
 // Contacts that a thread takes at a time: some 50 us.
-constexpr std::size_t kContactsAPiece = 512;
+constexpr std::size_t kContactsAPiece = 256;
 
 /// What one piece of the contacts found.
 struct PieceCount {

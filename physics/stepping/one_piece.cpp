@@ -38,7 +38,7 @@ constexpr double kNearly = 1e-3;
 constexpr double kAlmost = 1e-8;
 constexpr int kLongestWait = 256;
 // Contacts or rows that a thread takes at a time.
-constexpr std::size_t kItemsAPiece = 1024;
+constexpr std::size_t kItemsAPiece = 256;
 
 /// Rows together with those of points that only the impulses of others close. They have their own spare
 /// memory: rows are written over those that are there, and a list that changes its length costs as much as

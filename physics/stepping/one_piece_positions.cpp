@@ -34,7 +34,7 @@ constexpr double kUneven = 100;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
 constexpr int kSeparations = 8;
 // Contacts or rows that a thread takes at a time.
-constexpr std::size_t kItemsAPiece = 1024;
+constexpr std::size_t kItemsAPiece = 256;
 
 /// Rows for positions, without friction. They have their own spare memory: rows are written over those that
 /// are there, and a list that changes its length costs as much as its rows.

@@ -36,7 +36,7 @@ constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 // Contacts that a thread takes at a time.
-constexpr std::size_t kContactsAPiece = 1024;
+constexpr std::size_t kContactsAPiece = 256;
 
 /// Points beside so many joints up to which exact forces cost no more than a step in one piece.
 int few_points(int joints) {

@@ -17,7 +17,7 @@ namespace skerry {
 namespace {
 
 // Contacts that a thread takes at a time.
-constexpr std::size_t kContactsAPiece = 512;
+constexpr std::size_t kContactsAPiece = 256;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {

@@ -334,9 +334,14 @@ bool share_a_body(const Pair& p, const Pair& q, int bodies) {
 
 SweepOrder order_of(const std::vector<Pair>& pairs, int bodies) {
   SweepOrder order;
-  order.start(static_cast<std::size_t>(bodies), 3);
-  for (const Pair& pair : pairs) order.add(pair.a, pair.b, pair.kind);
-  order.finish();
+  std::vector<std::uint8_t> kinds;
+  order.start(static_cast<std::size_t>(bodies));
+  for (const Pair& pair : pairs) {
+    order.add(pair.a, pair.b);
+    kinds.push_back(static_cast<std::uint8_t>(pair.kind));
+  }
+  order.arrange();
+  order.finish(kinds, 3);
   return order;
 }
 
