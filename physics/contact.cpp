@@ -16,12 +16,11 @@ std::uint64_t Contact::source(int i) const {
   return hash.value();
 }
 
-Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+Manifold contact_manifold(int child, const Shape& a, const Transform& pose_a, const Shape& b,
                           const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats) {
-  if (a.kind == ShapeKind::Chain)
-    return collide_chain_segment(a, contact.child, pose_a, b, pose_b, margin, stats);
+  if (a.kind == ShapeKind::Chain) return collide_chain_segment(a, child, pose_a, b, pose_b, margin, stats);
   if (b.kind != ShapeKind::Chain) return collide(a, pose_a, b, pose_b, margin, cache, stats);
-  Manifold manifold = collide_chain_segment(b, contact.child, pose_b, a, pose_a, margin, stats);
+  Manifold manifold = collide_chain_segment(b, child, pose_b, a, pose_a, margin, stats);
   manifold.normal = -manifold.normal;
   return manifold;
 }

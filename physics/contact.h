@@ -66,9 +66,14 @@ struct Contact {
   std::uint64_t source(int i) const;
 };
 
-/// The manifold of a pair at these poses; of one segment if one of the shapes is a chain.
-Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+/// The manifold of a pair at these poses; of segment `child` if one of the shapes is a chain.
+Manifold contact_manifold(int child, const Shape& a, const Transform& pose_a, const Shape& b,
                           const Transform& pose_b, double margin, SatCache* cache, NarrowPhaseStats* stats);
+inline Manifold contact_manifold(const Contact& contact, const Shape& a, const Transform& pose_a,
+                                 const Shape& b, const Transform& pose_b, double margin, SatCache* cache,
+                                 NarrowPhaseStats* stats) {
+  return contact_manifold(contact.child, a, pose_a, b, pose_b, margin, cache, stats);
+}
 
 /// True for two discs, or a disc and a half-plane: wherever they are, it is the same point that is nearest.
 inline bool meet_at_one_point(const Shape& a, const Shape& b) {

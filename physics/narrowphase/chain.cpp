@@ -104,6 +104,33 @@ bool Segment::is_over_valley(Vec2 p, double noise) const {
   return false;
 }
 
+namespace {
+
+/// An edge that leans on the ridge at the start is the concern of the segment before. What turns over the
+/// ridge comes down on this one's face with its lowest corner, wherever its edge leans.
+SegmentContact from_ridge_before(const Segment& s, const Hull& other, const Placed& placed, double margin,
+                                 double noise) {
+  SegmentContact foreseen;
+  int lowest = -1;
+  double low = kInfinity;
+  for (int i = 0; i < other.count; ++i) {
+    const Vec2 from_start = placed.v[i] - s.v[1];
+    const double x = dot(-perp(s.n[0]), from_start), height = dot(s.n[0], from_start);
+    if (x < -noise || x > s.length + noise || height >= low) continue;
+    lowest = i;
+    low = height;
+  }
+  const double separation = low - other.radius;
+  if (lowest < 0 || !(std::abs(separation) <= margin)) return foreseen;
+  foreseen.m.normal = s.n[0];
+  foreseen.m.count = 1;
+  foreseen.m.points[0] = {placed.v[lowest] - (0.5 * (low + other.radius)) * s.n[0], separation,
+                          make_feature(edge_code(0), corner_code(lowest))};
+  return foreseen;
+}
+
+}  // namespace
+
 SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform& relative, double margin,
                             NarrowPhaseStats* stats) {
   if (other.kind == ShapeKind::Disc) {
@@ -161,11 +188,12 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
       at_start = start;
     }
   }
-  if (axis.index < 0 && at_start && s.has_previous) return none;
-  // It is the corner of the ridge that pushes if no other edge is nearer to it.
-  const bool from_ridge =
-      axis.index < 0 && !at_start && !(nearest_to_end > axis.separation + kAxisBias * scale);
+  if (axis.index < 0 && at_start && s.has_previous)
+    return from_ridge_before(s, other, placed, margin, kNoise * scale);
+  const bool from_ridge = axis.index < 0 && !at_start;
   if (behind && !from_ridge) return none;
+  // Another edge is nearer to the corner of the ridge: what is beside that is the next segment's concern.
+  if (from_ridge && nearest_to_end > axis.separation + kAxisBias * scale) return none;
 
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n), lowest = placed.v[axis.index >= 0 ? axis.support : 0];

@@ -15,37 +15,48 @@ constexpr int kHalvings = 40;
 class FreePoints {
  public:
   FreePoints(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b,
-             std::uint8_t resting)
+             std::uint8_t resting, FreeSegments beside)
       : contact_(contact),
         shape_a_(state.shapes[contact.shape_a].shape),
         shape_b_(state.shapes[contact.shape_b].shape),
         a_(a),
         b_(b),
-        margin_(state.config.contact_margin) {
+        margin_(state.config.contact_margin),
+        beside_(beside) {
     for (int i = 0; i < contact.manifold.count; ++i) {
       if ((resting >> i & 1) != 0) resting_features_[count_++] = contact.manifold.points[i].feature;
     }
   }
 
   double separation(double t) const {
-    const Manifold manifold =
-        contact_manifold(contact_, shape_a_, a_.at(t), shape_b_, b_.at(t), margin_, nullptr, nullptr);
-    double smallest = margin_;
+    const Manifold manifold = manifold_of(contact_.child, t);
+    double smallest = kInfinity;
     for (int i = 0; i < manifold.count; ++i) {
       const auto end = resting_features_.begin() + count_;
       if (std::find(resting_features_.begin(), end, manifold.points[i].feature) != end) continue;
       smallest = std::min(smallest, manifold.points[i].separation);
     }
+    if (smallest < kInfinity) return smallest;
+    smallest = margin_;
+    for (const int segment : {beside_.previous, beside_.next}) {
+      const Manifold other = segment >= 0 ? manifold_of(segment, t) : Manifold{};
+      for (int i = 0; i < other.count; ++i) smallest = std::min(smallest, other.points[i].separation);
+    }
     return smallest;
   }
 
  private:
+  Manifold manifold_of(int child, double t) const {
+    return contact_manifold(child, shape_a_, a_.at(t), shape_b_, b_.at(t), margin_, nullptr, nullptr);
+  }
+
   const Contact& contact_;
   const Shape& shape_a_;
   const Shape& shape_b_;
   const Motion& a_;
   const Motion& b_;
   double margin_;
+  FreeSegments beside_;
   std::array<std::uint32_t, 2> resting_features_{};
   int count_ = 0;
 };
@@ -53,7 +64,7 @@ class FreePoints {
 }  // namespace
 
 NextContact next_contact_time(const WorldState& state, std::uint32_t index, const Motion& a, const Motion& b,
-                              std::uint8_t resting, double h) {
+                              std::uint8_t resting, double h, FreeSegments beside) {
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
     const ImpactTime impact = contact_impact_time(contact, state.shapes[contact.shape_a].shape, a,
@@ -67,7 +78,7 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
   // of its own.
   const double ignored = 1e3 * touch_tolerance(state, a.p0);
-  const FreePoints free(state, contact, a, b, resting);
+  const FreePoints free(state, contact, a, b, resting, beside);
   if (free.separation(h) > -ignored) return {h};
   double low = 0;
   double high = h;

@@ -24,8 +24,14 @@ inline bool rests_wholly(const WorldState& state, const Contact& contact, std::u
          meet_at_one_point(state.shapes[contact.shape_a].shape, state.shapes[contact.shape_b].shape);
 }
 
+/// Segments of a chain beside that of a contact, -1 for none, on which nothing of the other shape rests.
+struct FreeSegments {
+  int previous = -1, next = -1;
+};
+
 /// Looks at the points of the contact that are not in `resting` (bit i: point i of the present manifold).
+/// @param beside  what turns over a ridge while a point of the contact rests is theirs in the end
 NextContact next_contact_time(const WorldState& state, std::uint32_t contact, const Motion& a,
-                              const Motion& b, std::uint8_t resting, double h);
+                              const Motion& b, std::uint8_t resting, double h, FreeSegments beside = {});
 
 }  // namespace skerry

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/narrowphase/chain.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flight_queue.h"
@@ -243,8 +244,9 @@ class IslandStep {
       const Contact& contact = state_.contacts[index];
       if (rests_wholly(state_, contact, resting_[k])) continue;
       if (!moves(contact.body_a, before, after) && !moves(contact.body_b, before, after)) continue;
-      const NextContact next = next_contact_time(state_, index, motion(contact.body_a),
-                                                 motion(contact.body_b), resting_[k], first);
+      const NextContact next =
+          next_contact_time(state_, index, motion(contact.body_a), motion(contact.body_b), resting_[k], first,
+                            resting_[k] != 0 ? free_beside(k) : FreeSegments{});
       first = std::min(first, next.t);
       if (!next.sinks) continue;
       for (int i = 0; i < contact.manifold.count; ++i) {
@@ -255,6 +257,31 @@ class IslandStep {
       }
     }
     return first;
+  }
+
+  /// Beside the segment of a contact, on which it rests.
+  FreeSegments free_beside(std::size_t k) const {
+    const Contact& contact = state_.contacts[island_.contacts[k]];
+    const Shape &a = state_.shapes[contact.shape_a].shape, &b = state_.shapes[contact.shape_b].shape;
+    const Shape& chain = a.kind == ShapeKind::Chain ? a : b;
+    const int count = chain_segment_count(chain);
+    if (count == 0) return {};
+    const auto free = [&](int segment) {
+      if (segment < 0 || segment >= count) {
+        if (!chain.closed) return -1;
+        segment = (segment + count) % count;
+      }
+      if (segment == contact.child) return -1;
+      // Contacts of the same shapes stand together.
+      const ContactKey key{contact.shape_a, contact.shape_b, segment};
+      const auto before = [this](std::uint32_t i, const ContactKey& wanted) {
+        return state_.contacts[i].key() < wanted;
+      };
+      const auto there = std::lower_bound(island_.contacts.begin(), island_.contacts.end(), key, before);
+      if (there == island_.contacts.end() || state_.contacts[*there].key() != key) return segment;
+      return resting_[static_cast<std::size_t>(there - island_.contacts.begin())] == 0 ? segment : -1;
+    };
+    return {free(contact.child - 1), free(contact.child + 1)};
   }
 
   bool moves(std::uint32_t body, const std::vector<Velocity>& before,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "physics/narrowphase/chain.h"
@@ -138,7 +139,7 @@ TEST_P(Valley, NothingGoesThroughRuggedTerrain) {
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * (random() / 4294967296.0);
   };
-  int deeper = 0;
+  int deeper = 0, risen = 0;
   for (int scene = 0; scene < 100; ++scene) {
     SCOPED_TRACE("scene " + std::to_string(scene));
     World world = make_world();
@@ -158,9 +159,11 @@ TEST_P(Valley, NothingGoesThroughRuggedTerrain) {
                             make_capsule({-a, 0}, {a, 0}, b), make_polygon(corners)};
     const BodyId body = add(world, at, with(shapes[scene % 4]), 10, v, omega, angle);
     if (scene % 4 == 1) world.add_shape(body, with(make_box({2 * b, 2 * a})));
-    double deepest = 0;
+    double deepest = 0, most_risen = 0, energy = world.kinetic_energy() + world.potential_energy();
     for (int k = 0; k < 240; ++k) {
       deepest = std::max(deepest, world.step(kStep).worst_penetration);
+      const double before = std::exchange(energy, world.kinetic_energy() + world.potential_energy());
+      most_risen = std::max(most_risen, (energy - before) / (world.mass(body) * 9.81));  // [m]
       // The report knows what was foreseen.
       for (const Vec2 corner : line) {
         const Vec2 p = to_local(world.pose(body), corner);
@@ -168,10 +171,13 @@ TEST_P(Valley, NothingGoesThroughRuggedTerrain) {
       }
       ASSERT_GT(world.position(body).y, -height);
     }
-    EXPECT_LT(deepest, 0.02);
+    EXPECT_LT(deepest, 5e-3);
+    EXPECT_LT(most_risen, 0.01);
     deeper += deepest > 1e-3;
+    risen += most_risen > 2e-3;
   }
-  EXPECT_LE(deeper, 3);
+  EXPECT_LE(deeper, 1);
+  EXPECT_LE(risen, 2);
 }
 
 /// The lower corner of a box is in both sides of a valley, by 2 mm in one of them. As the contact that was

@@ -246,5 +246,41 @@ TEST(Chain, RidgeBesideABoxDoesNotTouchIt) {
   EXPECT_EQ(collide_chain_segment(chain, 1, {}, box, pose, 0.03).count, 1);
 }
 
+/// An edge that lies on a ridge turns over to the next segment: its far corner is seen before it lands there,
+/// at its height. It was seen when it had landed, and nothing stopped it.
+TEST(Chain, WhatTurnsOverARidgeIsForeseenBeyondIt) {
+  const Shape chain = make_chain(std::vector<Vec2>{{-2, 0}, {0, 0}, {2, -0.35}});
+  const double flat = std::atan2(-0.35, 2), half = 0.06;
+  for (const Shape& shape : {make_box({0.8, 2 * half}), make_capsule({-0.4, 0}, {0.4, 0}, half)}) {
+    for (const double lean : {0.05, 1e-3, 1e-6, 1e-9, 1e-11, 1e-13, 0.0, -1e-13, -1e-9, -1e-3}) {
+      SCOPED_TRACE(lean);
+      // The edge touches the ridge 0.3 m left of its middle, 0.7 m from its far corner.
+      const Rot turn = Rot::from_angle(flat + lean);
+      const Transform pose{-rotate(turn, {-0.3, -half}), turn};
+      const Manifold before = collide_chain_segment(chain, 0, {}, shape, pose, 0.1);
+      const Manifold beyond = collide_chain_segment(chain, 1, {}, shape, pose, 0.1);
+      ASSERT_GE(before.count, 1);
+      ASSERT_GE(beyond.count, 1);
+      EXPECT_NEAR(dot(beyond.normal, rotate(Rot::from_angle(flat), {0, 1})), 1, 1e-12);
+      const double height = 0.7 * std::sin(lean) - shape.radius * (1 - std::cos(lean));
+      EXPECT_NEAR(beyond.points[0].separation, height, 1e-15 + 1e-3 * std::max(0.0, -lean));
+      EXPECT_EQ(beyond.points[0].feature & 0xffffu, corner_code(1));
+    }
+  }
+}
+
+/// A heptagon comes down beside a ridge: the ridge is in front of the line of its lowest edge, 33 mm deep,
+/// but the edge ends before that.
+TEST(Chain, RidgeBesideTheEndOfAnEdgeDoesNotTouchIt) {
+  const Shape chain =
+      make_chain(std::vector<Vec2>{{1.819559, -0.046565}, {3.479829, 0.223362}, {4.724185, -0.006169}});
+  std::vector<Vec2> corners;
+  for (int i = 0; i < 7; ++i) corners.push_back(rotate(Rot::from_angle(2 * kPi * i / 7), {0.31682, 0}));
+  const Shape shape = make_polygon(corners);
+  const Transform pose{{3.6613, 0.4885}, Rot::from_angle(4.3303)};
+  EXPECT_EQ(collide_chain_segment(chain, 0, {}, shape, pose, 0.02).count, 0);
+  EXPECT_EQ(collide_chain_segment(chain, 1, {}, shape, pose, 0.02).count, 1);
+}
+
 }  // namespace
 }  // namespace skerry
