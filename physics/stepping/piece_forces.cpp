@@ -18,6 +18,8 @@ namespace {
 
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256;
+// Residual of forces that are as good as none, for which it is 1.
+constexpr double kVain = 0.5;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {
@@ -204,6 +206,7 @@ class PieceSolve {
     quieten(h, solution.lambda, after);
     store_impulses(assembly, solution.lambda, h, *scratch);
     note_solution(solution, system);
+    found_.vain = solution.status != SolveStatus::Solved && solution.residual > kVain;
     if (state_.observe.systems) {
       keep_trace(state_, island_, piece_.elapsed, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);

@@ -25,6 +25,7 @@ struct Piece {
 struct PieceForces {
   bool act = false;     ///< there are contacts or joints in it
   bool moving = false;  ///< the geometry changes within it
+  bool vain = false;    ///< they are so far from an answer that nothing would be held
   double stop = 0;      ///< when the first sliding ends in it, or its length [s]
 };
 

@@ -71,7 +71,8 @@ class IslandStep {
   IslandStep& operator=(const IslandStep&) = delete;
 
   /// Brings the island from one time of the step to another [s]. @return where it came to: it gives up where
-  /// the forces cost more than they may (`IslandResult::work_limit`), or a large one finds no exact impact
+  /// the forces cost more than they may (`IslandResult::work_limit`), where nothing is left to find them
+  /// with, or a large one finds no exact impact
   double run(double from, double to) {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
@@ -125,6 +126,7 @@ class IslandStep {
         hit = next_hit(length, before, after);
       }
       if (result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
+      if (forces.vain && is_spent()) return elapsed_;
       // The end of sliding is an end of the piece.
       if (forces.stop < hit) {
         hit = forces.stop;
@@ -188,6 +190,12 @@ class IslandStep {
       any = true;
     }
     return any;
+  }
+
+  /// The step has cost what the world grants an island, which may go on in flow.
+  bool is_spent() const {
+    const double limit = state_.config.solve.work_limit;
+    return limit > 0 && result_.work.visits > limit && may_flow(state_);
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.

@@ -4,6 +4,8 @@
 // of it.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <random>
+#include <string>
 
 #include "physics/solver/auto.h"
 #include "tests/support/island_scenes.h"
@@ -80,6 +82,42 @@ TEST(Budget, AWorldKeepsToItSaysSoAndStaysFinite) {
   EXPECT_GT(inexact, 0);
   EXPECT_LT(most, most_rich);
   EXPECT_TRUE(std::isfinite(poor.kinetic_energy()));
+}
+
+/// What has spent its budget flows: forces that are as good as none let piles with joints fall through the
+/// ground.
+TEST(Budget, WhereItIsNextToNothingBodiesStillLieOnTheGround) {
+  for (const unsigned seed : {7u, 8u, 9u}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * (random() / 4294967296.0);
+    };
+    WorldConfig config;
+    config.solve.work_limit = 2000;
+    config.stepper = "auto";
+    World world(config);
+    test::add_ground(world, test::rough(make_disc(1), 0.5));
+    std::vector<BodyId> bodies;
+    for (int k = 0; k < 60; ++k) {
+      const double x = uniform(-2, 2), width = uniform(0.3, 0.8), height = uniform(0.2, 0.8);
+      const ShapeDef shape =
+          test::rough(k % 3 ? make_box({width, height}) : make_disc(height / 2), uniform(0.2, 0.8));
+      bodies.push_back(test::add(world, {x, 1 + 0.6 * k}, shape, 1, {}, 0, uniform(0, 3)));
+    }
+    for (std::size_t k = 0; k + 3 < bodies.size(); k += 6)
+      world.create_joint({.a = bodies[k], .b = bodies[k + 1], .anchor_a = world.position(bodies[k])});
+    for (const double x : {-3.4, 3.4}) {
+      const BodyId wall = world.create_body({.type = BodyType::Static, .position = {x, 30}});
+      world.add_shape(wall, test::rough(make_box({1, 64}), 0.5));
+    }
+    double lowest = kInfinity;
+    for (int step = 0; step < 300; ++step) {
+      world.step(1.0 / 60);
+      for (const BodyId body : bodies) lowest = std::min(lowest, world.position(body).y);
+    }
+    EXPECT_GT(lowest, 0);
+  }
 }
 
 TEST(Budget, TheDefaultOfAWorldChangesNothingInAnOrdinaryScene) {
