@@ -3,19 +3,22 @@
 // Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description.
 //
 //   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
-//   [--awake] [--fresh] [--overlaps]
-//               [SCENE...]
+//               [--awake] [--fresh] [--overlaps] [--turns N] [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
 // step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
 // deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual
 // of the contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the
-// means are those over the steps that all made. With one thread times are processor times, but pairs and
-// narrow phase are by the clock. Box2D 2.4 runs with its defaults and without its continuous collision;
-// ratios are to both.
+// means are those over the steps that all made. With --turns ours alone is run so often with one thread and
+// with
+// --threads of them in turn: each step takes the least of its times by the clock, as its bits are the same,
+// and the row has the sums and their ratio. With one thread times are processor times, but pairs and narrow
+// phase are by the clock. Box2D 2.4 runs with its defaults and without its continuous collision; ratios are
+// to both.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -128,6 +131,27 @@ void print(std::vector<Ratio> ratios) {
                 r.collision);
 }
 
+/// What threads gain. @param turns  runs of each kind
+void compare_threads(const char* name, const Scene& scene, Options options, int turns) {
+  const int threads = options.threads;
+  options.by_clock = true;
+  std::vector<double> least[2];
+  for (int turn = 0; turn < 2 * turns; ++turn) {
+    options.threads = turn % 2 == 0 ? 1 : threads;
+    const Run run = run_ours(name, scene, options);
+    std::vector<double>& all = least[turn % 2];
+    if (all.empty()) all = run.ms;
+    all.resize(std::min(all.size(), run.ms.size()));
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = std::min(all[i], run.ms[i]);
+  }
+  const auto steps = static_cast<std::ptrdiff_t>(std::min(least[0].size(), least[1].size()));
+  const double one = std::accumulate(least[0].begin(), least[0].begin() + steps, 0.0);
+  const double many = std::accumulate(least[1].begin(), least[1].begin() + steps, 0.0);
+  std::printf("| %s | %zu | %td | %.1f | %.1f | %.2f |\n", name, scene.items.size(), steps, one, many,
+              one / many);
+  std::fflush(stdout);
+}
+
 int usage(const std::string& what) {
   std::fprintf(stderr, "scale_bench: %s; scenes:", what.c_str());
   for (const Named& n : kScenes) std::fprintf(stderr, " %s", n.name);
@@ -139,6 +163,7 @@ int usage(const std::string& what) {
 
 int main(int argc, char** argv) {
   Options options;
+  int turns = 0;
   std::vector<std::string> wanted;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -149,6 +174,8 @@ int main(int argc, char** argv) {
       options.budget = std::atof(next), ++i;
     else if (word == "--threads")
       options.threads = std::max(1, std::atoi(next)), ++i;
+    else if (word == "--turns")
+      turns = std::max(1, std::atoi(next)), ++i;
     else if (word == "--solver")
       options.solver = next, ++i;
     else if (word == "--flow-work")
@@ -170,6 +197,18 @@ int main(int argc, char** argv) {
     if (std::none_of(kScenes.begin(), kScenes.end(), [&](const Named& n) { return n.name == name; }))
       return usage("no scene '" + name + "'");
   }
+  const auto is_wanted = [&](const Named& named) {
+    return wanted.empty() || std::find(wanted.begin(), wanted.end(), named.name) != wanted.end();
+  };
+  if (turns > 0) {
+    std::printf(
+        "| scene | bodies | steps | one thread ms | %d threads ms | ratio |\n"
+        "| --- | --- | --- | --- | --- | --- |\n",
+        options.threads);
+    for (const Named& named : kScenes)
+      if (is_wanted(named)) compare_threads(named.name, named.make(), options, turns);
+    return 0;
+  }
   std::printf(
       "| scene | engine | bodies | steps | mean ms | median ms | slowest ms | pairs + narrow ms | "
       "deepest m | mean deepest m | joints m | "
@@ -177,7 +216,7 @@ int main(int argc, char** argv) {
       "|\n");
   std::vector<Ratio> ratios;
   for (const Named& named : kScenes) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end()) continue;
+    if (!is_wanted(named)) continue;
     const Scene scene = named.make();
     const Run ours = run_ours(named.name, scene, options);
     print(ours);
