@@ -244,7 +244,8 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
     double size = 0;
     for (const double z : lambda_) size = std::max(size, std::fabs(z));
     if (!std::isfinite(size)) break;
-    const int changes = change_states(1e-11, 1e-9, true);
+    look_at_states(1e-11, 1e-9);
+    const int changes = change_states();
     work.pivots += changes;
     solved = changes == 0;
     if (changes < fewest) {
@@ -336,13 +337,16 @@ bool ActiveSet::leap(double length) {
   return true;
 }
 
-int ActiveSet::change_states(double impulse_tolerance, double velocity_tolerance, bool apply) {
+int ActiveSet::look_at_states(double impulse_tolerance, double velocity_tolerance) {
   const int n = model_.rows();
   double largest = model_.scale();
   for (int i = 0; i < n; ++i) largest = std::max(largest, model_.row(i).D * std::fabs(lambda_[at(i)]));
   // Both in velocity units.
   const double below = impulse_tolerance * largest, moving = velocity_tolerance * model_.scale();
-  int changes = 0;
+  due_.clear();
+  due_contradictions_ = 0;
+  int contradictions = 0, normal_row = -1;
+  RowState normal_state = RowState::Free;  // that it will have
   bool closing = false;
   for (int i = 0; i < n; ++i) {
     const auto& r = model_.row(i);
@@ -350,6 +354,7 @@ int ActiveSet::change_states(double impulse_tolerance, double velocity_tolerance
     const RowState old = states_[at(i)];
     RowState s = old;
     const double lambda = lambda_[at(i)], w = w_[at(i)];
+    bool with_normal = true;
     if (r.normal < 0) {
       closing = false;
       if (old == RowState::Free) {
@@ -359,6 +364,8 @@ int ActiveSet::change_states(double impulse_tolerance, double velocity_tolerance
         if (old == RowState::Lower ? w < -moving : w > moving) s = RowState::Free;
         closing = s == RowState::Free;
       }
+      normal_row = i;
+      normal_state = s;
     } else if (r.mu > 0) {
       const std::size_t normal = at(r.normal);
       if (closing) {
@@ -367,10 +374,12 @@ int ActiveSet::change_states(double impulse_tolerance, double velocity_tolerance
         const RowState predicted = z > bound    ? RowState::Upper
                                    : z < -bound ? RowState::Lower
                                                 : RowState::Free;
-        if (apply) states_[at(i)] = predicted;
+        if (predicted != old) due_.push_back({i, predicted});
         continue;
       }
       if (states_[normal] != RowState::Free) continue;
+      // One whose normal row opens contradicts, and goes along with that.
+      with_normal = r.normal != normal_row || normal_state == RowState::Free;
       const double bound = r.mu * std::max(0.0, lambda_[normal]);
       if (old == RowState::Free) {
         if ((lambda - bound) * r.D > below) s = RowState::Upper;
@@ -380,10 +389,17 @@ int ActiveSet::change_states(double impulse_tolerance, double velocity_tolerance
       }
     }
     if (s == old) continue;
-    ++changes;
-    if (apply) states_[at(i)] = s;
+    ++contradictions;
+    if (!with_normal) continue;
+    ++due_contradictions_;
+    due_.push_back({i, s});
   }
-  return changes;
+  return contradictions;
+}
+
+int ActiveSet::change_states() {
+  for (const Due& due : due_) states_[at(due.row)] = due.state;
+  return due_contradictions_;
 }
 
 void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {
@@ -412,7 +428,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return accepted();
     if (!refine(options, fine ? 6 : 1, work)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
-    int changes = change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, false);
+    int changes = look_at_states(fine ? floor : 1e-9, fine ? floor : 1e-9);
     if (trace) record(trace, model_.residual(lambda_.data(), w_.data()), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
@@ -421,9 +437,9 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       if (residual <= options.enough) return true;
       floor = model_.rounding_floor(lambda_.data());
       if (residual <= floor) return true;
-      if (fine && change_states(floor, floor, false) == 0) return accepted();
+      changes = look_at_states(floor, floor);
+      if (fine && changes == 0) return accepted();
       fine = true;
-      changes = change_states(floor, floor, false);
       fewest = -1;
     }
     if (options.must_fall && it == 1 && fewest >= 0 && changes >= fewest) return accepted();
@@ -434,7 +450,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       waited = 0;
     }
     fewest = fewest < 0 ? changes : std::min(fewest, changes);
-    work.pivots += change_states(fine ? floor : 1e-9, fine ? floor : 1e-9, true);
+    work.pivots += change_states();
   }
   return accepted();
 }

@@ -71,7 +71,7 @@ class ActiveSet {
                          const SolveBudget& budget, SolveWork& work);
 
   /// Number of rows whose state contradicts the present impulses or velocities.
-  int contradictions() { return change_states(1e-9, 1e-9, false); }
+  int contradictions() { return look_at_states(1e-9, 1e-9); }
   int free_rows() const;
   const std::vector<double>& impulses() const { return lambda_; }
   const std::vector<double>& velocities() const { return w_; }
@@ -93,9 +93,9 @@ class ActiveSet {
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, centre, best_residual, factored_eta, eta, factored, stale, weighted] =
-        *this;
-    // `centre` is null between solves.
+                            d_lambda, due, due_contradictions, centre, best_residual, factored_eta, eta,
+                            factored, stale, weighted] = *this;
+    // `centre` is null between solves, and what is due means nothing.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
       factored_eta, eta, factored, stale, weighted);
   }
@@ -112,13 +112,24 @@ class ActiveSet {
   void set_weights(double eta);
   void set_right_hand_side();
   void move_impulses(int first, int last);
-  int change_states(double impulse_tolerance, double velocity_tolerance, bool apply);
+  /// @return how many states contradict the present impulses or velocities; what to change is noted
+  int look_at_states(double impulse_tolerance, double velocity_tolerance);
+  /// Makes the changes noted last. @return how many of them are contradictions
+  int change_states();
   void record(SolveTrace* trace, double residual, int pivots) const;
+
+  /// A state that is to change.
+  struct Due {
+    int row;
+    RowState state;
+  };
 
   BodySpaceModel& model_;
   std::vector<RowState> states_, factored_states_;
   std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
   std::vector<double> g_, h_, k_, d_lambda_;
+  std::vector<Due> due_;
+  int due_contradictions_ = 0;                   // among them
   const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;
   double factored_eta_ = 0;

@@ -132,7 +132,8 @@ inline Scene spinner() {
   }
   s.items.push_back({BodyType::Kinematic, {0, -20}, 0, {}, 5, {{{0.4, 19}}}});
   for (int i = 0; i < 3038; ++i) {
-    const Vec2 at{0.7 * (i % 62) - 21.7, 0.7 * (i / 62) - 2};
+    const int row = i / 62;
+    const Vec2 at{0.7 * (i % 62) - 21.7, 0.7 * row - 2};
     s.items.push_back({BodyType::Dynamic, at, 0, {}, 0, {{i % 2 == 0 ? Vec2{0.25, 0.25} : Vec2{0.25, 0}}}});
   }
   return s;
@@ -161,7 +162,8 @@ inline Scene ragdolls() {
   for (int i = 0; i < 100; ++i)
     s.items.push_back({BodyType::Static, {2.0 * i - 100, -1 + 0.3 * (i % 3)}, 0, {}, 0, {{{1, 1}}}});
   for (int n = 0; n < 1000; ++n) {
-    const Vec2 at{4.0 * (n % 40) - 80, 4 + 3.0 * (n / 40)};
+    const int row = n / 40;
+    const Vec2 at{4.0 * (n % 40) - 80, 4 + 3.0 * row};
     const int first = static_cast<int>(s.items.size());
     const auto bone = [&](Vec2 where, Vec2 half) {
       s.items.push_back({BodyType::Dynamic, at + where, 0, {}, 0, {{half}}});
