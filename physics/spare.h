@@ -49,7 +49,8 @@ requires(!std::is_reference_v<T>) void give_spare(T&& used) {
 }
 
 /// Resizes a vector that is used again and again. Where it has to take memory, it takes twice what it
-/// needs: what is filled anew each time and is a little longer each time would else take new pages every time.
+/// needs: what is filled anew each time and is a little longer each time would else take new pages every
+/// time.
 template <class T>
 void resize_with_room(std::vector<T>& all, std::size_t size) {
   if (size > all.capacity()) all.reserve(2 * size);

@@ -514,16 +514,16 @@ class SmallStates {
     double i0, i1, i2, l10, l20, l21, u01, u02, u12;
   };
 
-  int rows_, bodies_, blocks_;
-  double scale_, best_residual_;
-  bool factored_;
-  std::array<unsigned, kStateBodies> below_;  // bodies of each column of the factor, as bits
   Vec4 root_[kStateBodies];
   StateRow row_[kStateRows];
-  double lambda_[kStateRows], w_[kStateRows], best_[kStateRows];
-  RowState state_[kStateRows], factored_state_[kStateRows];
   Vec4 block_[kStateBodies][kStateBodies][3];  // columns of the blocks
+  double scale_, best_residual_;
+  double lambda_[kStateRows], w_[kStateRows], best_[kStateRows];
   Pivot pivot_[kStateBodies];
+  int rows_, bodies_, blocks_;
+  std::array<unsigned, kStateBodies> below_;  // bodies of each column of the factor, as bits
+  bool factored_;
+  RowState state_[kStateRows], factored_state_[kStateRows];
 };
 
 SKERRY_ALWAYS_INLINE bool run(const IslandSystem& system, const double* warm, double tolerance,

@@ -8,8 +8,8 @@ namespace skerry::statics {
 std::string direction_word(Vec2 d) {
   // tan(22.5 degrees): nearer to an axis than to a diagonal.
   constexpr double kNearAxis = 0.41421356237309503;
-  const std::string vertical = d.y > 0 ? "up" : "down";
-  const std::string horizontal = d.x > 0 ? "to the right" : "to the left";
+  std::string vertical = d.y > 0 ? "up" : "down";
+  std::string horizontal = d.x > 0 ? "to the right" : "to the left";
   if (std::abs(d.y) <= kNearAxis * std::abs(d.x)) return horizontal;
   if (std::abs(d.x) <= kNearAxis * std::abs(d.y)) return vertical;
   return vertical + " and " + horizontal;

@@ -54,6 +54,7 @@ bool Redundants::factor(int e, int u, const std::vector<Entry>& A, const std::ve
   // B' F B and its factor.
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
   std::vector<Eigen::Triplet<double, int>> triplets;
+  triplets.reserve(F.size());
   for (const Entry& entry : F) triplets.emplace_back(entry.row, entry.column, entry.value);
   Eigen::SparseMatrix<double, Eigen::RowMajor, int> flexibility(u, u);
   flexibility.setFromTriplets(triplets.begin(), triplets.end());

@@ -20,7 +20,7 @@ namespace {
 
 // Nonzeros of the self-stress states, a member, up to which the force method is used: a stiffness factor of a
 // plane truss has about twenty.
-constexpr int kLocalStates = 12;
+constexpr std::size_t kLocalStates = 12;
 // Entries of A are direction cosines and ratios of lengths: of order 1. A structure whose pivots are smaller
 // than this moves by 1e10 of its size before it carries.
 constexpr double kDependent = 1e-10;
@@ -220,7 +220,7 @@ struct StructureSolver::State {
     method = stiff ? ForceMethod::Stiffness : ForceMethod::MinimumNorm;
     // Where self-stress states are local, the force method needs fewer operations and loses fewer digits.
     by_redundants = redundants.factor(free_rows, unknowns(), entries(false), flexibility(),
-                                      static_cast<std::size_t>(kLocalStates * unknowns()));
+                                      kLocalStates * columns.size());
   }
 
   /// F = S^-1, the identity where the minimum norm is wanted.
