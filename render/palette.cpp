@@ -2,6 +2,7 @@
 #include "render/palette.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <iterator>
 
@@ -94,7 +95,7 @@ Palette::Palette(const Image& image) : cells_(kCells, -1) {
       total.count += used[i].count;
       for (int k = 0; k < 3; ++k) total.sum[k] += used[i].sum[k];
     }
-    const auto rounded = [&](int k) { return static_cast<std::uint8_t>(total.mean(k) + 0.5); };
+    const auto rounded = [&](int k) { return static_cast<std::uint8_t>(std::lround(total.mean(k))); };
     colors_[static_cast<std::size_t>(size_++)] = {rounded(0), rounded(1), rounded(2), 255};
   }
 }

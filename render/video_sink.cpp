@@ -8,6 +8,7 @@ extern "C" {
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -307,7 +308,7 @@ void VideoSink::add_chapters() {
   auto** list = static_cast<AVChapter**>(av_calloc(chapters.size(), sizeof(AVChapter*)));
   if (list == nullptr) throw std::bad_alloc();
   format_->chapters = list;
-  const auto stamp = [](double seconds) { return static_cast<std::int64_t>(seconds * 1000 + 0.5); };
+  const auto stamp = [](double seconds) { return std::int64_t{std::llround(seconds * 1000)}; };
   for (std::size_t i = 0; i < chapters.size(); ++i) {
     auto* chapter = static_cast<AVChapter*>(av_mallocz(sizeof(AVChapter)));
     if (chapter == nullptr) throw std::bad_alloc();

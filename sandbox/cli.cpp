@@ -32,7 +32,7 @@ void refuse_leftovers(CLI::App& app, const CLI::App* chosen) {
   std::vector<std::string> names;
   for (const Command& command : commands()) names.emplace_back(command.name);
   const std::string& word = rest.front();
-  if (word.rfind("-", 0) == 0) {
+  if (word.starts_with('-')) {
     const std::string name = word.substr(0, word.find('='));
     const CLI::App& owner = chosen ? *chosen : app;
     throw UsageError("unknown option " + name + suggestion(name, option_names(owner)));

@@ -53,7 +53,8 @@ int math_random(lua_State* L) {
     while (bits < reject) bits = host.random_bits();
     bits %= count;
   }
-  lua_pushinteger(L, static_cast<lua_Integer>(static_cast<std::uint64_t>(low) + bits));
+  const std::uint64_t chosen = static_cast<std::uint64_t>(low) + bits;  // wraps around for negative ones
+  lua_pushinteger(L, static_cast<lua_Integer>(chosen));
   return 1;
 }
 

@@ -48,6 +48,7 @@ fs::path golden_folder(const Options& options) {
 std::vector<GoldenScene> chosen(std::vector<GoldenScene> scenes, const std::vector<std::string>& words) {
   if (words.empty()) return scenes;
   std::vector<std::string> names;
+  names.reserve(scenes.size());
   for (const GoldenScene& scene : scenes) names.push_back(scene.name);
   const auto matches = [](const std::string& word, const std::string& name) {
     return word == name ||
