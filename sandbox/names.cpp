@@ -56,6 +56,7 @@ std::vector<std::string> nearest_names(std::string_view word, std::span<const st
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   if (scored.size() > limit) scored.resize(limit);
   std::vector<std::string> result;
+  result.reserve(scored.size());
   for (auto& [distance, name] : scored) result.push_back(std::move(name));
   return result;
 }

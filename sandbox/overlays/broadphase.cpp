@@ -229,8 +229,9 @@ std::unique_ptr<BroadPhase> structure_of(const BroadPhaseEntry& entry, const Wor
 void draw_axes(const Miniature& map, const Recorder& recorder) {
   // The axes cross in the middle of the map; the intervals lie on them.
   const Vec2 centre = 0.5 * (map.view.lower + map.view.upper);
-  for (const auto& [index, axis] : recorder.axes) {
-    const render::Color color = level_color(map.style, index);
+  for (const auto& known : recorder.axes) {
+    const auto& axis = known.second;
+    const render::Color color = level_color(map.style, known.first);
     const double middle = dot(centre - axis.origin, axis.direction);
     const double reach = std::min(map.width, map.height) * 0.5 / map.scale();
     const auto at = [&](double along) { return centre + (along - middle) * axis.direction; };

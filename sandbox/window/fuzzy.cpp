@@ -69,6 +69,7 @@ std::vector<std::size_t> fuzzy_find(std::string_view query, const std::vector<Fu
     std::stable_sort(found.begin(), found.end(),
                      [](const auto& x, const auto& y) { return x.first > y.first; });
   std::vector<std::size_t> places;
+  places.reserve(found.size());
   for (const auto& [score, place] : found) places.push_back(place);
   return places;
 }

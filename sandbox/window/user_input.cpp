@@ -24,6 +24,7 @@ Shape spawned_shape(SpawnKind kind, double size) {
       break;
   }
   std::vector<Vec2> corners;
+  corners.reserve(6);
   for (int i = 0; i < 6; ++i) corners.push_back(size * rotate(Rot::from_angle(i * kPi / 3), {1, 0}));
   return make_polygon(corners);
 }
