@@ -286,7 +286,7 @@ void Step::step_islands() {
       if (!island.kept) prepare(island, threads);
     });
   }
-  // What is prepared one island after the other, too, all threads may share.
+  // What later rounds prepare one island after the other all threads may share.
   s_.island_threads = s_.pool.get();
   std::vector<std::size_t>& to_step = s_.scratch.to_step;
   to_step.clear();

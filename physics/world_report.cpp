@@ -290,111 +290,6 @@ void note_broken_joints(WorldState& s, double h) {
   }
 }
 
-/// Numbers of some islands, as the report has them.
-struct IslandSums {
-  int in_flight = 0, at_rest = 0, rows = 0, friction_rows = 0, manifolds_reused = 0, substeps = 0;
-  int impacts = 0, reflections = 0, force_solves = 0, events_found = 0, inner_steps = 0, rejected_steps = 0;
-  int by_events = 0, by_time_stepping = 0, in_flow = 0, in_one_piece = 0, fallbacks = 0, inexact = 0;
-  int notes = 0;  ///< events within the step and traces
-  double worst_penetration = 0, error_estimate = 0, worst_residual = 0;
-  NarrowPhaseStats narrow;
-  SolveWork work;
-  std::array<double, kStageCount> stage_seconds{};
-
-  void add(const IslandResult& result) {
-    const bool stepped = !result.at_rest;
-    in_flight += result.in_flight;
-    at_rest += result.at_rest;
-    rows += result.report.rows;
-    friction_rows += result.friction_rows;
-    manifolds_reused += result.manifolds_reused;
-    substeps = std::max(substeps, result.substeps);
-    impacts += result.impacts;
-    reflections += result.reflections;
-    force_solves += result.force_solves;
-    events_found += result.events_found;
-    inner_steps += result.inner_steps;
-    rejected_steps += result.rejected_steps;
-    by_events += stepped && result.report.stepper == "event_driven";
-    by_time_stepping += stepped && result.report.stepper == "time_stepping";
-    in_flow += result.report.flowing;
-    in_one_piece += result.one_piece;
-    fallbacks += result.fallbacks;
-    inexact += result.report.status != SolveStatus::Solved;
-    notes += static_cast<int>(result.motion_events.size() + result.traces.size());
-    worst_penetration = std::max(worst_penetration, result.overlap);
-    error_estimate = std::max(error_estimate, result.report.error_estimate);
-    worst_residual = std::max(worst_residual, result.report.residual);
-    narrow += result.narrow;
-    work += result.work;
-    for (std::size_t k = 0; k < stage_seconds.size(); ++k) stage_seconds[k] += result.stage_seconds[k];
-  }
-
-  void write(StepReport& r) const {
-    r.islands_in_flight += in_flight;
-    r.islands_at_rest += at_rest;
-    r.rows += rows;
-    r.friction_rows += friction_rows;
-    r.manifolds_reused += manifolds_reused;
-    r.substeps = std::max(r.substeps, substeps);
-    r.impacts += impacts;
-    r.reflections += reflections;
-    r.force_solves += force_solves;
-    r.events_found += events_found;
-    r.inner_steps += inner_steps;
-    r.rejected_steps += rejected_steps;
-    r.islands_by_events += by_events;
-    r.islands_by_time_stepping += by_time_stepping;
-    r.islands_in_flow += in_flow;
-    r.islands_in_one_piece += in_one_piece;
-    r.fallbacks += fallbacks;
-    r.inexact_islands += inexact;
-    r.worst_penetration = std::max(r.worst_penetration, worst_penetration);
-    r.error_estimate = std::max(r.error_estimate, error_estimate);
-    r.worst_residual = std::max(r.worst_residual, worst_residual);
-    r.narrow += narrow;
-    r.work += work;
-    for (std::size_t k = 0; k < stage_seconds.size(); ++k) r.stage_seconds[k] += stage_seconds[k];
-  }
-};
-
-/// Sums of pieces, whatever the number of threads: the same bits for any.
-void add_islands(WorldState& s, double h) {
-  StepReport& r = s.report;
-  const std::size_t count = s.islands.size();
-  r.islands_list.resize(count);
-  Spare<std::vector<IslandSums>> sums;
-  sums->assign((count + kIslandsAPiece - 1) / kIslandsAPiece, {});
-  share(s.pool.get(), sums->size(), 1, [&](std::size_t from, std::size_t to) {
-    for (std::size_t n = from * kIslandsAPiece; n < std::min(to * kIslandsAPiece, count); ++n) {
-      SteppedIsland& island = s.islands[n];
-      island.result.report.bodies = static_cast<int>(island.island.bodies.size());
-      island.result.report.contacts = island.totals.points;
-      r.islands_list[n] = island.result.report;
-      (*sums)[n / kIslandsAPiece].add(island.result);
-    }
-  });
-  int notes = 0;
-  for (const IslandSums& some : *sums) {
-    some.write(r);
-    notes += some.notes;
-  }
-  for (std::size_t n = 0; n < count && notes > 0; ++n) {
-    IslandResult& result = s.islands[n].result;
-    for (MotionEvent event : result.motion_events) {
-      event.time += s.time - h;
-      r.motion_events.push_back(event);
-      r.paradoxes += event.kind == MotionEventKind::Paradox;
-    }
-    for (IslandTrace& trace : result.traces) {
-      trace.island = static_cast<int>(n);
-      trace.time += s.time - h;
-      r.traces.push_back(std::move(trace));
-    }
-    result.traces.clear();
-  }
-}
-
 }  // namespace
 
 void write_report(WorldState& s, double h) {
@@ -416,7 +311,50 @@ void write_report(WorldState& s, double h) {
 
   add_events(s);
   add_contacts(s);
-  add_islands(s, h);
+  for (std::size_t n = 0; n < s.islands.size(); ++n) {
+    SteppedIsland& island = s.islands[n];
+    IslandResult& result = island.result;
+    result.report.bodies = static_cast<int>(island.island.bodies.size());
+    result.report.contacts = island.totals.points;
+    r.islands_in_flight += result.in_flight;
+    r.islands_at_rest += result.at_rest;
+    r.rows += result.report.rows;
+    r.friction_rows += result.friction_rows;
+    r.manifolds_reused += result.manifolds_reused;
+    r.substeps = std::max(r.substeps, result.substeps);
+    r.impacts += result.impacts;
+    r.reflections += result.reflections;
+    r.force_solves += result.force_solves;
+    r.events_found += result.events_found;
+    r.inner_steps += result.inner_steps;
+    r.rejected_steps += result.rejected_steps;
+    r.islands_by_events += !result.at_rest && result.report.stepper == "event_driven";
+    r.islands_by_time_stepping += !result.at_rest && result.report.stepper == "time_stepping";
+    r.islands_in_flow += result.report.flowing;
+    r.islands_in_one_piece += result.one_piece;
+    r.worst_penetration = std::max(r.worst_penetration, result.overlap);
+    r.error_estimate = std::max(r.error_estimate, result.report.error_estimate);
+    r.fallbacks += result.fallbacks;
+    for (MotionEvent event : result.motion_events) {
+      event.time += s.time - h;
+      r.motion_events.push_back(event);
+      r.paradoxes += event.kind == MotionEventKind::Paradox;
+    }
+    r.worst_residual = std::max(r.worst_residual, result.report.residual);
+    r.inexact_islands += result.report.status != SolveStatus::Solved;
+    r.narrow += result.narrow;
+    r.work += result.work;
+    if (s.observe.stage_times) {
+      for (int k = 0; k < kStageCount; ++k) r.stage_seconds[k] += result.stage_seconds[k];
+    }
+    r.islands_list.push_back(result.report);
+    for (IslandTrace& trace : result.traces) {
+      trace.island = static_cast<int>(n);
+      trace.time += s.time - h;
+      r.traces.push_back(std::move(trace));
+    }
+    result.traces.clear();
+  }
   if (s.observe.contacts) {
     list_contacts(s);
     list_sleepers(s);

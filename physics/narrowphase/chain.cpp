@@ -106,11 +106,20 @@ bool Segment::is_over_valley(Vec2 p, double noise) const {
 
 namespace {
 
+/// A corner of a core that is foreseen by its height above the face.
+SegmentContact foresee(const Segment& s, const Placed& placed, int corner, double height, double radius) {
+  SegmentContact foreseen;
+  foreseen.m.normal = s.n[0];
+  foreseen.m.count = 1;
+  foreseen.m.points[0] = {placed.v[corner] - (0.5 * (height + radius)) * s.n[0], height - radius,
+                          make_feature(edge_code(0), corner_code(corner))};
+  return foreseen;
+}
+
 /// An edge that leans on the ridge at the start is the concern of the segment before. What turns over the
 /// ridge comes down on this one's face with its lowest corner, wherever its edge leans.
 SegmentContact from_ridge_before(const Segment& s, const Hull& other, const Placed& placed, double margin,
                                  double noise) {
-  SegmentContact foreseen;
   int lowest = -1;
   double low = kInfinity;
   for (int i = 0; i < other.count; ++i) {
@@ -120,13 +129,8 @@ SegmentContact from_ridge_before(const Segment& s, const Hull& other, const Plac
     lowest = i;
     low = height;
   }
-  const double separation = low - other.radius;
-  if (lowest < 0 || !(std::abs(separation) <= margin)) return foreseen;
-  foreseen.m.normal = s.n[0];
-  foreseen.m.count = 1;
-  foreseen.m.points[0] = {placed.v[lowest] - (0.5 * (low + other.radius)) * s.n[0], separation,
-                          make_feature(edge_code(0), corner_code(lowest))};
-  return foreseen;
+  if (lowest < 0 || !(std::abs(low - other.radius) <= margin)) return {};
+  return foresee(s, placed, lowest, low, other.radius);
 }
 
 }  // namespace
@@ -200,17 +204,12 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   // A sharp corner that comes along the other side of a valley is foreseen by its height above this face,
   // onto which it moves without ever having been nearest to more than the corner between.
   const auto from_valley = [&] {
-    SegmentContact foreseen;
     const Vec2 start = lowest - s.v[1], end = lowest - s.v[0];
     if (axis.index < 0 || other.radius > 0 || low < -noise || !s.is_over_valley(lowest, noise) ||
         std::min(length_squared(start), length_squared(end)) > margin * margin) {
-      return foreseen;
+      return none;
     }
-    foreseen.m.normal = n;
-    foreseen.m.count = 1;
-    foreseen.m.points[0] = {lowest - (0.5 * low) * n, low,
-                            make_feature(edge_code(0), corner_code(axis.support))};
-    return foreseen;
+    return foresee(s, placed, axis.support, low, 0);
   };
 
   const Hull own = s.hull();

@@ -278,8 +278,8 @@ TEST(Chain, RidgeBesideTheEndOfAnEdgeDoesNotTouchIt) {
   for (int i = 0; i < 7; ++i) corners.push_back(rotate(Rot::from_angle(2 * kPi * i / 7), {0.31682, 0}));
   const Shape shape = make_polygon(corners);
   const Transform pose{{3.6613, 0.4885}, Rot::from_angle(4.3303)};
-  EXPECT_EQ(collide_chain_segment(chain, 0, {}, shape, pose, 0.02).count, 0);
-  EXPECT_EQ(collide_chain_segment(chain, 1, {}, shape, pose, 0.02).count, 1);
+  EXPECT_EQ(collide_chain_segment(chain, 0, {}, shape, pose, 0.03).count, 0);
+  EXPECT_EQ(collide_chain_segment(chain, 1, {}, shape, pose, 0.03).count, 1);
 }
 
 }  // namespace
