@@ -3,7 +3,7 @@
 // Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description.
 //
 //   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
-//               [--awake] [--fresh] [--overlaps] [--turns N] [SCENE...]
+//               [--awake] [--fresh] [--overlaps] [--ours] [--turns N] [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
 // step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
@@ -164,6 +164,7 @@ int usage(const std::string& what) {
 int main(int argc, char** argv) {
   Options options;
   int turns = 0;
+  bool ours_alone = false;
   std::vector<std::string> wanted;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -184,6 +185,8 @@ int main(int argc, char** argv) {
       options.stepper = next, ++i;
     else if (word == "--overlaps")
       options.overlaps = true;
+    else if (word == "--ours")
+      ours_alone = true;
     else if (word == "--awake")
       options.awake = true;
     else if (word == "--fresh")
@@ -220,6 +223,7 @@ int main(int argc, char** argv) {
     const Scene scene = named.make();
     const Run ours = run_ours(named.name, scene, options);
     print(ours);
+    if (ours_alone) continue;
 #ifdef SKERRY_WITH_BOX2D
     for (const bool continuous : {true, false}) {
       const Run peer = run_box2d(named.name, scene, options, continuous);
