@@ -201,7 +201,9 @@ double solve_dense_of_size(const IslandSystem& system, double target, double* la
   }
 }
 
-double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& model, Solution& solution) {
+double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& model, ThreadPool* threads,
+                    Solution& solution) {
+  model.use_threads(threads);
   model.assign(system, solution.work);
   const std::size_t n = system.rows.size();
   Spare<std::vector<double>> g, h, k, w, change;
@@ -213,14 +215,20 @@ double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& m
   }
   if (!model.factor(g->data(), h->data(), solution.work)) return kInfinity;
   return refine(target, [&] {
-    for (std::size_t i = 0; i < n; ++i) (*k)[i] = -(*g)[i] * (*w)[i];
-    model.solve(k->data(), g->data(), h->data(), change->data(), solution.work);
-    for (std::size_t i = 0; i < n; ++i) solution.lambda[i] += (*change)[i];
-    model.evaluate(solution.lambda.data(), w->data());
-    double worst = 0;
-    for (const double each : *w)
-      if (!(std::abs(each) <= worst)) worst = std::abs(each);
-    return worst;
+    model.share_rows([&](int first, int last) {
+      for (int i = first; i < last; ++i) (*k)[i] = -(*g)[i] * (*w)[i];
+    });
+    model.begin_solve(k->data(), solution.work);
+    model.move_and_evaluate(solution.lambda.data(), w->data(), [&](int first, int last) {
+      model.finish_solve(first, last, k->data(), g->data(), h->data(), change->data());
+      for (int i = first; i < last; ++i) solution.lambda[i] += (*change)[i];
+    });
+    return model.largest_of_rows([&](int first, int last) {
+      double worst = 0;
+      for (int i = first; i < last; ++i)
+        if (!(std::abs((*w)[i]) <= worst)) worst = std::abs((*w)[i]);
+      return worst;
+    });
   });
 }
 
@@ -283,7 +291,7 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
       *memory = std::make_unique<BilateralMemory>();
     BodySpaceModel& model = static_cast<BilateralMemory&>(**memory).model;
     if (solution.trace) solution.trace->notes.emplace_back("no bounds: body graph");
-    error = solve_sparse(system, kTarget * scale, model, solution);
+    error = solve_sparse(system, kTarget * scale, model, options.threads, solution);
     if (solution.trace) solution.trace->ordering = model.pattern().order();
   }
   solution.iterations = solution.work.factorisations;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "physics/solver/block_ldlt.h"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -15,8 +14,7 @@ namespace {
 // Pivots beyond this are overflow in the making.
 constexpr double kHuge = 1e200;
 
-// Columns whose products are subtracted together.
-constexpr int kColumns = 4;
+constexpr int kColumns = BlockPattern::kMostAlike;
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
@@ -144,130 +142,9 @@ SKERRY_ALWAYS_INLINE void solve_general(const Block3& D, const std::array<unsign
 
 }  // namespace
 
-namespace {
-
-// What an analysis needs for a moment.
-struct AnalysisVectors {
-  std::vector<int> start, neighbour, fill, finish, mark, first_child, next_child;
-};
-
-}  // namespace
-
-void BlockPattern::analyse(int nodes, std::span<const std::array<int, 2>> edges) {
-  const std::size_t n = at(nodes);
-  // Adjacency in compressed form, both directions, sorted, without repeats.
-  Spare<AnalysisVectors> vectors;
-  std::vector<int>&start = vectors->start, &neighbour = vectors->neighbour, &fill = vectors->fill,
-  &finish = vectors->finish;
-  start.assign(n + 1, 0);
-  neighbour.resize(2 * edges.size());
-  for (const auto& e : edges) {
-    ++start[at(e[0]) + 1];
-    ++start[at(e[1]) + 1];
-  }
-  for (std::size_t i = 0; i < n; ++i) start[i + 1] += start[i];
-  fill.assign(start.begin(), start.end() - 1);
-  for (const auto& e : edges) {
-    neighbour[at(fill[at(e[0])]++)] = e[1];
-    neighbour[at(fill[at(e[1])]++)] = e[0];
-  }
-  finish.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto first = neighbour.begin() + start[i], last = neighbour.begin() + start[i + 1];
-    std::sort(first, last);
-    finish[i] = static_cast<int>(std::unique(first, last) - neighbour.begin());
-  }
-
-  // Fill-reducing order; a handful of nodes needs none.
-  order_.resize(n);
-  position_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) order_[i] = static_cast<int>(i);
-  if (nodes > 3) {
-    Eigen::SparseMatrix<double> graph(nodes, nodes);
-    std::size_t entries = n;
-    for (std::size_t i = 0; i < n; ++i) entries += at(finish[i] - start[i]);
-    graph.reserve(static_cast<Eigen::Index>(entries));
-    for (std::size_t j = 0; j < n; ++j) {
-      const int column = static_cast<int>(j);
-      graph.startVec(column);
-      bool diagonal = false;
-      for (int p = start[j]; p < finish[j]; ++p) {
-        if (!diagonal && neighbour[at(p)] > column) {
-          graph.insertBack(column, column) = 1;
-          diagonal = true;
-        }
-        graph.insertBack(neighbour[at(p)], column) = 1;
-      }
-      if (!diagonal) graph.insertBack(column, column) = 1;
-    }
-    graph.finalize();
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-    Eigen::AMDOrdering<int>()(graph, permutation);
-    for (std::size_t i = 0; i < n; ++i) order_[i] = permutation.indices()[static_cast<Eigen::Index>(i)];
-  }
-  for (std::size_t i = 0; i < n; ++i) position_[at(order_[i])] = static_cast<int>(i);
-
-  // Structure of L: column j has its own neighbours and what its children in the elimination tree hand up.
-  std::vector<int>&mark = vectors->mark, &first_child = vectors->first_child,
-  &next_child = vectors->next_child;
-  for (std::vector<int>* list : {&mark, &first_child, &next_child}) list->assign(n, -1);
-  begin_.assign(n + 1, 0);
-  row_.clear();
-  for (std::size_t j = 0; j < n; ++j) {
-    const int column = static_cast<int>(j);
-    mark[j] = column;
-    const std::size_t first = row_.size();
-    const std::size_t node = at(order_[j]);
-    for (int p = start[node]; p < finish[node]; ++p) {
-      const int i = position_[at(neighbour[at(p)])];
-      if (i > column && mark[at(i)] != column) {
-        mark[at(i)] = column;
-        row_.push_back(i);
-      }
-    }
-    for (int child = first_child[j]; child >= 0; child = next_child[at(child)])
-      for (int p = begin_[at(child)]; p < begin_[at(child) + 1]; ++p) {
-        const int i = row_[at(p)];
-        if (mark[at(i)] != column) {
-          mark[at(i)] = column;
-          row_.push_back(i);
-        }
-      }
-    std::sort(row_.begin() + static_cast<std::ptrdiff_t>(first), row_.end());
-    begin_[j + 1] = static_cast<int>(row_.size());
-    if (row_.size() > first) {
-      const std::size_t parent = at(row_[first]);
-      next_child[j] = first_child[parent];
-      first_child[parent] = column;
-    }
-  }
-
-  // Where the outer product of each column goes.
-  update_begin_.assign(n + 1, 0);
-  for (std::size_t j = 0; j < n; ++j) {
-    const std::int64_t d = begin_[j + 1] - begin_[j];
-    update_begin_[j + 1] = update_begin_[j] + d * (d - 1) / 2;
-  }
-  update_.resize(static_cast<std::size_t>(update_begin_[n]));
-  int* target = update_.data();
-  for (std::size_t j = 0; j < n; ++j)
-    for (int k = begin_[j]; k < begin_[j + 1]; ++k) {
-      int p = begin_[at(row_[at(k)])];
-      for (int i = k + 1; i < begin_[j + 1]; ++i) {
-        while (row_[at(p)] < row_[at(i)]) ++p;
-        *target++ = p;
-      }
-    }
-}
-
-int BlockPattern::block(int low, int high) const {
-  const auto first = row_.begin() + begin_[at(low)], last = row_.begin() + begin_[at(low) + 1];
-  const auto it = std::lower_bound(first, last, high);
-  return it != last && *it == high ? static_cast<int>(it - row_.begin()) : -1;
-}
-
 void BlockFactor::set_pattern(const BlockPattern& pattern) {
   pattern_ = &pattern;
+  sharing_.clear();
   diagonal_.resize(at(pattern.nodes()));
   lower_.resize(at(pattern.blocks()));
   pivot_.resize(at(pattern.nodes()));
@@ -285,138 +162,226 @@ void BlockFactor::clear(bool general) {
   if (general) upper_.assign(lower_.size(), zero);
 }
 
+/// What one of several threads needs for itself.
+struct BlockFactor::Scratch {
+  std::vector<int> place;       ///< of the blocks of a column, by row
+  std::vector<Block3> columns;  ///< like `column_`
+};
+
 /// The loops, compiled for two instruction sets.
 struct BlockFactor::Kernels {
-  // Columns from `j` on, at most kColumns, each of which has the rows of the one before without the first:
-  // what they take away from a block is subtracted while that is at hand.
-  static SKERRY_ALWAYS_INLINE int alike(const BlockPattern& s, int j) {
-    int count = 1;
-    while (count < kColumns && s.column_size(j + count - 1) > 0 && s.parent(j + count - 1) == j + count &&
-           s.column_size(j + count) + 1 == s.column_size(j + count - 1))
-      ++count;
-    return count;
-  }
-
   // Places of columns that are alike: blocks, and Y (symmetric: L D) in the order of the rows.
   struct Columns {
-    Block3 *L[kColumns], *Y[kColumns];
+    const Block3 *L[kColumns], *Y[kColumns];
   };
 
-  template <int kCount, bool kGeneral>
-  static SKERRY_ALWAYS_INLINE void subtract_products(BlockFactor& f, const Columns& from, const int* row,
-                                                     int rows, const int* target) {
-    Block3* L = f.lower_.data();
-    Block3* U = f.upper_.data();
-    for (int k = 0; k < rows; ++k) {
-      Block3& D = f.diagonal_[at(row[k])];
+  // What the first of `rows` rows is given by the columns, and the others in its column, which stand at
+  // `target` or, by row, at `place`.
+  template <int kCount, bool kGeneral, class Target>
+  static SKERRY_ALWAYS_INLINE void subtract_from_column(BlockFactor& f, const Columns& from, int k, int column,
+                                                        int rows, const Target& target) {
+    Block3& D = f.diagonal_[at(column)];
+    for (int q = 0; q < kCount; ++q) {
+      if constexpr (kGeneral)
+        subtract_ab(D, from.L[q][k], from.Y[q][k]);
+      else
+        subtract_abt(D, from.L[q][k], from.Y[q][k]);
+    }
+    Block3* const L = f.lower_.data();
+    Block3* const U = f.upper_.data();
+    for (int i = k + 1; i < rows; ++i) {
+      const int t = target(i);
+      Block3 C = L[t];
       for (int q = 0; q < kCount; ++q) {
         if constexpr (kGeneral)
-          subtract_ab(D, from.L[q][k], from.Y[q][k]);
+          subtract_ab(C, from.L[q][i], from.Y[q][k]);
         else
-          subtract_abt(D, from.L[q][k], from.Y[q][k]);
+          subtract_abt(C, from.L[q][i], from.Y[q][k]);
       }
-      for (int i = k + 1; i < rows; ++i) {
-        const int t = *target++;
-        Block3 C = L[t];
-        for (int q = 0; q < kCount; ++q) {
-          if constexpr (kGeneral)
-            subtract_ab(C, from.L[q][i], from.Y[q][k]);
-          else
-            subtract_abt(C, from.L[q][i], from.Y[q][k]);
-        }
-        L[t] = C;
-        if constexpr (kGeneral) {
-          C = U[t];
-          for (int q = 0; q < kCount; ++q) subtract_ab(C, from.L[q][k], from.Y[q][i]);
-          U[t] = C;
-        }
+      L[t] = C;
+      if constexpr (kGeneral) {
+        C = U[t];
+        for (int q = 0; q < kCount; ++q) subtract_ab(C, from.L[q][k], from.Y[q][i]);
+        U[t] = C;
       }
     }
+  }
+
+  // To the columns of the first `inside` rows.
+  template <int kCount, bool kGeneral>
+  static SKERRY_ALWAYS_INLINE void subtract_products(BlockFactor& f, const Columns& from, const int* row,
+                                                     int inside, int rows, const int* target) {
+    for (int k = 0; k < inside; ++k) {
+      subtract_from_column<kCount, kGeneral>(f, from, k, row[k], rows,
+                                             [&](int i) { return target[i - k - 1]; });
+      target += rows - k - 1;
+    }
+  }
+
+  // Divides column `j` by its pivot. A symmetric one is kept as it was: the first `inside` blocks at `Y`, the
+  // others where they are fetched later.
+  template <bool kGeneral>
+  static SKERRY_ALWAYS_INLINE bool divide_column(BlockFactor& f, int j, Block3* Y, int inside) {
+    const BlockPattern& s = *f.pattern_;
+    Block3* const L = f.lower_.data() + s.begin_[at(j)];
+    const int size = s.column_size(j);
+    Block3& D = f.diagonal_[at(j)];
+    if constexpr (kGeneral) {
+      if (!factor_general(D, f.pivot_[at(j)])) return false;
+      for (int k = 0; k < size; ++k) divide_general(L[k], D, f.pivot_[at(j)]);
+    } else {
+      if (!factor_symmetric(D)) return false;
+      for (int k = 0; k < inside; ++k) {
+        Y[k] = L[k];
+        divide_symmetric(L[k], D);
+      }
+      for (int k = inside; k < size; ++k) {
+        f.upper_[at(s.begin_[at(j)] + k)] = L[k];
+        divide_symmetric(L[k], D);
+      }
+    }
+    return true;
+  }
+
+  // Factorises `count` columns from `j` on, which are alike, and subtracts their products from each other and
+  // from the columns of the first `inside` rows of the last one. @param scratch  kColumns longest columns
+  template <bool kGeneral>
+  static SKERRY_ALWAYS_INLINE bool factor_alike(BlockFactor& f, int j, int count, int inside,
+                                                std::vector<Block3>& scratch) {
+    const BlockPattern& s = *f.pattern_;
+    Columns from;
+    for (int q = 0; q < count; ++q) {
+      const int column = j + q, first = s.begin_[at(column)], next = count - 1 - q;
+      Block3* const L = f.lower_.data() + first;
+      Block3* const Y =
+          kGeneral ? f.upper_.data() + first : scratch.data() + at(q) * (scratch.size() / kColumns);
+      if (!divide_column<kGeneral>(f, column, Y, next + inside)) return false;
+      // To the other columns alike at once, since they come next.
+      const Columns alone{{L}, {Y}};
+      subtract_products<1, kGeneral>(f, alone, s.row_.data() + first, next, s.column_size(column),
+                                     s.update_.data() + s.update_begin_[at(column)]);
+      from.L[q] = L + next;
+      from.Y[q] = Y + next;
+    }
+    const int last = j + count - 1, rows = s.column_size(last);
+    const int* const row = s.row_.data() + s.begin_[at(last)];
+    const int* const target = s.update_.data() + s.update_begin_[at(last)];
+    if (count == 1)
+      subtract_products<1, kGeneral>(f, from, row, inside, rows, target);
+    else if (count == 2)
+      subtract_products<2, kGeneral>(f, from, row, inside, rows, target);
+    else if (count == 3)
+      subtract_products<3, kGeneral>(f, from, row, inside, rows, target);
+    else
+      subtract_products<4, kGeneral>(f, from, row, inside, rows, target);
+    return true;
   }
 
   template <bool kGeneral>
   static SKERRY_ALWAYS_INLINE bool factor_loop(BlockFactor& f) {
     const BlockPattern& s = *f.pattern_;
-    const int* row = s.row_.data();
-    const int* target = s.update_.data();
-    const std::size_t longest = f.column_.size() / kColumns;
-    Columns from;
     for (int j = 0; j < s.nodes();) {
-      const int count = alike(s, j);
-      for (int q = 0; q < count; ++q) {
-        const int column = j + q, first = s.begin_[at(column)], d = s.column_size(column);
-        Block3* const L = f.lower_.data() + first;
-        Block3* const Y = kGeneral ? f.upper_.data() + first : f.column_.data() + at(q) * longest;
-        Block3& D = f.diagonal_[at(column)];
-        if constexpr (kGeneral) {
-          if (!factor_general(D, f.pivot_[at(column)])) return false;
-          for (int k = 0; k < d; ++k) divide_general(L[k], D, f.pivot_[at(column)]);
-        } else {
-          if (!factor_symmetric(D)) return false;
-          for (int k = 0; k < d; ++k) {
-            Y[k] = L[k];
-            divide_symmetric(L[k], D);
-          }
-        }
-        // To the other columns alike at once, since they come next.
-        const int next = count - 1 - q;
-        for (int k = 0; k < next; ++k) {
-          Block3& to = f.diagonal_[at(row[first + k])];
-          if constexpr (kGeneral)
-            subtract_ab(to, L[k], Y[k]);
-          else
-            subtract_abt(to, L[k], Y[k]);
-          for (int i = k + 1; i < d; ++i) {
-            const int t = *target++;
-            if constexpr (kGeneral) {
-              subtract_ab(f.lower_[at(t)], L[i], Y[k]);
-              subtract_ab(f.upper_[at(t)], L[k], Y[i]);
-            } else {
-              subtract_abt(f.lower_[at(t)], L[i], Y[k]);
-            }
-          }
-        }
-        from.L[q] = L + next;
-        from.Y[q] = Y + next;
-        if (next > 0) target += at(d - next) * at(d - next - 1) / 2;
-      }
-      const int last = j + count - 1, rows = s.column_size(last);
-      const int* const below = row + s.begin_[at(last)];
-      if (count == 1)
-        subtract_products<1, kGeneral>(f, from, below, rows, target);
-      else if (count == 2)
-        subtract_products<2, kGeneral>(f, from, below, rows, target);
-      else if (count == 3)
-        subtract_products<3, kGeneral>(f, from, below, rows, target);
-      else
-        subtract_products<4, kGeneral>(f, from, below, rows, target);
-      target += at(rows) * at(rows - 1) / 2;
+      const int count = s.alike(j);
+      if (!factor_alike<kGeneral>(f, j, count, s.column_size(j + count - 1), f.column_)) return false;
       j += count;
     }
     return true;
   }
 
-  static SKERRY_ALWAYS_INLINE void forward_loop(const BlockFactor& f, BodyVector* x,
-                                                const std::vector<int>* columns) {
+  // One subtree of those that threads share.
+  template <bool kGeneral>
+  static SKERRY_ALWAYS_INLINE bool factor_subtree(BlockFactor& f, std::span<const int> columns,
+                                                  std::vector<Block3>& scratch) {
+    const BlockPattern& s = *f.pattern_;
+    for (std::size_t k = 0; k < columns.size();) {
+      const int j = columns[k];
+      const int count = std::min(s.alike(j), columns.back() - j + 1);
+      if (!factor_alike<kGeneral>(f, j, count, f.sharing_.inside(j + count - 1), scratch)) return false;
+      k += at(count);
+    }
+    return true;
+  }
+
+  // Fetches what `source` subtracts from `column`, whose blocks are at `place`, by row.
+  template <int kCount, bool kGeneral>
+  static SKERRY_ALWAYS_INLINE void fetch(BlockFactor& f, int column, const BlockSharing::Source& source,
+                                         const int* place) {
+    const BlockPattern& s = *f.pattern_;
+    Columns from;
+    for (int q = 0; q < kCount; ++q) {
+      const int behind = kCount - 1 - q;
+      const std::size_t first = at(s.begin_[at(source.last - behind)] + behind);
+      from.L[q] = f.lower_.data() + first;
+      from.Y[q] = f.upper_.data() + first;
+    }
+    const int* const row = s.row_.data() + s.begin_[at(source.last)];
+    subtract_from_column<kCount, kGeneral>(f, from, source.k, column, s.column_size(source.last),
+                                           [&](int i) { return place[row[i]]; });
+  }
+
+  // One of the columns above the subtrees. @param finished  units
+  template <bool kGeneral>
+  static SKERRY_ALWAYS_INLINE bool factor_top(BlockFactor& f, int i, Scratch& scratch,
+                                               const std::vector<Progress>& finished) {
+    const BlockPattern& s = *f.pattern_;
+    const int column = f.sharing_.top()[at(i)];
+    int* const place = scratch.place.data();
+    for (int p = s.begin_[at(column)]; p < s.begin_[at(column) + 1]; ++p) place[s.row_[at(p)]] = p;
+    for (const BlockSharing::Source& source : f.sharing_.sources(i)) {
+      finished[at(source.unit)].wait_for(1);
+      if (source.count == 1)
+        fetch<1, kGeneral>(f, column, source, place);
+      else if (source.count == 2)
+        fetch<2, kGeneral>(f, column, source, place);
+      else if (source.count == 3)
+        fetch<3, kGeneral>(f, column, source, place);
+      else
+        fetch<4, kGeneral>(f, column, source, place);
+    }
+    return divide_column<kGeneral>(f, column, nullptr, 0);
+  }
+
+  // A unit of what threads share.
+  static SKERRY_ALWAYS_INLINE bool factor_unit(BlockFactor& f, int unit, Scratch& scratch,
+                                               const std::vector<Progress>& finished) {
+    const int top = unit - f.sharing_.subtrees();
+    if (top < 0) {
+      const std::span<const int> columns = f.sharing_.subtree(unit);
+      return f.general_ ? factor_subtree<true>(f, columns, scratch.columns)
+                        : factor_subtree<false>(f, columns, scratch.columns);
+    }
+    return f.general_ ? factor_top<true>(f, top, scratch, finished)
+                      : factor_top<false>(f, top, scratch, finished);
+  }
+
+  // Columns by number, all of them or some, ascending.
+  static int count(const BlockFactor& f, const Some& some) {
+    return some.all ? f.nodes() : static_cast<int>(some.columns.size());
+  }
+  static int column(const Some& some, int k) { return some.all ? k : some.columns[at(k)]; }
+
+  static SKERRY_ALWAYS_INLINE void forward_loop(const BlockFactor& f, BodyVector* x, const Some& some,
+                                                Rows rows) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
     const Block3* L = f.lower_.data();
-    const int count = columns ? static_cast<int>(columns->size()) : s.nodes();
-    for (int k = 0; k < count; ++k) {
-      const int j = columns ? (*columns)[at(k)] : k;
+    for (int k = 0; k < count(f, some); ++k) {
+      const int j = column(some, k);
+      int first = s.begin_[at(j)], last = s.begin_[at(j) + 1];
+      if (rows == Rows::Inside) last = first + f.sharing_.inside(j);
+      if (rows == Rows::Outside && !f.sharing_.is_top(j)) first += f.sharing_.inside(j);
       const Vec4 t = x[j].v;
-      for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(x[row[p]].v, L[p], t);
+      for (int p = first; p < last; ++p) subtract_av(x[row[p]].v, L[p], t);
     }
   }
 
-  static SKERRY_ALWAYS_INLINE void backward_loop(const BlockFactor& f, BodyVector* x,
-                                                 const std::vector<int>* columns) {
+  static SKERRY_ALWAYS_INLINE void backward_loop(const BlockFactor& f, BodyVector* x, const Some& some) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
     const Block3* L = f.lower_.data();
     const Block3* U = f.upper_.data();
-    for (int k = (columns ? static_cast<int>(columns->size()) : s.nodes()) - 1; k >= 0; --k) {
-      const int j = columns ? (*columns)[at(k)] : k;
+    for (int k = count(f, some) - 1; k >= 0; --k) {
+      const int j = column(some, k);
       Vec4 t = x[j].v;
       if (f.general_) {
         for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(t, U[p], x[row[p]].v);
@@ -478,18 +443,31 @@ struct BlockFactor::Kernels {
                                           const std::vector<int>& slot, int unit, Block3* v) {
     solve_unit_loop(f, columns, slot, unit, v);
   }
+  static bool factor_unit_portable(BlockFactor& f, int unit, Scratch& scratch,
+                                               const std::vector<Progress>& finished) {
+    return factor_unit(f, unit, scratch, finished);
+  }
+  SKERRY_AVX2 static bool factor_unit_avx2(BlockFactor& f, int unit, Scratch& scratch,
+                                               const std::vector<Progress>& finished) {
+    return factor_unit(f, unit, scratch, finished);
+  }
   static bool factor_portable(BlockFactor& f) {
     return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
   }
   SKERRY_AVX2 static bool factor_avx2(BlockFactor& f) {
     return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
   }
-  using Some = const std::vector<int>*;
-  static void forward_portable(const BlockFactor& f, BodyVector* x, Some c) { forward_loop(f, x, c); }
-  SKERRY_AVX2 static void forward_avx2(const BlockFactor& f, BodyVector* x, Some c) { forward_loop(f, x, c); }
-  static void backward_portable(const BlockFactor& f, BodyVector* x, Some c) { backward_loop(f, x, c); }
-  SKERRY_AVX2 static void backward_avx2(const BlockFactor& f, BodyVector* x, Some c) {
-    backward_loop(f, x, c);
+  static void forward_portable(const BlockFactor& f, BodyVector* x, const Some& some, Rows rows) {
+    forward_loop(f, x, some, rows);
+  }
+  SKERRY_AVX2 static void forward_avx2(const BlockFactor& f, BodyVector* x, const Some& some, Rows rows) {
+    forward_loop(f, x, some, rows);
+  }
+  static void backward_portable(const BlockFactor& f, BodyVector* x, const Some& some) {
+    backward_loop(f, x, some);
+  }
+  SKERRY_AVX2 static void backward_avx2(const BlockFactor& f, BodyVector* x, const Some& some) {
+    backward_loop(f, x, some);
   }
 };
 
@@ -497,23 +475,94 @@ bool BlockFactor::factor() {
   return cpu_has_avx2() ? Kernels::factor_avx2(*this) : Kernels::factor_portable(*this);
 }
 
-void BlockFactor::forward(BodyVector* x, const std::vector<int>* columns) const {
-  if (cpu_has_avx2())
-    Kernels::forward_avx2(*this, x, columns);
-  else
-    Kernels::forward_portable(*this, x, columns);
+void BlockFactor::fill_column(int column, const FillColumn& fill) {
+  const auto begin = pattern_->begin_[at(column)], end = pattern_->begin_[at(column) + 1];
+  const Block3 zero{};
+  diagonal_[at(column)] = zero;
+  std::fill(lower_.begin() + begin, lower_.begin() + end, zero);
+  if (general_) std::fill(upper_.begin() + begin, upper_.begin() + end, zero);
+  fill.call(fill.it, column);
 }
 
-void BlockFactor::backward(BodyVector* x, const std::vector<int>* columns) const {
-  if (cpu_has_avx2())
-    Kernels::backward_avx2(*this, x, columns);
-  else
-    Kernels::backward_portable(*this, x, columns);
+bool BlockFactor::factor(bool general, ThreadPool* threads, const FillColumn& fill) {
+  general_ = general;
+  if (threads != nullptr && threads->threads() > 1) {
+    if (sharing_.threads() != threads->threads()) {
+      sharing_.plan(*pattern_, threads->threads());
+      finished_ = std::vector<Progress>(sharing_.units());
+    }
+    if (sharing_.pays()) return factor_by(*threads, fill);
+  }
+  if (general) upper_.resize(lower_.size());
+  for (int j = 0; j < nodes(); ++j) fill_column(j, fill);
+  return factor();
 }
 
-void BlockFactor::solve(BodyVector* x) const {
-  forward(x);
-  backward(x);
+// Units begin in their order, so those that one waits for have begun.
+bool BlockFactor::factor_by(ThreadPool& threads, const FillColumn& fill) {
+  upper_.resize(lower_.size());
+  for (Progress& unit : finished_) unit.reached(0);
+  std::atomic<bool> regular = true;
+  threads.run(sharing_.units(), [&](std::size_t i) {
+    if (regular) {
+      Spare<Scratch> scratch;
+      scratch->place.resize(at(nodes()));
+      scratch->columns.resize(column_.size());
+      const int unit = static_cast<int>(i), top = unit - sharing_.subtrees();
+      if (top >= 0)
+        fill_column(sharing_.top()[at(top)], fill);
+      else
+        for (const int column : sharing_.subtree(unit)) fill_column(column, fill);
+      const bool done = cpu_has_avx2() ? Kernels::factor_unit_avx2(*this, unit, *scratch, finished_)
+                                       : Kernels::factor_unit_portable(*this, unit, *scratch, finished_);
+      if (!done) regular = false;
+    }
+    finished_[i].reached(1);
+  });
+  return regular;
+}
+
+void BlockFactor::forward_some(BodyVector* x, const Some& some, Rows rows) const {
+  if (cpu_has_avx2())
+    Kernels::forward_avx2(*this, x, some, rows);
+  else
+    Kernels::forward_portable(*this, x, some, rows);
+}
+
+void BlockFactor::backward_some(BodyVector* x, const Some& some) const {
+  if (cpu_has_avx2())
+    Kernels::backward_avx2(*this, x, some);
+  else
+    Kernels::backward_portable(*this, x, some);
+}
+
+void BlockFactor::forward(BodyVector* x, ThreadPool* threads) const {
+  if (!shared_by(threads)) return forward_some(x, Some::everything(), Rows::All);
+  threads->run(at(sharing_.subtrees()), [&](std::size_t i) {
+    forward_some(x, {sharing_.subtree(static_cast<int>(i))}, Rows::Inside);
+  });
+  // What they do to the columns above them comes in the order in which one thread would do it.
+  forward_some(x, Some::everything(), Rows::Outside);
+}
+
+void BlockFactor::backward(BodyVector* x, ThreadPool* threads) const {
+  if (!shared_by(threads)) return backward_some(x, Some::everything());
+  backward_some(x, {sharing_.top()});
+  threads->run(at(sharing_.subtrees()),
+               [&](std::size_t i) { backward_some(x, {sharing_.subtree(static_cast<int>(i))}); });
+}
+
+void BlockFactor::forward(BodyVector* x, const std::vector<int>& columns) const {
+  forward_some(x, {columns}, Rows::All);
+}
+
+void BlockFactor::backward(BodyVector* x, const std::vector<int>& columns) const {
+  backward_some(x, {columns});
+}
+
+void BlockFactor::solve(BodyVector* x, ThreadPool* threads) const {
+  forward(x, threads);
+  backward(x, threads);
 }
 
 void BlockFactor::solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit,

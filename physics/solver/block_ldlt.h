@@ -13,12 +13,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "physics/archive.h"
+#include "physics/progress.h"
+#include "physics/solver/block_pattern.h"
+#include "physics/solver/block_sharing.h"
 #include "physics/solver/simd.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 
@@ -35,49 +38,6 @@ inline void fields(Archive& a, BodyVector& vector) {
   static_assert(sizeof(BodyVector) == 4 * sizeof(double));
   a.doubles(&vector, 4);
 }
-
-/// Fill-reducing elimination order of a graph, and where the numbers of its factor stand.
-class BlockPattern {
- public:
-  /// Analyses the graph of `nodes` nodes: approximate minimum degree order [Amestoy, Davis & Duff 1996],
-  /// column structure of L by the elimination tree, and for every column the places its outer product is
-  /// subtracted from. Edges may repeat and stand in any order; the result depends on the set of edges only.
-  void analyse(int nodes, std::span<const std::array<int, 2>> edges);
-
-  int nodes() const { return static_cast<int>(order_.size()); }
-  /// Number of blocks of L below the diagonal.
-  int blocks() const { return static_cast<int>(row_.size()); }
-  /// Elimination position of `node`.
-  int position(int node) const { return position_[static_cast<std::size_t>(node)]; }
-  /// Node at each elimination position.
-  const std::vector<int>& order() const { return order_; }
-  /// Index of the block of L in column `low` and row `high` (positions, low < high), or -1 if it is not
-  /// there.
-  int block(int low, int high) const;
-  /// Number of blocks of column `low` below the diagonal.
-  int column_size(int low) const {
-    return begin_[static_cast<std::size_t>(low) + 1] - begin_[static_cast<std::size_t>(low)];
-  }
-  /// The column's parent in the elimination tree, or -1 at a root.
-  int parent(int low) const {
-    return column_size(low) > 0 ? row_[static_cast<std::size_t>(begin_[static_cast<std::size_t>(low)])] : -1;
-  }
-  /// Block updates of one factorisation, a measure of its cost.
-  std::int64_t updates() const { return static_cast<std::int64_t>(update_.size()); }
-
-  void fields(Archive& a) {
-    auto& [order, position, begin, row, update_begin, update] = *this;
-    a(order, position, begin, row, update_begin, update);
-  }
-
- private:
-  friend class BlockFactor;
-  std::vector<int> order_, position_;
-  std::vector<int> begin_;  // column j of L holds blocks begin_[j] .. begin_[j + 1]
-  std::vector<int> row_;    // row of each block, ascending in a column
-  std::vector<std::int64_t> update_begin_;
-  std::vector<int> update_;  // targets of the outer product of a column, pair (k, i > k) by pair
-};
 
 /// The numbers of a matrix on a BlockPattern, then of its factor.
 class BlockFactor {
@@ -96,13 +56,24 @@ class BlockFactor {
   /// Factorises in place. Returns false, and leaves the numbers unusable, if a pivot is zero, not finite or,
   /// for a symmetric matrix, not positive.
   [[nodiscard]] bool factor();
+  /// The same for the matrix that `fill(position)` makes, which is called for each position and gives the
+  /// diagonal block and those of the pattern below it and, if `general`, their mirrors, in place of zeros; it
+  /// is called at the same time for several. @param threads  share a large matrix; null: the caller's alone
+  template <class Fill>
+  [[nodiscard]] bool factor(bool general, ThreadPool* threads, const Fill& fill) {
+    return factor(general, threads,
+                  {[](const void* it, int position) { (*static_cast<const Fill*>(it))(position); }, &fill});
+  }
   /// Solves in place: `x` holds the right-hand side, one vector a position, then the solution.
-  /// @pre the last `factor` returned true
-  void solve(BodyVector* x) const;
-  /// The two halves of `solve`, L first, as far as some columns go: what is not in them is neither read nor
-  /// written. @param columns ascending, with all their ancestors; null: all
-  void forward(BodyVector* x, const std::vector<int>* columns = nullptr) const;
-  void backward(BodyVector* x, const std::vector<int>* columns = nullptr) const;
+  /// @param threads  share it where they shared the factorisation @pre the last `factor` returned true
+  void solve(BodyVector* x, ThreadPool* threads = nullptr) const;
+  /// The two halves of `solve`, L first.
+  void forward(BodyVector* x, ThreadPool* threads = nullptr) const;
+  void backward(BodyVector* x, ThreadPool* threads = nullptr) const;
+  /// The same as far as some columns go: what is not in them is neither read nor written.
+  /// @param columns ascending, with all their ancestors
+  void forward(BodyVector* x, const std::vector<int>& columns) const;
+  void backward(BodyVector* x, const std::vector<int>& columns) const;
   /// Solves for the three unit vectors of position `unit`, on some columns only: transposed blocks, one a
   /// column. @param columns ascending, with all their ancestors @param slot where each stands in `columns`
   void solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit, Block3* v) const;
@@ -113,16 +84,40 @@ class BlockFactor {
 
   /// @pre when reading, `set_pattern` with the same pattern
   void fields(Archive& a) {
-    [[maybe_unused]] auto& [pattern, general, diagonal, lower, upper, column, pivot] = *this;
+    [[maybe_unused]] auto& [pattern, general, diagonal, lower, upper, column, pivot, sharing, finished] =
+        *this;
     a(general, diagonal, lower, upper, column, pivot);
   }
 
  private:
   struct Kernels;
+  struct Scratch;
+  struct FillColumn {
+    void (*call)(const void* it, int position);
+    const void* it;
+  };
+  /// Columns that one call goes over, ascending.
+  struct Some {
+    std::span<const int> columns;
+    bool all = false;
+    static Some everything() { return {{}, true}; }
+  };
+  enum class Rows { All, Inside, Outside };  ///< of a column: those of its subtree, or the others
+  bool factor(bool general, ThreadPool* threads, const FillColumn& fill);
+  bool factor_by(ThreadPool& threads, const FillColumn& fill);
+  bool shared_by(ThreadPool* threads) const {
+    return threads != nullptr && sharing_.threads() == threads->threads() && sharing_.pays();
+  }
+  void fill_column(int column, const FillColumn& fill);
+  void forward_some(BodyVector* x, const Some& some, Rows rows) const;
+  void backward_some(BodyVector* x, const Some& some) const;
+
   const BlockPattern* pattern_ = nullptr;
   bool general_ = false;
   std::vector<Block3> diagonal_, lower_, upper_, column_;
   std::vector<std::array<unsigned char, 3>> pivot_;
+  BlockSharing sharing_;
+  std::vector<Progress> finished_;  // units of `sharing_`
 };
 
 }  // namespace skerry

@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <thread>
 
+#include "physics/progress.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -20,25 +19,6 @@ std::size_t at(int i) {
 constexpr std::size_t kBlocksAPiece = 256, kChunksAPiece = 4;
 // With fewer chunks, sweeps that follow each other are soon done.
 constexpr std::size_t kManyChunks = 24;
-// Looks at another thread's progress, some 50 us, before this one leaves the processor to others.
-constexpr int kPatience = 1000;
-
-/// Chunks that a sweep has done, for the thread that makes the next one to see.
-struct alignas(64) Progress {
-  std::atomic<int> done = 0;
-
-  void wait_for(int chunks) const {
-    for (int i = 0; done.load(std::memory_order_acquire) < chunks; ++i) {
-      if (i > kPatience) {
-        std::this_thread::yield();
-        continue;
-      }
-#if defined(__x86_64__)
-      __builtin_ia32_pause();
-#endif
-    }
-  }
-};
 
 }  // namespace
 
@@ -468,7 +448,7 @@ void BlockSweeps::set(std::span<const double> lambda) {
         Kernels::start_portable(*this, lambda, from, to);
       pushed.wait_for(static_cast<int>(piece));
       push(from, to);
-      pushed.done.store(static_cast<int>(piece) + 1, std::memory_order_release);
+      pushed.reached(static_cast<int>(piece) + 1);
     }
   });
 }
@@ -539,7 +519,7 @@ double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
       for (std::size_t c = 0; c < chunks_.size(); ++c) {
         if (sweep > 0) progress[sweep - 1].wait_for(order_.need()[c] + 1);
         change = std::max(change, some(how, c, c + 1));
-        progress[sweep].done.store(static_cast<int>(c) + 1, std::memory_order_release);
+        progress[sweep].reached(static_cast<int>(c) + 1);
       }
       if (sweep + 1 == at(together)) largest = change;
     });

@@ -138,6 +138,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   ActiveSet& active = kept.active;
   SolveWork& work = solution.work;
 
+  model.use_threads(options.threads);
   const double change = model.assign(system, work);
   if (!std::isfinite(change)) kept.has_states = false;
   active.reset(change);

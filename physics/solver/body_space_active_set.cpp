@@ -53,7 +53,11 @@ void ActiveSet::set_impulses(const double* lambda) {
 }
 
 void ActiveSet::predict_states() {
-  for (int i = 0; i < model_.rows(); ++i) {
+  model_.share_rows([&](int first, int last) { predict_states(first, last); });
+}
+
+void ActiveSet::predict_states(int first, int last) {
+  for (int i = first; i < last; ++i) {
     const auto& r = model_.row(i);
     RowState& s = states_[at(i)];
     s = RowState::Free;
@@ -73,8 +77,12 @@ void ActiveSet::predict_states() {
 }
 
 void ActiveSet::predict_closing() {
+  model_.share_rows([&](int first, int last) { predict_closing(first, last); });
+}
+
+void ActiveSet::predict_closing(int first, int last) {
   const double tolerance = 1e-9 * model_.scale();
-  for (int i = 0; i < model_.rows(); ++i) {
+  for (int i = first; i < last; ++i) {
     const auto& r = model_.row(i);
     if (r.normal >= 0 || r.dead || states_[at(i)] != RowState::Lower || w_[at(i)] >= -tolerance) continue;
     states_[at(i)] = RowState::Free;
@@ -90,12 +98,14 @@ void ActiveSet::stick_everything() {
   // A gap of g asks for b = -g/h below what gravity gives; half the largest |b| is a gap of millimetres at 60
   // Hz.
   const double separated = -0.5 * model_.scale();
-  for (int i = 0; i < model_.rows(); ++i) {
-    const auto& r = model_.row(i);
-    RowState s = RowState::Free;
-    if (r.normal < 0 && std::isfinite(r.lower) && r.lower >= 0 && r.b < separated) s = RowState::Lower;
-    states_[at(i)] = s;
-  }
+  model_.share_rows([&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const auto& r = model_.row(i);
+      RowState s = RowState::Free;
+      if (r.normal < 0 && std::isfinite(r.lower) && r.lower >= 0 && r.b < separated) s = RowState::Lower;
+      states_[at(i)] = s;
+    }
+  });
 }
 
 int ActiveSet::free_rows() const {
@@ -116,9 +126,12 @@ double ActiveSet::judge(const double* lambda, bool present) {
   scratch_w_.resize(n);
   model_.project(scratch_.data());
   // Of impulses so large that rounding hides what they leave nothing can be said.
-  double largest = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    largest = std::max(largest, model_.info()[i].D * std::fabs(scratch_[i]));
+  const double largest = model_.largest_of_rows([&](int first, int last) {
+    double most = 0;
+    for (int i = first; i < last; ++i)
+      most = std::max(most, model_.row(i).D * std::fabs(scratch_[at(i)]));
+    return most;
+  });
   if (!(largest * std::numeric_limits<double>::epsilon() < kHighestFloor * model_.scale())) return kInfinity;
   const bool known = present && scratch_ == lambda_;
   if (!known) model_.evaluate(scratch_.data(), scratch_w_.data());
@@ -153,8 +166,8 @@ double ActiveSet::bound(int row, const NormalImpulse& impulse) const {
 }
 
 // Which rows stick is what g says: it is zero for all others.
-void ActiveSet::set_weights(double eta) {
-  for (int i = 0; i < model_.rows(); ++i) {
+void ActiveSet::set_weights(double eta, int first, int last) {
+  for (int i = first; i < last; ++i) {
     const auto& r = model_.row(i);
     const RowState s = states_[at(i)];
     double g = 0, h = 0;
@@ -169,9 +182,8 @@ void ActiveSet::set_weights(double eta) {
   }
 }
 
-void ActiveSet::set_right_hand_side() {
-  const int n = model_.rows();
-  for (int i = 0; i < n; ++i) {
+void ActiveSet::set_right_hand_side(int first, int last) {
+  for (int i = first; i < last; ++i) {
     double k = 0;
     if (g_[at(i)] != 0)
       k = -g_[at(i)] * w_[at(i)];
@@ -191,12 +203,9 @@ void ActiveSet::move_impulses(int first, int last) {
 }
 
 bool ActiveSet::step(double eta, SolveWork& work) {
-  // Rows whose Jacobians stay in the cache from one part of a step to the next.
-  constexpr int kPiece = 128;
-  const int n = model_.rows();
   const bool fresh = !factored_ || eta != factored_eta_ || states_ != factored_states_;
   if (fresh || !weighted_) {
-    set_weights(eta);
+    model_.share_rows([&](int first, int last) { set_weights(eta, first, last); });
     weighted_ = true;
     if (!fresh) model_.take_weights(g_.data(), h_.data());
   }
@@ -210,16 +219,12 @@ bool ActiveSet::step(double eta, SolveWork& work) {
     factored_eta_ = eta;
     stale_ = adapted;
   }
-  set_right_hand_side();
+  model_.share_rows([&](int first, int last) { set_right_hand_side(first, last); });
   model_.begin_solve(k_.data(), work);
-  model_.clear_impulses();
-  for (int first = 0; first < n; first += kPiece) {
-    const int last = std::min(n, first + kPiece);
+  model_.move_and_evaluate(lambda_.data(), w_.data(), [&](int first, int last) {
     model_.finish_solve(first, last, k_.data(), g_.data(), h_.data(), d_lambda_.data());
     move_impulses(first, last);
-    model_.push(first, last, lambda_.data());
-  }
-  model_.evaluate_pushed(lambda_.data(), w_.data());
+  });
   add_regularisation(eta);
   return true;
 }
@@ -260,10 +265,12 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
 }
 
 double ActiveSet::linear_error() const {
-  double error = 0;
-  for (std::size_t i = 0; i < w_.size(); ++i)
-    if (g_[i] != 0) error = std::max(error, std::fabs(w_[i]));
-  return error;
+  return model_.largest_of_rows([&](int first, int last) {
+    double error = 0;
+    for (int i = first; i < last; ++i)
+      if (g_[at(i)] != 0) error = std::max(error, std::fabs(w_[at(i)]));
+    return error;
+  });
 }
 
 bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
@@ -338,17 +345,31 @@ bool ActiveSet::leap(double length) {
 }
 
 int ActiveSet::look_at_states(double impulse_tolerance, double velocity_tolerance) {
-  const int n = model_.rows();
-  double largest = model_.scale();
-  for (int i = 0; i < n; ++i) largest = std::max(largest, model_.row(i).D * std::fabs(lambda_[at(i)]));
+  const double largest = std::max(model_.scale(), model_.largest_of_rows([&](int first, int last) {
+    double most = 0;
+    for (int i = first; i < last; ++i)
+      most = std::max(most, model_.row(i).D * std::fabs(lambda_[at(i)]));
+    return most;
+  }));
   // Both in velocity units.
   const double below = impulse_tolerance * largest, moving = velocity_tolerance * model_.scale();
-  due_.clear();
-  due_contradictions_ = 0;
-  int contradictions = 0, normal_row = -1;
+  found_.resize(model_.row_pieces());
+  model_.share_row_pieces([&](int first, int last, std::size_t piece) {
+    Found& found = found_[piece];
+    found.due.clear();
+    found.contradictions = found.due_contradictions = 0;
+    look_at_states(first, last, below, moving, found);
+  });
+  int contradictions = 0;
+  for (const Found& found : found_) contradictions += found.contradictions;
+  return contradictions;
+}
+
+void ActiveSet::look_at_states(int first, int last, double below, double moving, Found& found) const {
+  int normal_row = -1;
   RowState normal_state = RowState::Free;  // that it will have
   bool closing = false;
-  for (int i = 0; i < n; ++i) {
+  for (int i = first; i < last; ++i) {
     const auto& r = model_.row(i);
     if (r.dead) continue;
     const RowState old = states_[at(i)];
@@ -374,7 +395,7 @@ int ActiveSet::look_at_states(double impulse_tolerance, double velocity_toleranc
         const RowState predicted = z > bound    ? RowState::Upper
                                    : z < -bound ? RowState::Lower
                                                 : RowState::Free;
-        if (predicted != old) due_.push_back({i, predicted});
+        if (predicted != old) found.due.push_back({i, predicted});
         continue;
       }
       if (states_[normal] != RowState::Free) continue;
@@ -389,17 +410,20 @@ int ActiveSet::look_at_states(double impulse_tolerance, double velocity_toleranc
       }
     }
     if (s == old) continue;
-    ++contradictions;
+    ++found.contradictions;
     if (!with_normal) continue;
-    ++due_contradictions_;
-    due_.push_back({i, s});
+    ++found.due_contradictions;
+    found.due.push_back({i, s});
   }
-  return contradictions;
 }
 
 int ActiveSet::change_states() {
-  for (const Due& due : due_) states_[at(due.row)] = due.state;
-  return due_contradictions_;
+  int contradictions = 0;
+  for (const Found& found : found_) {
+    for (const Due& due : found.due) states_[at(due.row)] = due.state;
+    contradictions += found.due_contradictions;
+  }
+  return contradictions;
 }
 
 void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {

@@ -93,14 +93,16 @@ class ActiveSet {
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, due, due_contradictions, centre, best_residual, factored_eta, eta,
-                            factored, stale, weighted] = *this;
-    // `centre` is null between solves, and what is due means nothing.
+                            d_lambda, found, centre, best_residual, factored_eta, eta, factored, stale,
+                            weighted] = *this;
+    // `centre` is null between solves, and what was found means nothing.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
       factored_eta, eta, factored, stale, weighted);
   }
 
  private:
+  void predict_states(int first, int last);
+  void predict_closing(int first, int last);
   double judge(const double* lambda, bool present);
   bool held_by_normal(int row) const;
   template <class NormalImpulse>
@@ -109,8 +111,8 @@ class ActiveSet {
   bool leap(double length);
   void add_regularisation(double eta);
   bool step(double eta, SolveWork& work);
-  void set_weights(double eta);
-  void set_right_hand_side();
+  void set_weights(double eta, int first, int last);
+  void set_right_hand_side(int first, int last);
   void move_impulses(int first, int last);
   /// @return how many states contradict the present impulses or velocities; what to change is noted
   int look_at_states(double impulse_tolerance, double velocity_tolerance);
@@ -123,13 +125,18 @@ class ActiveSet {
     int row;
     RowState state;
   };
+  /// What a piece of the rows shows.
+  struct Found {
+    std::vector<Due> due;
+    int contradictions = 0, due_contradictions = 0;
+  };
+  void look_at_states(int first, int last, double below, double moving, Found& found) const;
 
   BodySpaceModel& model_;
   std::vector<RowState> states_, factored_states_;
   std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
   std::vector<double> g_, h_, k_, d_lambda_;
-  std::vector<Due> due_;
-  int due_contradictions_ = 0;                   // among them
+  std::vector<Found> found_;  // by piece of the rows, by the last look at them
   const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;
   double factored_eta_ = 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "physics/solver/contact_states.h"
 
@@ -20,17 +21,22 @@ SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& x, const Vec4& y) {
   B.column[2] += x * y[2];
 }
 
+// Magnitudes, number by number.
+SKERRY_ALWAYS_INLINE void take_sizes(Vec4& x) {
+  x = x < 0 ? -x : x;
+}
+
 }  // namespace
 
 /// The loops, compiled for two instruction sets.
 struct BodySpaceModel::Kernels {
-  // Numbers of the rows; returns the largest relative change of them if they were there before. Directions in
-  // which a body cannot move are left out of its block.
-  static SKERRY_ALWAYS_INLINE double take_rows(BodySpaceModel& m, const IslandSystem& system, bool compare) {
-    const std::size_t n = system.rows.size();
+  // Numbers of some rows; compares them with those that were there before. Directions in which a body cannot
+  // move are left out of its block.
+  static SKERRY_ALWAYS_INLINE RowSizes take_rows(BodySpaceModel& m, const IslandSystem& system,
+                                                 std::size_t first, std::size_t last, bool compare) {
     double change = 0, scale = 0;
     Vec4 moved{};
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = first; i < last; ++i) {
       const Row& row = system.rows[i];
       const Place& place = m.place_[i];
       const auto& low = place.a_is_low ? row.Ja : row.Jb;
@@ -45,12 +51,11 @@ struct BodySpaceModel::Kernels {
       const double D = d[0] + d[1] + d[2] + compliance, b = system.b[i];
       RowInfo& info = m.info_[i];
       if (compare) {
-        Vec4 size = J.low - m.jacobian_[i].low;
-        size = size < 0 ? -size : size;
-        moved = size > moved ? size : moved;
-        size = J.high - m.jacobian_[i].high;
-        size = size < 0 ? -size : size;
-        moved = size > moved ? size : moved;
+        Vec4 low_size = J.low - m.jacobian_[i].low, high_size = J.high - m.jacobian_[i].high;
+        take_sizes(low_size);
+        moved = low_size > moved ? low_size : moved;
+        take_sizes(high_size);
+        moved = high_size > moved ? high_size : moved;
         const double of_D = std::fabs(D - info.D) + std::fabs(compliance - info.compliance);
         change = std::max(change, D > 0 ? of_D / D : of_D);
       }
@@ -58,34 +63,65 @@ struct BodySpaceModel::Kernels {
       info = {row.normal, !(D > 0), row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D, compliance, b};
       scale = std::max(scale, std::fabs(b));
     }
-    m.scale_ = residual_scale(scale);
-    return std::max({change, moved[0], moved[1], moved[2]});
+    return {std::max({change, moved[0], moved[1], moved[2]}), scale};
   }
-  static double take_rows_portable(BodySpaceModel& m, const IslandSystem& system, bool compare) {
-    return take_rows(m, system, compare);
+  static RowSizes take_rows_portable(BodySpaceModel& m, const IslandSystem& system, std::size_t first,
+                                     std::size_t last, bool compare) {
+    return take_rows(m, system, first, last, compare);
   }
-  SKERRY_AVX2 static double take_rows_avx2(BodySpaceModel& m, const IslandSystem& system, bool compare) {
-    return take_rows(m, system, compare);
+  SKERRY_AVX2 static RowSizes take_rows_avx2(BodySpaceModel& m, const IslandSystem& system,
+                                             std::size_t first, std::size_t last, bool compare) {
+    return take_rows(m, system, first, last, compare);
   }
 
-  // v += J^T lambda
+  // v += J^T lambda, or |J|^T |lambda|.
+  template <bool kSizes>
   static SKERRY_ALWAYS_INLINE void push(const BodySpaceModel& m, int first, int last, const double* lambda,
                                         BodyVector* v) {
     for (int i = first; i < last; ++i) {
-      const double z = lambda[i];
+      const double z = kSizes ? std::fabs(lambda[i]) : lambda[i];
       if (z == 0) continue;
-      const Jacobian& J = m.jacobian_[at(i)];
+      Jacobian J = m.jacobian_[at(i)];
+      if (kSizes) {
+        take_sizes(J.low);
+        take_sizes(J.high);
+      }
       const Place& place = m.place_[at(i)];
       v[place.low].v += J.low * z;
       v[place.high].v += J.high * z;
     }
   }
 
-  static SKERRY_ALWAYS_INLINE void evaluate(BodySpaceModel& m, const double* lambda, double* w) {
-    BodyVector* v = m.pushed_.data();
-    for (int p = 0; p <= m.nodes_; ++p) v[p].v *= m.inverse_mass_[at(p)].v;
-    const int n = m.rows();
-    for (int i = 0; i < n; ++i) {
+  // The same body by body, for the positions from `first` on and before `last`.
+  template <bool kSizes>
+  static SKERRY_ALWAYS_INLINE void gather(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                          BodyVector* v) {
+    const Incident* e = m.incident_.data() + m.incident_begin_[at(first)];
+    for (int p = first; p < last; ++p) {
+      const Incident* const end = m.incident_.data() + m.incident_begin_[at(p) + 1];
+      Vec4 sum = v[p].v;
+      for (; e < end; ++e) {
+        const double z = kSizes ? std::fabs(lambda[e->row]) : lambda[e->row];
+        if (z == 0) continue;
+        const Jacobian& J = m.jacobian_[at(e->row)];
+        Vec4 own = e->is_high ? J.high : J.low;
+        if (kSizes) take_sizes(own);
+        sum += own * z;
+      }
+      v[p].v = sum;
+    }
+  }
+
+  static SKERRY_ALWAYS_INLINE void divide_by_mass(BodySpaceModel& m) {
+    for (int p = 0; p <= m.nodes_; ++p) m.pushed_[at(p)].v *= m.inverse_mass_[at(p)].v;
+  }
+  static void divide_by_mass_portable(BodySpaceModel& m) { divide_by_mass(m); }
+  SKERRY_AVX2 static void divide_by_mass_avx2(BodySpaceModel& m) { divide_by_mass(m); }
+
+  static SKERRY_ALWAYS_INLINE void evaluate(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                            double* w) {
+    const BodyVector* v = m.pushed_.data();
+    for (int i = first; i < last; ++i) {
       const Jacobian& J = m.jacobian_[at(i)];
       const Place& place = m.place_[at(i)];
       const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
@@ -94,45 +130,52 @@ struct BodySpaceModel::Kernels {
     }
   }
 
-  static SKERRY_ALWAYS_INLINE void assemble(BodySpaceModel& m, const double* g, const double* h,
-                                            bool general) {
-    BlockFactor& f = m.factor_;
-    f.clear(general);
-    for (int p = 0; p < m.nodes_; ++p) {
-      // A direction without mobility gets a unit mass: nothing couples to it.
-      const Vec4& inverse = m.inverse_mass_[at(p)].v;
-      const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1,
-                   angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
-      Block3& D = f.diagonal(p);
-      D.column[0] = Vec4{linear, 0, 0, 0};
-      D.column[1] = Vec4{0, linear, 0, 0};
-      D.column[2] = Vec4{0, 0, angular, 0};
-    }
-    const int n = m.rows();
-    for (int i = 0; i < n; ++i) {
-      const Place& place = m.place_[at(i)];
-      if (place.low == m.nodes_) continue;
-      const Jacobian& J = m.jacobian_[at(i)];
-      if (g[i] != 0) {
-        const Vec4 low = J.low * g[i], high = J.high * g[i];
-        add_outer(f.diagonal(place.low), low, J.low);
-        if (place.high < m.nodes_) add_outer(f.diagonal(place.high), high, J.high);
-        if (place.block >= 0) {
-          add_outer(f.lower(place.block), high, J.low);
-          if (general) add_outer(f.upper(place.block), low, J.high);
+  // What the rows of the body at `position` add to its column. Those between the same two bodies come one
+  // after the other, so their block is fetched and put back once.
+  template <bool kGeneral>
+  static SKERRY_ALWAYS_INLINE void fill_column(const BodySpaceModel& m, BlockFactor& f, int position) {
+    const double *const g = m.factored_g_.data(), *const h = m.factored_h_.data();
+    // A direction without mobility gets a unit mass: nothing couples to it.
+    const Vec4& inverse = m.inverse_mass_[at(position)].v;
+    const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1, angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
+    Block3 D{{Vec4{linear, 0, 0, 0}, Vec4{0, linear, 0, 0}, Vec4{0, 0, angular, 0}}};
+    const Incident *e = m.incident_.data() + m.incident_begin_[at(position)],
+                   *const end = m.incident_.data() + m.incident_begin_[at(position) + 1];
+    while (e < end) {
+      const int block = e->is_high ? -1 : m.place_[at(e->row)].block;
+      if (block < 0) {
+        const int i = e->row;
+        const auto own = [&](int row) -> const Vec4& {
+          return e->is_high ? m.jacobian_[at(row)].high : m.jacobian_[at(row)].low;
+        };
+        if (g[i] != 0) add_outer(D, own(i) * g[i], own(i));
+        if (kGeneral && h[i] != 0) add_outer(D, own(i) * h[i], own(m.info_[at(i)].normal));
+        ++e;
+        continue;
+      }
+      Block3 L = f.lower(block), U;
+      if (kGeneral) U = f.upper(block);
+      for (; e < end && !e->is_high && m.place_[at(e->row)].block == block; ++e) {
+        const int i = e->row;
+        const Jacobian& J = m.jacobian_[at(i)];
+        if (g[i] != 0) {
+          const Vec4 low = J.low * g[i], high = J.high * g[i];
+          add_outer(D, low, J.low);
+          add_outer(L, high, J.low);
+          if (kGeneral) add_outer(U, low, J.high);
+        }
+        if (kGeneral && h[i] != 0) {
+          const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
+          const Vec4 low = J.low * h[i], high = J.high * h[i];
+          add_outer(D, low, N.low);
+          add_outer(L, high, N.low);
+          add_outer(U, low, N.high);
         }
       }
-      if (h[i] != 0) {
-        const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
-        const Vec4 low = J.low * h[i], high = J.high * h[i];
-        add_outer(f.diagonal(place.low), low, N.low);
-        if (place.high < m.nodes_) add_outer(f.diagonal(place.high), high, N.high);
-        if (place.block >= 0) {
-          add_outer(f.lower(place.block), high, N.low);
-          add_outer(f.upper(place.block), low, N.high);
-        }
-      }
+      f.lower(block) = L;
+      if (kGeneral) f.upper(block) = U;
     }
+    f.diagonal(position) = D;
   }
 
   // d_lambda = k - g J dv - h J_n dv
@@ -208,25 +251,39 @@ struct BodySpaceModel::Kernels {
                                            BodyVector* force) {
     return imbalance(m, v, lambda, force);
   }
-  static void evaluate_portable(BodySpaceModel& m, const double* lambda, double* w) {
-    evaluate(m, lambda, w);
+  static void evaluate_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                double* w) {
+    evaluate(m, first, last, lambda, w);
   }
-  SKERRY_AVX2 static void evaluate_avx2(BodySpaceModel& m, const double* lambda, double* w) {
-    evaluate(m, lambda, w);
+  SKERRY_AVX2 static void evaluate_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                        double* w) {
+    evaluate(m, first, last, lambda, w);
   }
-  static void assemble_portable(BodySpaceModel& m, const double* g, const double* h, bool general) {
-    assemble(m, g, h, general);
+  template <bool kSizes>
+  static void gather_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
+                              BodyVector* v) {
+    gather<kSizes>(m, first, last, lambda, v);
   }
-  SKERRY_AVX2 static void assemble_avx2(BodySpaceModel& m, const double* g, const double* h, bool general) {
-    assemble(m, g, h, general);
+  template <bool kSizes>
+  SKERRY_AVX2 static void gather_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                      BodyVector* v) {
+    gather<kSizes>(m, first, last, lambda, v);
   }
+  static void fill_column_portable(const BodySpaceModel& m, BlockFactor& f, int position) {
+    f.is_general() ? fill_column<true>(m, f, position) : fill_column<false>(m, f, position);
+  }
+  SKERRY_AVX2 static void fill_column_avx2(const BodySpaceModel& m, BlockFactor& f, int position) {
+    f.is_general() ? fill_column<true>(m, f, position) : fill_column<false>(m, f, position);
+  }
+  template <bool kSizes>
   static void push_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
                             BodyVector* v) {
-    push(m, first, last, lambda, v);
+    push<kSizes>(m, first, last, lambda, v);
   }
+  template <bool kSizes>
   SKERRY_AVX2 static void push_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
                                     BodyVector* v) {
-    push(m, first, last, lambda, v);
+    push<kSizes>(m, first, last, lambda, v);
   }
   static void recover_portable(const BodySpaceModel& m, int first, int last, const double* k, const double* g,
                                const double* h, double* d_lambda) {
@@ -308,9 +365,23 @@ double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
     }
 
   if (!same_rows) place_rows(system);
-  const double change = cpu_has_avx2() ? Kernels::take_rows_avx2(*this, system, same_rows)
-                                       : Kernels::take_rows_portable(*this, system, same_rows);
+  const double change = take_rows(system, same_rows);
   return same_rows ? change : kInfinity;
+}
+
+double BodySpaceModel::take_rows(const IslandSystem& system, bool compare) {
+  Spare<std::vector<RowSizes>> found;
+  found->assign(info_.size() / kRowsAPiece + 1, {});
+  share(threads_, info_.size(), kRowsAPiece, [&](std::size_t first, std::size_t last) {
+    (*found)[first / kRowsAPiece] = cpu_has_avx2()
+                                        ? Kernels::take_rows_avx2(*this, system, first, last, compare)
+                                        : Kernels::take_rows_portable(*this, system, first, last, compare);
+  });
+  RowSizes all;
+  for (const RowSizes& each : *found)
+    all = {std::max(all.change, each.change), std::max(all.b, each.b)};
+  scale_ = residual_scale(all.b);
+  return all.change;
 }
 
 void BodySpaceModel::place_rows(const IslandSystem& system) {
@@ -329,88 +400,125 @@ void BodySpaceModel::place_rows(const IslandSystem& system) {
     else
       place.block = place.high < nodes_ ? pattern_.block(place.low, place.high) : -1;
   }
+  find_incident();
+}
+
+void BodySpaceModel::find_incident() {
+  // First where they end.
+  incident_begin_.assign(at(nodes_) + 2, 0);
+  for (const Place& place : place_) {
+    ++incident_begin_[at(place.low)];
+    ++incident_begin_[at(place.high)];
+  }
+  std::partial_sum(incident_begin_.begin(), incident_begin_.end(), incident_begin_.begin());
+  incident_.resize(2 * place_.size());
+  for (int i = rows(); i-- > 0;) {
+    incident_[at(--incident_begin_[at(place_[at(i)].high)])] = {i, true};
+    incident_[at(--incident_begin_[at(place_[at(i)].low)])] = {i, false};
+  }
 }
 
 void BodySpaceModel::evaluate(const double* lambda, double* w) {
-  clear_impulses();
-  push(0, rows(), lambda);
+  std::fill(pushed_.begin(), pushed_.end(), BodyVector{});
+  push_all(lambda);
   evaluate_pushed(lambda, w);
 }
 
-void BodySpaceModel::clear_impulses() {
-  std::fill(pushed_.begin(), pushed_.end(), BodyVector{});
-}
-
+template <bool kSizes>
 void BodySpaceModel::push(int first, int last, const double* lambda, BodyVector* v) {
   if (cpu_has_avx2())
-    Kernels::push_avx2(*this, first, last, lambda, v);
+    Kernels::push_avx2<kSizes>(*this, first, last, lambda, v);
   else
-    Kernels::push_portable(*this, first, last, lambda, v);
+    Kernels::push_portable<kSizes>(*this, first, last, lambda, v);
 }
 
 void BodySpaceModel::push(int first, int last, const double* lambda) {
-  push(first, last, lambda, pushed_.data());
+  push<false>(first, last, lambda, pushed_.data());
+}
+
+// Row by row, or, where threads share it, body by body: the sums are the same.
+template <bool kSizes>
+void BodySpaceModel::push_all(const double* lambda, BodyVector* v) {
+  if (!shared()) return push<kSizes>(0, rows(), lambda, v);
+  share_bodies([&](int first, int last) {
+    if (cpu_has_avx2())
+      Kernels::gather_avx2<kSizes>(*this, first, last, lambda, v);
+    else
+      Kernels::gather_portable<kSizes>(*this, first, last, lambda, v);
+  });
+}
+
+void BodySpaceModel::push_all(const double* lambda) {
+  push_all<false>(lambda, pushed_.data());
 }
 
 void BodySpaceModel::evaluate_pushed(const double* lambda, double* w) {
   if (cpu_has_avx2())
-    Kernels::evaluate_avx2(*this, lambda, w);
+    Kernels::divide_by_mass_avx2(*this);
   else
-    Kernels::evaluate_portable(*this, lambda, w);
+    Kernels::divide_by_mass_portable(*this);
+  share_rows([&](int first, int last) {
+    if (cpu_has_avx2())
+      Kernels::evaluate_avx2(*this, first, last, lambda, w);
+    else
+      Kernels::evaluate_portable(*this, first, last, lambda, w);
+  });
 }
 
 double BodySpaceModel::residual(const double* lambda, const double* w) const {
-  double worst = 0;
-  for (std::size_t i = 0; i < info_.size(); ++i) {
-    const RowInfo& r = info_[i];
-    double lower = r.lower, upper = r.upper, violation;
-    if (r.normal >= 0) {
-      upper = r.mu * std::max(0.0, lambda[r.normal]);
-      lower = -upper;
+  const double worst = largest_of_rows([&](int first, int last) {
+    double largest = 0;
+    for (int i = first; i < last; ++i) {
+      const RowInfo& r = info_[at(i)];
+      double lower = r.lower, upper = r.upper, violation;
+      if (r.normal >= 0) {
+        upper = r.mu * std::max(0.0, lambda[r.normal]);
+        lower = -upper;
+      }
+      if (r.dead) {
+        const bool explained = (w[i] >= 0 && lambda[i] <= lower) || (w[i] <= 0 && lambda[i] >= upper);
+        violation = explained ? 0 : std::fabs(w[i]);
+      } else {
+        violation = r.D * std::fabs(lambda[i] - std::clamp(lambda[i] - w[i] / r.D, lower, upper));
+      }
+      // A NaN must not slip through the comparison.
+      if (!(violation <= largest)) largest = violation;
     }
-    if (r.dead) {
-      const bool explained = (w[i] >= 0 && lambda[i] <= lower) || (w[i] <= 0 && lambda[i] >= upper);
-      violation = explained ? 0 : std::fabs(w[i]);
-    } else {
-      violation = r.D * std::fabs(lambda[i] - std::clamp(lambda[i] - w[i] / r.D, lower, upper));
-    }
-    // A NaN must not slip through the comparison.
-    if (!(violation <= worst)) worst = violation;
-  }
+    return largest;
+  });
   return worst / scale_;
 }
 
 void BodySpaceModel::project(double* lambda) const {
-  for (std::size_t i = 0; i < info_.size(); ++i) {
-    const RowInfo& r = info_[i];
-    if (r.normal >= 0) {
-      const double bound = r.mu * std::max(0.0, lambda[r.normal]);
-      lambda[i] = std::clamp(lambda[i], -bound, bound);
-    } else {
-      lambda[i] = std::clamp(lambda[i], r.lower, r.upper);
+  share_rows([&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const RowInfo& r = info_[at(i)];
+      if (r.normal >= 0) {
+        const double bound = r.mu * std::max(0.0, lambda[r.normal]);
+        lambda[i] = std::clamp(lambda[i], -bound, bound);
+      } else {
+        lambda[i] = std::clamp(lambda[i], r.lower, r.upper);
+      }
     }
-  }
+  });
 }
 
 double BodySpaceModel::rounding_floor(const double* lambda) {
   // eps |J| inv(M) |J|^T |lambda|, and a few roundings of that in a residual.
   std::fill(velocity_.begin(), velocity_.end(), BodyVector{});
-  for (std::size_t i = 0; i < info_.size(); ++i) {
-    const double z = std::fabs(lambda[i]);
-    for (int k = 0; k < 3; ++k) {
-      velocity_[at(place_[i].low)].v[k] += std::fabs(jacobian_[i].low[k]) * z;
-      velocity_[at(place_[i].high)].v[k] += std::fabs(jacobian_[i].high[k]) * z;
-    }
-  }
+  push_all<true>(lambda, velocity_.data());
   for (std::size_t p = 0; p < velocity_.size(); ++p) velocity_[p].v *= inverse_mass_[p].v;
-  double worst = 0;
-  for (std::size_t i = 0; i < info_.size(); ++i) {
-    double t = info_[i].compliance * std::fabs(lambda[i]);
-    for (int k = 0; k < 3; ++k)
-      t += std::fabs(jacobian_[i].low[k]) * velocity_[at(place_[i].low)].v[k] +
-           std::fabs(jacobian_[i].high[k]) * velocity_[at(place_[i].high)].v[k];
-    worst = std::max(worst, t);
-  }
+  const double worst = largest_of_rows([&](int first, int last) {
+    double largest = 0;
+    for (int i = first; i < last; ++i) {
+      double t = info_[at(i)].compliance * std::fabs(lambda[i]);
+      for (int k = 0; k < 3; ++k)
+        t += std::fabs(jacobian_[at(i)].low[k]) * velocity_[at(place_[at(i)].low)].v[k] +
+             std::fabs(jacobian_[at(i)].high[k]) * velocity_[at(place_[at(i)].high)].v[k];
+      largest = std::max(largest, t);
+    }
+    return largest;
+  });
   return std::min(4 * 2.2e-16 * worst / scale_, kHighestFloor);
 }
 
@@ -440,11 +548,8 @@ bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
   update_.reset();
   factored_g_.assign(g, g + rows());
   factored_h_.assign(h, h + rows());
-  if (cpu_has_avx2())
-    Kernels::assemble_avx2(*this, g, h, general);
-  else
-    Kernels::assemble_portable(*this, g, h, general);
-  return factor_.factor();
+  const auto fill = cpu_has_avx2() ? Kernels::fill_column_avx2 : Kernels::fill_column_portable;
+  return factor_.factor(general, threads_, [&](int position) { fill(*this, factor_, position); });
 }
 
 bool BodySpaceModel::is_adaptable() const {
@@ -509,13 +614,13 @@ void BodySpaceModel::begin_adapted(const double* k) {
     }
     extra_.push_back(k[i] - law_k_[i]);
   }
-  push(0, rows(), law_k_.data(), velocity_.data());
-  factor_.forward(velocity_.data());
+  push_all<false>(law_k_.data(), velocity_.data());
+  factor_.forward(velocity_.data(), threads_);
   // Velocities of the changed rows' bodies, from the paths to the root alone.
   const std::vector<int>& paths = update_.columns();
   more_.resize(velocity_.size());
   for (const int j : paths) more_[at(j)] = velocity_[at(j)];
-  factor_.backward(more_.data(), &paths);
+  factor_.backward(more_.data(), paths);
   update_.solve(more_.data(), extra_);
   // Their impulses on top, halfway.
   for (const int j : paths) more_[at(j)] = BodyVector{};
@@ -524,9 +629,9 @@ void BodySpaceModel::begin_adapted(const double* k) {
     more_[at(row.low)].v += row.C_low.v * extra_[r];
     if (row.high >= 0) more_[at(row.high)].v += row.C_high.v * extra_[r];
   }
-  factor_.forward(more_.data(), &paths);
+  factor_.forward(more_.data(), paths);
   for (const int j : paths) velocity_[at(j)].v += more_[at(j)].v;
-  factor_.backward(velocity_.data());
+  factor_.backward(velocity_.data(), threads_);
   for (std::size_t r = 0; r < extra_.size(); ++r) law_k_[at(update_.rows()[r].row)] += extra_[r];
 }
 
@@ -536,8 +641,8 @@ void BodySpaceModel::begin_solve(const double* k, SolveWork& work) {
   if (update_.active()) {
     begin_adapted(k);
   } else {
-    push(0, rows(), k, velocity_.data());
-    factor_.solve(velocity_.data());
+    push_all<false>(k, velocity_.data());
+    factor_.solve(velocity_.data(), threads_);
   }
   velocity_.back() = BodyVector{};
 }
@@ -558,7 +663,7 @@ void BodySpaceModel::finish_solve(int first, int last, const double* k, const do
 void BodySpaceModel::solve(const double* k, const double* g, const double* h, double* d_lambda,
                            SolveWork& work) {
   begin_solve(k, work);
-  finish_solve(0, rows(), k, g, h, d_lambda);
+  share_rows([&](int first, int last) { finish_solve(first, last, k, g, h, d_lambda); });
 }
 
 void BodySpaceModel::row_velocities(const BodyVector* v, double* u) const {
@@ -575,7 +680,7 @@ double BodySpaceModel::imbalance(const BodyVector* v, const double* lambda, Body
 
 void BodySpaceModel::solve_bodies(BodyVector* x, SolveWork& work) const {
   count_solve(work);
-  factor_.solve(x);
+  factor_.solve(x, threads_);
 }
 
 }  // namespace skerry

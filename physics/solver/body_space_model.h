@@ -24,6 +24,8 @@
 #include "physics/solver/block_ldlt.h"
 #include "physics/solver/local_update.h"
 #include "physics/solver/solver.h"
+#include "physics/spare.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 
@@ -50,6 +52,35 @@ class BodySpaceModel {
     }
   };
 
+  /// Threads that share what is done for each row and body of a large problem, and its factor; null: the
+  /// caller's alone. The bits are the same.
+  void use_threads(ThreadPool* threads) { threads_ = threads; }
+  /// Calls `item(first, last, piece)` for pieces of the rows, at the same time where threads share them; a row
+  /// whose bounds another one scales is in the piece of that. Pieces are numbered from 0.
+  template <class Item>
+  void share_row_pieces(const Item& item) const {
+    share(threads_, info_.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
+      item(beginning_of_contact(from), beginning_of_contact(to), from / kRowsAPiece);
+    });
+  }
+  std::size_t row_pieces() const { return shared() ? (info_.size() - 1) / kRowsAPiece + 1 : 1; }
+  /// The same without the number.
+  template <class Item>
+  void share_rows(const Item& item) const {
+    share_row_pieces([&](int first, int last, std::size_t) { item(first, last); });
+  }
+  /// The largest of what `item(first, last)` gives for such pieces, at least 0; NaN where one is.
+  template <class Item>
+  double largest_of_rows(const Item& item) const {
+    if (!shared()) return item(0, rows());
+    Spare<std::vector<double>> found;
+    found->assign(row_pieces(), 0);
+    share_row_pieces([&](int first, int last, std::size_t piece) { (*found)[piece] = item(first, last); });
+    double largest = 0;
+    for (const double each : *found)
+      if (!(each <= largest)) largest = each;
+    return largest;
+  }
   /// What comes next is another problem, and is solved as if nothing had been before, to the bit; the memory
   /// and the analysis of a graph that is just the same serve again.
   void forget();
@@ -68,11 +99,24 @@ class BodySpaceModel {
 
   /// w = W lambda - b by way of the bodies; n values each.
   void evaluate(const double* lambda, double* w);
-  /// The same in pieces, for rows that are in the cache: `clear_impulses`, then `push` for all rows, a piece
-  /// at a time and in order, then `evaluate_pushed` with the impulses that were pushed.
-  void clear_impulses();
-  void push(int first, int last, const double* lambda);
-  void evaluate_pushed(const double* lambda, double* w);
+  /// The same for impulses that `move(first, last)` makes, piece by piece as in `share_rows`: what a piece is
+  /// made of is pushed while it is in the cache.
+  template <class Move>
+  void move_and_evaluate(const double* lambda, double* w, const Move& move) {
+    std::fill(pushed_.begin(), pushed_.end(), BodyVector{});
+    if (shared()) {
+      share_rows(move);
+      push_all(lambda);
+    } else {
+      for (int first = 0; first < rows();) {
+        const int last = beginning_of_contact(static_cast<std::size_t>(std::min(rows(), first + kCachedRows)));
+        move(first, last);
+        push(first, last, lambda);
+        first = last;
+      }
+    }
+    evaluate_pushed(lambda, w);
+  }
   /// Copies the body velocities that the last `evaluate` found: one a position, and zero for the ground.
   void velocities(BodyVector* v) const { std::copy(pushed_.begin(), pushed_.end(), v); }
   /// Largest violation of the natural map, relative to `scale()`; see natural_map_residual.
@@ -94,7 +138,7 @@ class BodySpaceModel {
   /// Computes `d_lambda` from `k` with the last factor. @param g, h  weights of that factor
   void solve(const double* k, const double* g, const double* h, double* d_lambda, SolveWork& work);
   /// The same in pieces: the bodies first, then the rows from `first` to before `last`, with the same
-  /// weights.
+  /// weights; those at the same time, if that is wanted.
   void begin_solve(const double* k, SolveWork& work);
   void finish_solve(int first, int last, const double* k, const double* g, const double* h, double* d_lambda);
 
@@ -110,18 +154,51 @@ class BodySpaceModel {
   void count_solve(SolveWork& work) const;
 
   void fields(Archive& a) {
-    [[maybe_unused]] auto& [nodes, scale, node_of_body, position_of_body, pairs, normal_of_row, jacobian,
-                            place, info, inverse_mass, velocity, pushed, pattern, factor, update, factored_g,
-                            factored_h, law_k, law_g, law_h, extra, more, edges, analysed, forgotten] = *this;
+    [[maybe_unused]] auto& [threads, nodes, scale, node_of_body, position_of_body, pairs, normal_of_row,
+                            jacobian, place, incident, incident_begin, info, inverse_mass, velocity, pushed,
+                            pattern, factor, update, factored_g, factored_h, law_k, law_g, law_h, extra, more,
+                            edges, analysed, forgotten] = *this;
     a(nodes, scale, node_of_body, position_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass,
       velocity, pushed, pattern, analysed);
-    if (a.reading() && analysed) factor.set_pattern(pattern);
+    if (a.reading() && analysed) {
+      factor.set_pattern(pattern);
+      find_incident();
+    }
     a(factor, update, factored_g, factored_h, law_g, law_h);
   }
 
  private:
+  /// Rows that a thread takes at a time: some 10 us.
+  static constexpr std::size_t kRowsAPiece = 2048;
+  /// Bodies that it takes.
+  static constexpr std::size_t kBodiesAPiece = 256;
+  /// Rows whose Jacobians stay in the cache from one pass to the next.
+  static constexpr int kCachedRows = 128;
   struct Kernels;
+  int beginning_of_contact(std::size_t row) const {
+    while (row < info_.size() && info_[row].normal >= 0) ++row;
+    return static_cast<int>(row);
+  }
+  bool shared() const { return threads_ != nullptr && threads_->threads() > 1 && info_.size() > kRowsAPiece; }
+  template <class Item>
+  void share_bodies(const Item& item) const {
+    share(threads_, static_cast<std::size_t>(nodes_), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+      item(static_cast<int>(from), static_cast<int>(to));
+    });
+  }
+  /// Of rows that were taken: the largest relative change of a number, and the largest |b|.
+  struct RowSizes {
+    double change = 0, b = 0;
+  };
+  double take_rows(const IslandSystem& system, bool compare);
+  void push_all(const double* lambda);
+  template <bool kSizes>
+  void push_all(const double* lambda, BodyVector* v);
+  void evaluate_pushed(const double* lambda, double* w);
   void place_rows(const IslandSystem& system);
+  void find_incident();
+  void push(int first, int last, const double* lambda);
+  template <bool kSizes>
   void push(int first, int last, const double* lambda, BodyVector* v);
   void begin_adapted(const double* k);
   struct alignas(32) Jacobian {
@@ -140,6 +217,13 @@ class BodySpaceModel {
     }
   };
 
+  /// A row of a body, and which of its two bodies that is.
+  struct Incident {
+    int row;
+    bool is_high;
+  };
+
+  ThreadPool* threads_ = nullptr;
   int nodes_ = 0;
   double scale_ = 1;
   std::vector<int> node_of_body_, position_of_body_;
@@ -147,6 +231,8 @@ class BodySpaceModel {
   std::vector<int> normal_of_row_;
   std::vector<Jacobian> jacobian_;
   std::vector<Place> place_;
+  std::vector<Incident> incident_;  // by position, ascending by row; those of the ground last
+  std::vector<int> incident_begin_;
   std::vector<RowInfo> info_;
   std::vector<BodyVector> inverse_mass_;  // by position; one more for the ground
   std::vector<BodyVector> velocity_;      // of the last solve; same size

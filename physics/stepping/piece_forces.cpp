@@ -220,6 +220,7 @@ class PieceSolve {
     StageTimer timer(state_, result_, Stage::Solve);
     SolveOptions options = state_.config.solve;
     options.work_limit = work_left(state_, result_);
+    options.threads = state_.island_threads;
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     const IslandSystem& system = piece.assembly.system;
     std::vector<int> held = held_rows(piece.start, piece.assembly, piece.before);

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+//
+// How threads share an elimination. Subtrees of the elimination tree know nothing of each other, so each is
+// one thread's; the columns above them all are taken one by one, in ascending order, and what is to be
+// subtracted from such a column is fetched, in the order of one thread: the bits are the same
+// [Liu 1986; Heath, Ng & Peyton 1991, sec. 4].
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/solver/block_pattern.h"
+
+namespace skerry {
+
+class BlockSharing {
+ public:
+  /// Columns that are alike: `last`, which is done with its unit and after the `count` - 1 before it, from
+  /// row number `k` of `last` on.
+  struct Source {
+    int unit, last, k, count;
+  };
+
+  /// Plans for so many threads; nothing where that would not pay.
+  void plan(const BlockPattern& pattern, int threads);
+  void clear() { threads_ = 0; }
+  /// Of the last plan; 0: there is none.
+  int threads() const { return threads_; }
+  bool pays() const { return !top_.empty(); }
+
+  int subtrees() const { return static_cast<int>(begin_.size()) - 1; }
+  /// Columns of subtree `i`, ascending; the subtrees with most work come first.
+  std::span<const int> subtree(int i) const {
+    const auto b = static_cast<std::size_t>(begin_[static_cast<std::size_t>(i)]),
+               e = static_cast<std::size_t>(begin_[static_cast<std::size_t>(i) + 1]);
+    return std::span(column_).subspan(b, e - b);
+  }
+  /// Columns above the subtrees, ascending.
+  const std::vector<int>& top() const { return top_; }
+  /// Units of work: a subtree, or a column above them.
+  std::size_t units() const { return begin_.size() - 1 + top_.size(); }
+  /// Number of rows of column `j` that are columns of its subtree; they come first. Of a column above them:
+  /// all.
+  int inside(int j) const { return inside_[static_cast<std::size_t>(j)]; }
+  /// Whether column `j` is above the subtrees.
+  bool is_top(int j) const { return unit_[static_cast<std::size_t>(j)] >= subtrees(); }
+  /// What is subtracted from `top()[i]`, ascending.
+  std::span<const Source> sources(int i) const {
+    const auto b = static_cast<std::size_t>(source_begin_[static_cast<std::size_t>(i)]),
+               e = static_cast<std::size_t>(source_begin_[static_cast<std::size_t>(i) + 1]);
+    return std::span(source_).subspan(b, e - b);
+  }
+
+ private:
+  void cut(const BlockPattern& pattern);
+  void find_sources(const BlockPattern& pattern);
+
+  int threads_ = 0;
+  std::vector<int> begin_{0}, column_, top_, inside_, unit_;
+  std::vector<int> source_begin_;
+  std::vector<Source> source_;
+};
+
+}  // namespace skerry
