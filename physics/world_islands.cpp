@@ -333,16 +333,18 @@ void Step::step_islands() {
   s_.graph_known = true;
 }
 
-/// Islands with more contacts than a thread's share of all would keep the others waiting: they go first, one
-/// after the other, and threads share their loops. @return how many there are
+/// Islands with more contacts and joints than a thread's share of all would keep the others waiting: they go
+/// first, one after the other, and threads share their loops. @return how many there are
 std::size_t Step::put_large_ones_first(std::vector<std::size_t>& to_step) const {
   const auto threads = static_cast<std::size_t>(s_.pool->threads());
   if (threads == 1) return 0;
-  const auto contacts = [this](std::size_t n) { return s_.islands[n].island.contacts.size(); };
+  const auto size = [this](std::size_t n) {
+    return s_.islands[n].island.contacts.size() + s_.islands[n].island.joints.size();
+  };
   std::size_t all = 0;
-  for (const std::size_t n : to_step) all += contacts(n);
+  for (const std::size_t n : to_step) all += size(n);
   const auto end = std::stable_partition(to_step.begin(), to_step.end(), [&](std::size_t n) {
-    return contacts(n) >= kLargeIsland && contacts(n) * threads > all;
+    return size(n) >= kLargeIsland && size(n) * threads > all;
   });
   return static_cast<std::size_t>(end - to_step.begin());
 }
