@@ -55,6 +55,7 @@ class BodySpaceModel {
   /// Threads that share what is done for each row and body of a large problem, and its factor; null: the
   /// caller's alone. The bits are the same.
   void use_threads(ThreadPool* threads) { threads_ = threads; }
+  ThreadPool* threads() const { return threads_; }
   /// Calls `item(first, last, piece)` for pieces of the rows, at the same time where threads share them; a row
   /// whose bounds another one scales is in the piece of that. Pieces are numbered from 0.
   template <class Item>

@@ -5,6 +5,9 @@
 #include <array>
 #include <cmath>
 
+#include "physics/spare.h"
+#include "physics/thread_pool.h"
+
 namespace skerry {
 namespace {
 
@@ -53,29 +56,45 @@ class InteriorPoint {
   bool run(const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
 
  private:
+  // Rows whose sums are taken together, whoever takes them.
+  static constexpr int kSummed = 2048;
+  // Weights of a correction that are tried.
+  static constexpr int kTrials = 8;
+  using Falls = std::array<double, kTrials + 1>;
+
   void start();
   bool assemble(SolveWork& work);
-  void correction(bool with_residuals, SolveWork& work);
-  double add_correction(double least_weight);
+  void aim(double product);
+  double predict(SolveWork& work);
+  double correct(double least_weight, SolveWork& work, double& weight);
+  double move(double length, double weight);
+  void finish_direction(int first, int last, bool with_residuals);
   double mean_product(double step) const;
-  template <class F>
-  void each_side(F&& f) {
-    for (InteriorRow& row : rows_) {
+
+  // Calls `f` for each inequality of the rows from `first` to before `last`.
+  template <class Rows, class F>
+  static void each_side(Rows& rows, int first, int last, F&& f) {
+    for (int i = first; i < last; ++i) {
+      auto& row = rows[at(i)];
       if (row.lower.active()) f(row.lower);
       if (row.upper.active()) f(row.upper);
     }
   }
+  // The mean over all inequalities, of sums that `f(first, last)` takes.
   template <class F>
-  void each_side(F&& f) const {
-    for (const InteriorRow& row : rows_) {
-      if (row.lower.active()) f(row.lower);
-      if (row.upper.active()) f(row.upper);
-    }
+  double mean(const F& f) const {
+    const int n = model_.rows(), pieces = (n + kSummed - 1) / kSummed;
+    Spare<std::vector<double>> sums;
+    sums->assign(at(pieces), 0.0);
+    share_each(model_.threads(), at(pieces), 1, [&](std::size_t i) {
+      const int first = static_cast<int>(i) * kSummed;
+      (*sums)[i] = f(first, std::min(n, first + kSummed));
+    });
+    double sum = 0;
+    for (const double each : *sums) sum += each;
+    return sum / std::max(1, sides_);
   }
   bool polish(const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
-  void copy_impulses() {
-    for (std::size_t i = 0; i < rows_.size(); ++i) lambda_[i] = rows_[i].lambda;
-  }
 
   BodySpaceModel& model_;
   ActiveSet& active_;
@@ -131,52 +150,69 @@ void InteriorPoint::start() {
   }
 }
 
+// Factorises the Newton equations, and sets the right-hand side of the predictor, which goes straight to the
+// end.
 bool InteriorPoint::assemble(SolveWork& work) {
-  for (int i = 0; i < model_.rows(); ++i) {
-    const auto& r = model_.row(i);
-    InteriorRow& row = rows_[at(i)];
-    g_[at(i)] = h_[at(i)] = row.theta = 0;
-    if (row.fixed) continue;
-    const double p = row.lower.active() ? row.lower.multiplier / row.lower.slack : 0;
-    const double q = row.upper.active() ? row.upper.multiplier / row.upper.slack : 0;
-    const double g = 1 / (p + q + r.compliance + kDelta * r.D);
-    g_[at(i)] = g;
-    if (r.normal >= 0) {
-      const double radius = r.mu * rows_[at(r.normal)].lambda;
-      row.lower.gap = radius + row.lambda - row.lower.slack;
-      row.upper.gap = radius - row.lambda - row.upper.slack;
-      if (coupled_) {
-        row.theta = r.mu * (p - q) * g;
-        h_[at(i)] = -row.theta * g_[at(r.normal)];
+  model_.share_rows([&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const auto& r = model_.row(i);
+      InteriorRow& row = rows_[at(i)];
+      g_[at(i)] = h_[at(i)] = k_[at(i)] = row.theta = 0;
+      if (row.fixed) continue;
+      const double p = row.lower.active() ? row.lower.multiplier / row.lower.slack : 0;
+      const double q = row.upper.active() ? row.upper.multiplier / row.upper.slack : 0;
+      const double g = 1 / (p + q + r.compliance + kDelta * r.D);
+      g_[at(i)] = g;
+      if (r.normal >= 0) {
+        const double radius = r.mu * rows_[at(r.normal)].lambda;
+        row.lower.gap = radius + row.lambda - row.lower.slack;
+        row.upper.gap = radius - row.lambda - row.upper.slack;
+        if (coupled_) {
+          row.theta = r.mu * (p - q) * g;
+          h_[at(i)] = -row.theta * g_[at(r.normal)];
+        }
+      } else {
+        if (row.lower.active()) row.lower.gap = row.lambda - r.lower - row.lower.slack;
+        if (row.upper.active()) row.upper.gap = r.upper - row.lambda - row.upper.slack;
       }
-    } else {
-      if (row.lower.active()) row.lower.gap = row.lambda - r.lower - row.lower.slack;
-      if (row.upper.active()) row.upper.gap = r.upper - row.lambda - row.upper.slack;
+      double k = -w_[at(i)];
+      const auto add = [&](Side& s, double sign) {
+        if (!s.active()) return;
+        s.target = -s.slack * s.multiplier;
+        k += sign * (s.multiplier + (s.target - s.multiplier * s.gap) / s.slack);
+      };
+      add(row.lower, 1);
+      add(row.upper, -1);
+      k_[at(i)] = k * g;
+      if (row.theta != 0) k_[at(i)] -= row.theta * k_[at(r.normal)];
     }
-  }
+  });
   return model_.factor(g_.data(), h_.data(), work);
 }
 
-// Solves the Newton equations for the targets of the sides, with or without the residuals of the other
-// equations.
-void InteriorPoint::correction(bool with_residuals, SolveWork& work) {
-  for (int i = 0; i < model_.rows(); ++i) {
-    const InteriorRow& row = rows_[at(i)];
-    k_[at(i)] = 0;
-    if (row.fixed) continue;
-    double k = with_residuals ? -w_[at(i)] : 0;
-    const auto add = [&](const Side& s, double sign) {
-      if (!s.active()) return;
-      k += sign *
-           (with_residuals ? s.multiplier + (s.target - s.multiplier * s.gap) / s.slack : s.target / s.slack);
-    };
-    add(row.lower, 1);
-    add(row.upper, -1);
-    k_[at(i)] = k * g_[at(i)];
-    if (row.theta != 0) k_[at(i)] -= row.theta * k_[at(model_.row(i).normal)];
-  }
-  model_.solve(k_.data(), g_.data(), h_.data(), c_.data(), work);
-  for (int i = 0; i < model_.rows(); ++i) {
+// Sets the right-hand side of the corrector: products that are to become `product` times their weights.
+void InteriorPoint::aim(double product) {
+  model_.share_rows([&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      InteriorRow& row = rows_[at(i)];
+      if (row.fixed) continue;
+      double k = 0;
+      const auto add = [&](Side& s, double sign) {
+        if (!s.active()) return;
+        s.target = product * s.weight - s.d_slack * s.d_multiplier;
+        k += sign * (s.target / s.slack);
+      };
+      add(row.lower, 1);
+      add(row.upper, -1);
+      k_[at(i)] = k * g_[at(i)];
+      if (row.theta != 0) k_[at(i)] -= row.theta * k_[at(model_.row(i).normal)];
+    }
+  });
+}
+
+// What the step `c_` of the impulses means for the slacks and multipliers of some rows.
+void InteriorPoint::finish_direction(int first, int last, bool with_residuals) {
+  for (int i = first; i < last; ++i) {
     InteriorRow& row = rows_[at(i)];
     if (row.fixed) continue;
     const auto& r = model_.row(i);
@@ -191,43 +227,84 @@ void InteriorPoint::correction(bool with_residuals, SolveWork& work) {
   }
 }
 
-// Adds the correction with the weight that allows the longest step that keeps slacks and multipliers
-// positive; returns that step. One pass looks at all weights: the falls, relative to what there is, are
-// linear in them.
-double InteriorPoint::add_correction(double least_weight) {
-  constexpr int kTrials = 8;
-  std::array<double, kTrials + 1> weights, falls{};
-  for (int k = 0; k <= kTrials; ++k) weights[at(k)] = least_weight + (1 - least_weight) * k / kTrials;
-  const auto look = [&](double size, double direction, double correction) {
-    const double inverse = -1 / size, d = direction * inverse, c = correction * inverse;
-    for (int k = 0; k <= kTrials; ++k) falls[at(k)] = std::max(falls[at(k)], d + weights[at(k)] * c);
-  };
-  each_side([&](const Side& s) {
-    look(s.slack, s.d_slack, s.c_slack);
-    look(s.multiplier, s.d_multiplier, s.c_multiplier);
+// Solves for the predictor, which becomes the direction; returns the longest step, 1 at most, that keeps
+// slacks and multipliers positive.
+double InteriorPoint::predict(SolveWork& work) {
+  model_.solve(k_.data(), g_.data(), h_.data(), c_.data(), work);
+  const double fall = model_.largest_of_rows([&](int first, int last) {
+    finish_direction(first, last, true);
+    double most = 0;
+    each_side(rows_, first, last, [&](Side& s) {
+      s.d_slack = s.c_slack;
+      s.d_multiplier = s.c_multiplier;
+      most = std::max({most, s.d_slack * (-1 / s.slack), s.d_multiplier * (-1 / s.multiplier)});
+    });
+    std::copy(c_.begin() + first, c_.begin() + last, d_.begin() + first);
+    return most;
   });
-  double best = -1, weight = 0;
+  return fall > 1 ? 1 / fall : 1;
+}
+
+// Solves for the corrector, and looks for the weight with which it allows the longest step; returns that step.
+// One pass looks at all weights: the falls, relative to what there is, are linear in them.
+double InteriorPoint::correct(double least_weight, SolveWork& work, double& weight) {
+  model_.solve(k_.data(), g_.data(), h_.data(), c_.data(), work);
+  Falls weights;
+  for (int k = 0; k <= kTrials; ++k) weights[at(k)] = least_weight + (1 - least_weight) * k / kTrials;
+  Spare<std::vector<Falls>> found;
+  found->assign(model_.row_pieces(), Falls{});
+  model_.share_row_pieces([&](int first, int last, std::size_t piece) {
+    finish_direction(first, last, false);
+    Falls& falls = (*found)[piece];
+    const auto look = [&](double size, double direction, double correction) {
+      const double inverse = -1 / size, d = direction * inverse, c = correction * inverse;
+      for (int k = 0; k <= kTrials; ++k) falls[at(k)] = std::max(falls[at(k)], d + weights[at(k)] * c);
+    };
+    each_side(rows_, first, last, [&](const Side& s) {
+      look(s.slack, s.d_slack, s.c_slack);
+      look(s.multiplier, s.d_multiplier, s.c_multiplier);
+    });
+  });
+  double best = -1;
   for (int k = kTrials; k >= 0; --k) {
-    const double length = falls[at(k)] > 1 ? 1 / falls[at(k)] : 1;
+    double fall = 0;
+    for (const Falls& falls : *found) fall = std::max(fall, falls[at(k)]);
+    const double length = fall > 1 ? 1 / fall : 1;
     if (length > best) {
       best = length;
       weight = weights[at(k)];
     }
   }
-  for (std::size_t i = 0; i < rows_.size(); ++i) d_[i] += weight * c_[i];
-  each_side([&](Side& s) {
-    s.d_slack += weight * s.c_slack;
-    s.d_multiplier += weight * s.c_multiplier;
-  });
   return best;
 }
 
-double InteriorPoint::mean_product(double step) const {
-  double sum = 0;
-  each_side([&](const Side& s) {
-    sum += (s.slack + step * s.d_slack) * (s.multiplier + step * s.d_multiplier) / s.weight;
+// Moves along the direction with so much of the correction; returns the mean product.
+double InteriorPoint::move(double length, double weight) {
+  return mean([&](int first, int last) {
+    double sum = 0;
+    for (int i = first; i < last; ++i) {
+      InteriorRow& row = rows_[at(i)];
+      if (!row.fixed) row.lambda += length * (d_[at(i)] + weight * c_[at(i)]);
+      lambda_[at(i)] = row.lambda;
+    }
+    each_side(rows_, first, last, [&](Side& s) {
+      s.slack += length * (s.d_slack + weight * s.c_slack);
+      s.multiplier += length * (s.d_multiplier + weight * s.c_multiplier);
+      sum += s.slack * s.multiplier / s.weight;
+    });
+    return sum;
   });
-  return sum / std::max(1, sides_);
+}
+
+// The mean product after so much of the direction.
+double InteriorPoint::mean_product(double step) const {
+  return mean([&](int first, int last) {
+    double sum = 0;
+    each_side(rows_, first, last, [&](const Side& s) {
+      sum += (s.slack + step * s.d_slack) * (s.multiplier + step * s.d_multiplier) / s.weight;
+    });
+    return sum;
+  });
 }
 
 bool InteriorPoint::polish(const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
@@ -261,44 +338,26 @@ bool InteriorPoint::polish(const SolveBudget& budget, SolveWork& work, SolveTrac
 bool InteriorPoint::run(const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
   double last_polish = kInfinity;
   int short_steps = 0, held = 0;
+  double now = mean_product(0);
+  for (std::size_t i = 0; i < rows_.size(); ++i) lambda_[i] = rows_[i].lambda;
   for (int it = 0; it < options_.max_iterations && !budget.spent(work); ++it) {
-    each_side([](Side& s) { s.d_slack = s.d_multiplier = 0; });
-    std::fill(d_.begin(), d_.end(), 0.0);
-    const double tau = mean_product(0);
-    copy_impulses();
+    const double tau = now;
     model_.evaluate(lambda_.data(), w_.data());
     if (!assemble(work)) return false;
 
-    // Predictor: straight to the end; how far it comes tells how much to centre.
-    each_side([](Side& s) { s.target = -s.slack * s.multiplier; });
-    correction(true, work);
-    double length = add_correction(1);
+    // How far the predictor comes tells how much to centre.
+    double length = predict(work);
     const double reached = std::max(0.0, mean_product(length));
     const double centring = std::min(0.8, std::pow(reached / tau, 3));
-    const double aim = centring * tau;
-    each_side([&](Side& s) { s.target = aim * s.weight - s.d_slack * s.d_multiplier; });
-    correction(false, work);
-    length = add_correction(length * length);
-
-    length *= kToBoundary;
+    aim(centring * tau);
+    double weight = 0;
+    length = kToBoundary * correct(length * length, work, weight);
     if (!(length > 0)) return false;
 
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      InteriorRow& row = rows_[i];
-      if (row.fixed) continue;
-      row.lambda += length * d_[i];
-      for (Side* s : {&row.lower, &row.upper})
-        if (s->active()) {
-          s->slack += length * s->d_slack;
-          s->multiplier += length * s->d_multiplier;
-        }
-    }
-    copy_impulses();
+    now = move(length, weight);
     const double residual = active_.offer(lambda_.data());
     if (!std::isfinite(residual)) return false;
     if (trace) trace->iterations.push_back({.residual = residual});
-    each_side([](Side& s) { s.d_slack = s.d_multiplier = 0; });
-    const double now = mean_product(0);
     if (residual < kPolishResidual && now < kPolishTau * last_polish) {
       last_polish = now;
       if (polish(budget, work, trace)) return true;
