@@ -170,41 +170,61 @@ struct BlockFactor::Scratch {
 
 /// The loops, compiled for two instruction sets.
 struct BlockFactor::Kernels {
-  // Places of columns that are alike: blocks, and Y (symmetric: L D) in the order of the rows.
+  // Places of columns that are alike: blocks of L, and Y (L D, or U^T) in the order of the rows.
   struct Columns {
     const Block3 *L[kColumns], *Y[kColumns];
   };
 
-  // What the first of `rows` rows is given by the columns, and the others in its column, which stand at
-  // `target` or, by row, at `place`.
-  template <int kCount, bool kGeneral, class Target>
-  static SKERRY_ALWAYS_INLINE void subtract_from_column(BlockFactor& f, const Columns& from, int k, int column,
-                                                        int rows, const Target& target) {
-    Block3& D = f.diagonal_[at(column)];
-    for (int q = 0; q < kCount; ++q) {
-      if constexpr (kGeneral)
-        subtract_ab(D, from.L[q][k], from.Y[q][k]);
-      else
-        subtract_abt(D, from.L[q][k], from.Y[q][k]);
-    }
-    Block3* const L = f.lower_.data();
-    Block3* const U = f.upper_.data();
-    for (int i = k + 1; i < rows; ++i) {
-      const int t = target(i);
-      Block3 C = L[t];
+  // C -= sum of A B^T over the columns, for the places C of the rows from `first` on and before `last`.
+  // @param B  one a column @param place  of a row
+  template <int kCount, class Place>
+  static SKERRY_ALWAYS_INLINE void subtract_sums(Block3* const C, const Block3* const (&A)[kColumns],
+                                                 const Block3* const (&B)[kColumns], int first, int last,
+                                                 const Place& place) {
+    int i = first;
+    // Two at a time, so that numbers of B are fetched once for both.
+    for (; i + 1 < last; i += 2) {
+      Block3 &low = C[place(i)], &high = C[place(i + 1)];
+      Vec4 l0 = low.column[0], l1 = low.column[1], l2 = low.column[2];
+      Vec4 h0 = high.column[0], h1 = high.column[1], h2 = high.column[2];
       for (int q = 0; q < kCount; ++q) {
-        if constexpr (kGeneral)
-          subtract_ab(C, from.L[q][i], from.Y[q][k]);
-        else
-          subtract_abt(C, from.L[q][i], from.Y[q][k]);
+        // Otherwise the compiler fetches all of B before the loop, for which there are not registers enough.
+        asm volatile("" ::: "memory");
+        for (int m = 0; m < 3; ++m) {
+          const Vec4 a = A[q][i].column[m], b = A[q][i + 1].column[m];
+          const Vec4& with = B[q]->column[m];
+          l0 -= a * with[0];
+          h0 -= b * with[0];
+          l1 -= a * with[1];
+          h1 -= b * with[1];
+          l2 -= a * with[2];
+          h2 -= b * with[2];
+        }
       }
-      L[t] = C;
-      if constexpr (kGeneral) {
-        C = U[t];
-        for (int q = 0; q < kCount; ++q) subtract_ab(C, from.L[q][k], from.Y[q][i]);
-        U[t] = C;
-      }
+      low = {{l0, l1, l2}};
+      high = {{h0, h1, h2}};
     }
+    if (i < last) {
+      Block3 sum = C[place(i)];
+      for (int q = 0; q < kCount; ++q) subtract_abt(sum, A[q][i], *B[q]);
+      C[place(i)] = sum;
+    }
+  }
+
+  // What row `k` of `rows` rows is given by the columns: its own column, and the others in it.
+  // @param place  of the block of a row in that column
+  template <int kCount, bool kGeneral, class Place>
+  static SKERRY_ALWAYS_INLINE void subtract_from_column(BlockFactor& f, const Columns& from, int k, int column,
+                                                        int rows, const Place& place) {
+    const Block3 *L[kColumns], *Y[kColumns];
+    for (int q = 0; q < kCount; ++q) {
+      L[q] = from.L[q] + k;
+      Y[q] = from.Y[q] + k;
+    }
+    Block3& D = f.diagonal_[at(column)];
+    for (int q = 0; q < kCount; ++q) subtract_abt(D, *L[q], *Y[q]);
+    subtract_sums<kCount>(f.lower_.data(), from.L, Y, k + 1, rows, place);
+    if constexpr (kGeneral) subtract_sums<kCount>(f.upper_.data(), from.Y, L, k + 1, rows, place);
   }
 
   // To the columns of the first `inside` rows.
@@ -378,27 +398,22 @@ struct BlockFactor::Kernels {
   static SKERRY_ALWAYS_INLINE void backward_loop(const BlockFactor& f, BodyVector* x, const Some& some) {
     const BlockPattern& s = *f.pattern_;
     const int* row = s.row_.data();
-    const Block3* L = f.lower_.data();
-    const Block3* U = f.upper_.data();
+    const Block3* L = f.general_ ? f.upper_.data() : f.lower_.data();
     for (int k = count(f, some) - 1; k >= 0; --k) {
       const int j = column(some, k);
       Vec4 t = x[j].v;
-      if (f.general_) {
-        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_av(t, U[p], x[row[p]].v);
-        solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], t);
-        x[j].v = t;
-        continue;
-      }
-      // Products with L^T: three dot products, summed lane by lane until the end.
+      // Products with transposed blocks: three dot products, summed lane by lane until the end.
       Vec4 s0{}, s1{}, s2{};
-      solve_symmetric(f.diagonal_[at(j)], t);
+      if (!f.general_) solve_symmetric(f.diagonal_[at(j)], t);
       for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) {
         const Vec4 y = x[row[p]].v;
         s0 += L[p].column[0] * y;
         s1 += L[p].column[1] * y;
         s2 += L[p].column[2] * y;
       }
-      x[j].v = t - Vec4{s0[0] + s0[1] + s0[2], s1[0] + s1[1] + s1[2], s2[0] + s2[1] + s2[2], 0};
+      t -= Vec4{s0[0] + s0[1] + s0[2], s1[0] + s1[1] + s1[2], s2[0] + s2[1] + s2[2], 0};
+      if (f.general_) solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], t);
+      x[j].v = t;
     }
   }
 
@@ -421,7 +436,7 @@ struct BlockFactor::Kernels {
       Block3 t = v[k];
       if (f.general_) {
         for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p)
-          subtract_abt(t, v[slot[at(row[p])]], U[p]);
+          subtract_ab(t, v[slot[at(row[p])]], U[p]);
         for (int r = 0; r < 3; ++r) {
           Vec4 x{t.column[0][r], t.column[1][r], t.column[2][r], 0};
           solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], x);

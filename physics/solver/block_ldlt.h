@@ -50,7 +50,7 @@ class BlockFactor {
   Block3& diagonal(int position) { return diagonal_[static_cast<std::size_t>(position)]; }
   /// Block `index` of the pattern: row high, column low.
   Block3& lower(int index) { return lower_[static_cast<std::size_t>(index)]; }
-  /// Its mirror: row low, column high. Only after `clear(true)`.
+  /// Its mirror, row low and column high, transposed. Only for matrices without symmetry.
   Block3& upper(int index) { return upper_[static_cast<std::size_t>(index)]; }
 
   /// Factorises in place. Returns false, and leaves the numbers unusable, if a pivot is zero, not finite or,

@@ -162,14 +162,14 @@ struct BodySpaceModel::Kernels {
           const Vec4 low = J.low * g[i], high = J.high * g[i];
           add_outer(D, low, J.low);
           add_outer(L, high, J.low);
-          if (kGeneral) add_outer(U, low, J.high);
+          if (kGeneral) add_outer(U, J.high, low);
         }
         if (kGeneral && h[i] != 0) {
           const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
           const Vec4 low = J.low * h[i], high = J.high * h[i];
           add_outer(D, low, N.low);
           add_outer(L, high, N.low);
-          add_outer(U, low, N.high);
+          add_outer(U, N.high, low);
         }
       }
       f.lower(block) = L;

@@ -140,7 +140,7 @@ struct ConeInteriorPoint::Kernels {
         const Vec4 P_high = c->n_high * W[i] + c->t_high * S[i], Q_high = c->n_high * B[i] + c->t_high * E[i];
         add_outer(f.diagonal(c->high), P_high, c->n_high, Q_high, c->t_high);
         add_outer(f.lower(c->block), P_high, c->n_low, Q_high, c->t_low);
-        add_outer(f.upper(c->block), P_low, c->n_high, Q_low, c->t_high);
+        add_outer(f.upper(c->block), c->n_high, P_low, c->t_high, Q_low);
       }
     }
   }

@@ -36,7 +36,7 @@ Eigen::MatrixXd random_matrix(const BlockPattern& pattern, BlockFactor& factor, 
         for (int r = 0; r < 3; ++r) {
           const double low = unit(random), high = general ? unit(random) : low;
           factor.lower(block).column[c][r] = dense(3 * i + r, 3 * j + c) = low;
-          if (general) factor.upper(block).column[r][c] = high;
+          if (general) factor.upper(block).column[c][r] = high;
           dense(3 * j + c, 3 * i + r) = high;
         }
     }
