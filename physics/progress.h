@@ -26,7 +26,9 @@ struct alignas(64) Progress {
 #endif
     }
   }
-  void reached(int count) { done.store(count, std::memory_order_release); }
+  void reached(int count) {
+    done.store(count, std::memory_order_release);
+  }
 };
 
 }  // namespace skerry

@@ -214,8 +214,8 @@ struct BlockFactor::Kernels {
   // What row `k` of `rows` rows is given by the columns: its own column, and the others in it.
   // @param place  of the block of a row in that column
   template <int kCount, bool kGeneral, class Place>
-  static SKERRY_ALWAYS_INLINE void subtract_from_column(BlockFactor& f, const Columns& from, int k, int column,
-                                                        int rows, const Place& place) {
+  static SKERRY_ALWAYS_INLINE void subtract_from_column(BlockFactor& f, const Columns& from, int k,
+                                                        int column, int rows, const Place& place) {
     const Block3 *L[kColumns], *Y[kColumns];
     for (int q = 0; q < kCount; ++q) {
       L[q] = from.L[q] + k;
@@ -298,7 +298,7 @@ struct BlockFactor::Kernels {
   }
 
   template <bool kGeneral>
-  static SKERRY_ALWAYS_INLINE bool factor_loop(BlockFactor& f) {
+  static SKERRY_ALWAYS_INLINE bool factor_all(BlockFactor& f) {
     const BlockPattern& s = *f.pattern_;
     for (int j = 0; j < s.nodes();) {
       const int count = s.alike(j);
@@ -307,6 +307,12 @@ struct BlockFactor::Kernels {
     }
     return true;
   }
+
+  struct Factor {
+    static SKERRY_ALWAYS_INLINE bool run(BlockFactor& f) {
+      return f.general_ ? factor_all<true>(f) : factor_all<false>(f);
+    }
+  };
 
   // One subtree of those that threads share.
   template <bool kGeneral>
@@ -342,7 +348,7 @@ struct BlockFactor::Kernels {
   // One of the columns above the subtrees. @param finished  units
   template <bool kGeneral>
   static SKERRY_ALWAYS_INLINE bool factor_top(BlockFactor& f, int i, Scratch& scratch,
-                                               const std::vector<Progress>& finished) {
+                                              const std::vector<Progress>& finished) {
     const BlockPattern& s = *f.pattern_;
     const int column = f.sharing_.top()[at(i)];
     int* const place = scratch.place.data();
@@ -362,17 +368,19 @@ struct BlockFactor::Kernels {
   }
 
   // A unit of what threads share.
-  static SKERRY_ALWAYS_INLINE bool factor_unit(BlockFactor& f, int unit, Scratch& scratch,
-                                               const std::vector<Progress>& finished) {
-    const int top = unit - f.sharing_.subtrees();
-    if (top < 0) {
-      const std::span<const int> columns = f.sharing_.subtree(unit);
-      return f.general_ ? factor_subtree<true>(f, columns, scratch.columns)
-                        : factor_subtree<false>(f, columns, scratch.columns);
+  struct FactorUnit {
+    static SKERRY_ALWAYS_INLINE bool run(BlockFactor& f, int unit, Scratch& scratch,
+                                         const std::vector<Progress>& finished) {
+      const int top = unit - f.sharing_.subtrees();
+      if (top < 0) {
+        const std::span<const int> columns = f.sharing_.subtree(unit);
+        return f.general_ ? factor_subtree<true>(f, columns, scratch.columns)
+                          : factor_subtree<false>(f, columns, scratch.columns);
+      }
+      return f.general_ ? factor_top<true>(f, top, scratch, finished)
+                        : factor_top<false>(f, top, scratch, finished);
     }
-    return f.general_ ? factor_top<true>(f, top, scratch, finished)
-                      : factor_top<false>(f, top, scratch, finished);
-  }
+  };
 
   // Columns by number, all of them or some, ascending.
   static int count(const BlockFactor& f, const Some& some) {
@@ -380,114 +388,86 @@ struct BlockFactor::Kernels {
   }
   static int column(const Some& some, int k) { return some.all ? k : some.columns[at(k)]; }
 
-  static SKERRY_ALWAYS_INLINE void forward_loop(const BlockFactor& f, BodyVector* x, const Some& some,
-                                                Rows rows) {
-    const BlockPattern& s = *f.pattern_;
-    const int* row = s.row_.data();
-    const Block3* L = f.lower_.data();
-    for (int k = 0; k < count(f, some); ++k) {
-      const int j = column(some, k);
-      int first = s.begin_[at(j)], last = s.begin_[at(j) + 1];
-      if (rows == Rows::Inside) last = first + f.sharing_.inside(j);
-      if (rows == Rows::Outside && !f.sharing_.is_top(j)) first += f.sharing_.inside(j);
-      const Vec4 t = x[j].v;
-      for (int p = first; p < last; ++p) subtract_av(x[row[p]].v, L[p], t);
-    }
-  }
-
-  static SKERRY_ALWAYS_INLINE void backward_loop(const BlockFactor& f, BodyVector* x, const Some& some) {
-    const BlockPattern& s = *f.pattern_;
-    const int* row = s.row_.data();
-    const Block3* L = f.general_ ? f.upper_.data() : f.lower_.data();
-    for (int k = count(f, some) - 1; k >= 0; --k) {
-      const int j = column(some, k);
-      Vec4 t = x[j].v;
-      // Products with transposed blocks: three dot products, summed lane by lane until the end.
-      Vec4 s0{}, s1{}, s2{};
-      if (!f.general_) solve_symmetric(f.diagonal_[at(j)], t);
-      for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) {
-        const Vec4 y = x[row[p]].v;
-        s0 += L[p].column[0] * y;
-        s1 += L[p].column[1] * y;
-        s2 += L[p].column[2] * y;
+  struct Forward {
+    static SKERRY_ALWAYS_INLINE void run(const BlockFactor& f, BodyVector* x, const Some& some, Rows rows) {
+      const BlockPattern& s = *f.pattern_;
+      const int* row = s.row_.data();
+      const Block3* L = f.lower_.data();
+      for (int k = 0; k < count(f, some); ++k) {
+        const int j = column(some, k);
+        int first = s.begin_[at(j)], last = s.begin_[at(j) + 1];
+        if (rows == Rows::Inside) last = first + f.sharing_.inside(j);
+        if (rows == Rows::Outside && !f.sharing_.is_top(j)) first += f.sharing_.inside(j);
+        const Vec4 t = x[j].v;
+        for (int p = first; p < last; ++p) subtract_av(x[row[p]].v, L[p], t);
       }
-      t -= Vec4{s0[0] + s0[1] + s0[2], s1[0] + s1[1] + s1[2], s2[0] + s2[1] + s2[2], 0};
-      if (f.general_) solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], t);
-      x[j].v = t;
     }
-  }
+  };
 
-  static SKERRY_ALWAYS_INLINE void solve_unit_loop(const BlockFactor& f, std::span<const int> columns,
-                                                   const std::vector<int>& slot, int unit, Block3* v) {
-    const BlockPattern& s = *f.pattern_;
-    const int* row = s.row_.data();
-    const Block3* L = f.lower_.data();
-    const std::size_t start = at(slot[at(unit)]);
-    for (std::size_t k = 0; k < columns.size(); ++k) v[k] = Block3{};
-    for (int c = 0; c < 3; ++c) v[start].column[c][c] = 1;
-    // Forward along the path from the unit, the other columns stay zero.
-    for (int j = unit; j >= 0; j = s.parent(j)) {
-      const Block3 t = v[slot[at(j)]];
-      for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_abt(v[slot[at(row[p])]], t, L[p]);
-    }
-    const Block3* U = f.upper_.data();
-    for (std::size_t k = columns.size(); k-- > 0;) {
-      const int j = columns[k];
-      Block3 t = v[k];
-      if (f.general_) {
-        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p)
-          subtract_ab(t, v[slot[at(row[p])]], U[p]);
-        for (int r = 0; r < 3; ++r) {
-          Vec4 x{t.column[0][r], t.column[1][r], t.column[2][r], 0};
-          solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], x);
-          for (int c = 0; c < 3; ++c) t.column[c][r] = x[c];
+  struct Backward {
+    static SKERRY_ALWAYS_INLINE void run(const BlockFactor& f, BodyVector* x, const Some& some) {
+      const BlockPattern& s = *f.pattern_;
+      const int* row = s.row_.data();
+      const Block3* L = f.general_ ? f.upper_.data() : f.lower_.data();
+      for (int k = count(f, some) - 1; k >= 0; --k) {
+        const int j = column(some, k);
+        Vec4 t = x[j].v;
+        // Products with transposed blocks: three dot products, summed lane by lane until the end.
+        Vec4 s0{}, s1{}, s2{};
+        if (!f.general_) solve_symmetric(f.diagonal_[at(j)], t);
+        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) {
+          const Vec4 y = x[row[p]].v;
+          s0 += L[p].column[0] * y;
+          s1 += L[p].column[1] * y;
+          s2 += L[p].column[2] * y;
         }
-      } else {
-        divide_symmetric(t, f.diagonal_[at(j)]);
-        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p) subtract_ab(t, v[slot[at(row[p])]], L[p]);
+        t -= Vec4{s0[0] + s0[1] + s0[2], s1[0] + s1[1] + s1[2], s2[0] + s2[1] + s2[2], 0};
+        if (f.general_) solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], t);
+        x[j].v = t;
       }
-      v[k] = t;
     }
-  }
+  };
 
-  static void solve_unit_portable(const BlockFactor& f, std::span<const int> columns,
-                                  const std::vector<int>& slot, int unit, Block3* v) {
-    solve_unit_loop(f, columns, slot, unit, v);
-  }
-  SKERRY_AVX2 static void solve_unit_avx2(const BlockFactor& f, std::span<const int> columns,
-                                          const std::vector<int>& slot, int unit, Block3* v) {
-    solve_unit_loop(f, columns, slot, unit, v);
-  }
-  static bool factor_unit_portable(BlockFactor& f, int unit, Scratch& scratch,
-                                               const std::vector<Progress>& finished) {
-    return factor_unit(f, unit, scratch, finished);
-  }
-  SKERRY_AVX2 static bool factor_unit_avx2(BlockFactor& f, int unit, Scratch& scratch,
-                                               const std::vector<Progress>& finished) {
-    return factor_unit(f, unit, scratch, finished);
-  }
-  static bool factor_portable(BlockFactor& f) {
-    return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
-  }
-  SKERRY_AVX2 static bool factor_avx2(BlockFactor& f) {
-    return f.general_ ? factor_loop<true>(f) : factor_loop<false>(f);
-  }
-  static void forward_portable(const BlockFactor& f, BodyVector* x, const Some& some, Rows rows) {
-    forward_loop(f, x, some, rows);
-  }
-  SKERRY_AVX2 static void forward_avx2(const BlockFactor& f, BodyVector* x, const Some& some, Rows rows) {
-    forward_loop(f, x, some, rows);
-  }
-  static void backward_portable(const BlockFactor& f, BodyVector* x, const Some& some) {
-    backward_loop(f, x, some);
-  }
-  SKERRY_AVX2 static void backward_avx2(const BlockFactor& f, BodyVector* x, const Some& some) {
-    backward_loop(f, x, some);
-  }
+  struct SolveUnit {
+    static SKERRY_ALWAYS_INLINE void run(const BlockFactor& f, std::span<const int> columns,
+                                         const std::vector<int>& slot, int unit, Block3* v) {
+      const BlockPattern& s = *f.pattern_;
+      const int* row = s.row_.data();
+      const Block3* L = f.lower_.data();
+      const std::size_t start = at(slot[at(unit)]);
+      for (std::size_t k = 0; k < columns.size(); ++k) v[k] = Block3{};
+      for (int c = 0; c < 3; ++c) v[start].column[c][c] = 1;
+      // Forward along the path from the unit, the other columns stay zero.
+      for (int j = unit; j >= 0; j = s.parent(j)) {
+        const Block3 t = v[slot[at(j)]];
+        for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p)
+          subtract_abt(v[slot[at(row[p])]], t, L[p]);
+      }
+      const Block3* U = f.upper_.data();
+      for (std::size_t k = columns.size(); k-- > 0;) {
+        const int j = columns[k];
+        Block3 t = v[k];
+        if (f.general_) {
+          for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p)
+            subtract_ab(t, v[slot[at(row[p])]], U[p]);
+          for (int r = 0; r < 3; ++r) {
+            Vec4 x{t.column[0][r], t.column[1][r], t.column[2][r], 0};
+            solve_general(f.diagonal_[at(j)], f.pivot_[at(j)], x);
+            for (int c = 0; c < 3; ++c) t.column[c][r] = x[c];
+          }
+        } else {
+          divide_symmetric(t, f.diagonal_[at(j)]);
+          for (int p = s.begin_[at(j)]; p < s.begin_[at(j) + 1]; ++p)
+            subtract_ab(t, v[slot[at(row[p])]], L[p]);
+        }
+        v[k] = t;
+      }
+    }
+  };
 };
 
 bool BlockFactor::factor() {
-  return cpu_has_avx2() ? Kernels::factor_avx2(*this) : Kernels::factor_portable(*this);
+  return run_kernel<Kernels::Factor>(*this);
 }
 
 void BlockFactor::fill_column(int column, const FillColumn& fill) {
@@ -528,9 +508,7 @@ bool BlockFactor::factor_by(ThreadPool& threads, const FillColumn& fill) {
         fill_column(sharing_.top()[at(top)], fill);
       else
         for (const int column : sharing_.subtree(unit)) fill_column(column, fill);
-      const bool done = cpu_has_avx2() ? Kernels::factor_unit_avx2(*this, unit, *scratch, finished_)
-                                       : Kernels::factor_unit_portable(*this, unit, *scratch, finished_);
-      if (!done) regular = false;
+      if (!run_kernel<Kernels::FactorUnit>(*this, unit, *scratch, finished_)) regular = false;
     }
     finished_[i].reached(1);
   });
@@ -538,17 +516,11 @@ bool BlockFactor::factor_by(ThreadPool& threads, const FillColumn& fill) {
 }
 
 void BlockFactor::forward_some(BodyVector* x, const Some& some, Rows rows) const {
-  if (cpu_has_avx2())
-    Kernels::forward_avx2(*this, x, some, rows);
-  else
-    Kernels::forward_portable(*this, x, some, rows);
+  run_kernel<Kernels::Forward>(*this, x, some, rows);
 }
 
 void BlockFactor::backward_some(BodyVector* x, const Some& some) const {
-  if (cpu_has_avx2())
-    Kernels::backward_avx2(*this, x, some);
-  else
-    Kernels::backward_portable(*this, x, some);
+  run_kernel<Kernels::Backward>(*this, x, some);
 }
 
 void BlockFactor::forward(BodyVector* x, ThreadPool* threads) const {
@@ -582,10 +554,7 @@ void BlockFactor::solve(BodyVector* x, ThreadPool* threads) const {
 
 void BlockFactor::solve_unit(std::span<const int> columns, const std::vector<int>& slot, int unit,
                              Block3* v) const {
-  if (cpu_has_avx2())
-    Kernels::solve_unit_avx2(*this, columns, slot, unit, v);
-  else
-    Kernels::solve_unit_portable(*this, columns, slot, unit, v);
+  run_kernel<Kernels::SolveUnit>(*this, columns, slot, unit, v);
 }
 
 }  // namespace skerry

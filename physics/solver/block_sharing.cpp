@@ -57,7 +57,8 @@ void BlockSharing::cut(const BlockPattern& pattern) {
       roots.push_back(j);
     }
   }
-  std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return (*below)[at(a)] > (*below)[at(b)]; });
+  std::stable_sort(roots.begin(), roots.end(),
+                   [&](int a, int b) { return (*below)[at(a)] > (*below)[at(b)]; });
   std::vector<int> number(at(n), -1);
   for (std::size_t i = 0; i < roots.size(); ++i) number[at(roots[i])] = static_cast<int>(i);
 

@@ -128,8 +128,7 @@ double ActiveSet::judge(const double* lambda, bool present) {
   // Of impulses so large that rounding hides what they leave nothing can be said.
   const double largest = model_.largest_of_rows([&](int first, int last) {
     double most = 0;
-    for (int i = first; i < last; ++i)
-      most = std::max(most, model_.row(i).D * std::fabs(scratch_[at(i)]));
+    for (int i = first; i < last; ++i) most = std::max(most, model_.row(i).D * std::fabs(scratch_[at(i)]));
     return most;
   });
   if (!(largest * std::numeric_limits<double>::epsilon() < kHighestFloor * model_.scale())) return kInfinity;
@@ -347,8 +346,7 @@ bool ActiveSet::leap(double length) {
 int ActiveSet::look_at_states(double impulse_tolerance, double velocity_tolerance) {
   const double largest = std::max(model_.scale(), model_.largest_of_rows([&](int first, int last) {
     double most = 0;
-    for (int i = first; i < last; ++i)
-      most = std::max(most, model_.row(i).D * std::fabs(lambda_[at(i)]));
+    for (int i = first; i < last; ++i) most = std::max(most, model_.row(i).D * std::fabs(lambda_[at(i)]));
     return most;
   }));
   // Both in velocity units.

@@ -136,7 +136,7 @@ class ActiveSet {
   std::vector<RowState> states_, factored_states_;
   std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
   std::vector<double> g_, h_, k_, d_lambda_;
-  std::vector<Found> found_;  // by piece of the rows, by the last look at them
+  std::vector<Found> found_;                     // by piece of the rows, by the last look at them
   const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;
   double factored_eta_ = 0;

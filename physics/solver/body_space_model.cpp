@@ -32,267 +32,219 @@ SKERRY_ALWAYS_INLINE void take_sizes(Vec4& x) {
 struct BodySpaceModel::Kernels {
   // Numbers of some rows; compares them with those that were there before. Directions in which a body cannot
   // move are left out of its block.
-  static SKERRY_ALWAYS_INLINE RowSizes take_rows(BodySpaceModel& m, const IslandSystem& system,
-                                                 std::size_t first, std::size_t last, bool compare) {
-    double change = 0, scale = 0;
-    Vec4 moved{};
-    for (std::size_t i = first; i < last; ++i) {
-      const Row& row = system.rows[i];
-      const Place& place = m.place_[i];
-      const auto& low = place.a_is_low ? row.Ja : row.Jb;
-      const auto& high = place.a_is_low ? row.Jb : row.Ja;
-      const Vec4& low_mass = m.inverse_mass_[at(place.low)].v;
-      const Vec4& high_mass = m.inverse_mass_[at(place.high)].v;
-      Jacobian J;
-      J.low = low_mass > 0 ? Vec4{low[0], low[1], low[2], 0} : Vec4{};
-      J.high = high_mass > 0 ? Vec4{high[0], high[1], high[2], 0} : Vec4{};
-      const Vec4 d = J.low * J.low * low_mass + J.high * J.high * high_mass;
-      const double compliance = system.compliance.empty() ? 0 : system.compliance[i];
-      const double D = d[0] + d[1] + d[2] + compliance, b = system.b[i];
-      RowInfo& info = m.info_[i];
-      if (compare) {
-        Vec4 low_size = J.low - m.jacobian_[i].low, high_size = J.high - m.jacobian_[i].high;
-        take_sizes(low_size);
-        moved = low_size > moved ? low_size : moved;
-        take_sizes(high_size);
-        moved = high_size > moved ? high_size : moved;
-        const double of_D = std::fabs(D - info.D) + std::fabs(compliance - info.compliance);
-        change = std::max(change, D > 0 ? of_D / D : of_D);
+  struct TakeRows {
+    static SKERRY_ALWAYS_INLINE RowSizes run(BodySpaceModel& m, const IslandSystem& system, std::size_t first,
+                                             std::size_t last, bool compare) {
+      double change = 0, scale = 0;
+      Vec4 moved{};
+      for (std::size_t i = first; i < last; ++i) {
+        const Row& row = system.rows[i];
+        const Place& place = m.place_[i];
+        const auto& low = place.a_is_low ? row.Ja : row.Jb;
+        const auto& high = place.a_is_low ? row.Jb : row.Ja;
+        const Vec4& low_mass = m.inverse_mass_[at(place.low)].v;
+        const Vec4& high_mass = m.inverse_mass_[at(place.high)].v;
+        Jacobian J;
+        J.low = low_mass > 0 ? Vec4{low[0], low[1], low[2], 0} : Vec4{};
+        J.high = high_mass > 0 ? Vec4{high[0], high[1], high[2], 0} : Vec4{};
+        const Vec4 d = J.low * J.low * low_mass + J.high * J.high * high_mass;
+        const double compliance = system.compliance.empty() ? 0 : system.compliance[i];
+        const double D = d[0] + d[1] + d[2] + compliance, b = system.b[i];
+        RowInfo& info = m.info_[i];
+        if (compare) {
+          Vec4 low_size = J.low - m.jacobian_[i].low, high_size = J.high - m.jacobian_[i].high;
+          take_sizes(low_size);
+          moved = low_size > moved ? low_size : moved;
+          take_sizes(high_size);
+          moved = high_size > moved ? high_size : moved;
+          const double of_D = std::fabs(D - info.D) + std::fabs(compliance - info.compliance);
+          change = std::max(change, D > 0 ? of_D / D : of_D);
+        }
+        m.jacobian_[i] = J;
+        info = {row.normal, !(D > 0), row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D, compliance, b};
+        scale = std::max(scale, std::fabs(b));
       }
-      m.jacobian_[i] = J;
-      info = {row.normal, !(D > 0), row.normal >= 0 ? row.mu : 0, row.lower, row.upper, D, compliance, b};
-      scale = std::max(scale, std::fabs(b));
+      return {std::max({change, moved[0], moved[1], moved[2]}), scale};
     }
-    return {std::max({change, moved[0], moved[1], moved[2]}), scale};
-  }
-  static RowSizes take_rows_portable(BodySpaceModel& m, const IslandSystem& system, std::size_t first,
-                                     std::size_t last, bool compare) {
-    return take_rows(m, system, first, last, compare);
-  }
-  SKERRY_AVX2 static RowSizes take_rows_avx2(BodySpaceModel& m, const IslandSystem& system,
-                                             std::size_t first, std::size_t last, bool compare) {
-    return take_rows(m, system, first, last, compare);
-  }
+  };
 
   // v += J^T lambda, or |J|^T |lambda|.
   template <bool kSizes>
-  static SKERRY_ALWAYS_INLINE void push(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                        BodyVector* v) {
-    for (int i = first; i < last; ++i) {
-      const double z = kSizes ? std::fabs(lambda[i]) : lambda[i];
-      if (z == 0) continue;
-      Jacobian J = m.jacobian_[at(i)];
-      if (kSizes) {
-        take_sizes(J.low);
-        take_sizes(J.high);
+  struct Push {
+    static SKERRY_ALWAYS_INLINE void run(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                         BodyVector* v) {
+      for (int i = first; i < last; ++i) {
+        const double z = kSizes ? std::fabs(lambda[i]) : lambda[i];
+        if (z == 0) continue;
+        Jacobian J = m.jacobian_[at(i)];
+        if (kSizes) {
+          take_sizes(J.low);
+          take_sizes(J.high);
+        }
+        const Place& place = m.place_[at(i)];
+        v[place.low].v += J.low * z;
+        v[place.high].v += J.high * z;
       }
-      const Place& place = m.place_[at(i)];
-      v[place.low].v += J.low * z;
-      v[place.high].v += J.high * z;
     }
-  }
+  };
 
   // The same body by body, for the positions from `first` on and before `last`.
   template <bool kSizes>
-  static SKERRY_ALWAYS_INLINE void gather(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                          BodyVector* v) {
-    const Incident* e = m.incident_.data() + m.incident_begin_[at(first)];
-    for (int p = first; p < last; ++p) {
-      const Incident* const end = m.incident_.data() + m.incident_begin_[at(p) + 1];
-      Vec4 sum = v[p].v;
-      for (; e < end; ++e) {
-        const double z = kSizes ? std::fabs(lambda[e->row]) : lambda[e->row];
-        if (z == 0) continue;
-        const Jacobian& J = m.jacobian_[at(e->row)];
-        Vec4 own = e->is_high ? J.high : J.low;
-        if (kSizes) take_sizes(own);
-        sum += own * z;
+  struct Gather {
+    static SKERRY_ALWAYS_INLINE void run(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                         BodyVector* v) {
+      const Incident* e = m.incident_.data() + m.incident_begin_[at(first)];
+      for (int p = first; p < last; ++p) {
+        const Incident* const end = m.incident_.data() + m.incident_begin_[at(p) + 1];
+        Vec4 sum = v[p].v;
+        for (; e < end; ++e) {
+          const double z = kSizes ? std::fabs(lambda[e->row]) : lambda[e->row];
+          if (z == 0) continue;
+          const Jacobian& J = m.jacobian_[at(e->row)];
+          Vec4 own = e->is_high ? J.high : J.low;
+          if (kSizes) take_sizes(own);
+          sum += own * z;
+        }
+        v[p].v = sum;
       }
-      v[p].v = sum;
     }
-  }
+  };
 
-  static SKERRY_ALWAYS_INLINE void divide_by_mass(BodySpaceModel& m) {
-    for (int p = 0; p <= m.nodes_; ++p) m.pushed_[at(p)].v *= m.inverse_mass_[at(p)].v;
-  }
-  static void divide_by_mass_portable(BodySpaceModel& m) { divide_by_mass(m); }
-  SKERRY_AVX2 static void divide_by_mass_avx2(BodySpaceModel& m) { divide_by_mass(m); }
-
-  static SKERRY_ALWAYS_INLINE void evaluate(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                            double* w) {
-    const BodyVector* v = m.pushed_.data();
-    for (int i = first; i < last; ++i) {
-      const Jacobian& J = m.jacobian_[at(i)];
-      const Place& place = m.place_[at(i)];
-      const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
-      const RowInfo& info = m.info_[at(i)];
-      w[i] = (t[0] + t[1] + t[2]) + info.compliance * lambda[i] - info.b;
+  struct DivideByMass {
+    static SKERRY_ALWAYS_INLINE void run(BodySpaceModel& m) {
+      for (int p = 0; p <= m.nodes_; ++p) m.pushed_[at(p)].v *= m.inverse_mass_[at(p)].v;
     }
-  }
+  };
+
+  struct Evaluate {
+    static SKERRY_ALWAYS_INLINE void run(const BodySpaceModel& m, int first, int last, const double* lambda,
+                                         double* w) {
+      const BodyVector* v = m.pushed_.data();
+      for (int i = first; i < last; ++i) {
+        const Jacobian& J = m.jacobian_[at(i)];
+        const Place& place = m.place_[at(i)];
+        const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+        const RowInfo& info = m.info_[at(i)];
+        w[i] = (t[0] + t[1] + t[2]) + info.compliance * lambda[i] - info.b;
+      }
+    }
+  };
 
   // What the rows of the body at `position` add to its column. Those between the same two bodies come one
   // after the other, so their block is fetched and put back once.
   template <bool kGeneral>
-  static SKERRY_ALWAYS_INLINE void fill_column(const BodySpaceModel& m, BlockFactor& f, int position) {
-    const double *const g = m.factored_g_.data(), *const h = m.factored_h_.data();
-    // A direction without mobility gets a unit mass: nothing couples to it.
-    const Vec4& inverse = m.inverse_mass_[at(position)].v;
-    const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1, angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
-    Block3 D{{Vec4{linear, 0, 0, 0}, Vec4{0, linear, 0, 0}, Vec4{0, 0, angular, 0}}};
-    const Incident *e = m.incident_.data() + m.incident_begin_[at(position)],
-                   *const end = m.incident_.data() + m.incident_begin_[at(position) + 1];
-    while (e < end) {
-      const int block = e->is_high ? -1 : m.place_[at(e->row)].block;
-      if (block < 0) {
-        const int i = e->row;
-        const auto own = [&](int row) -> const Vec4& {
-          return e->is_high ? m.jacobian_[at(row)].high : m.jacobian_[at(row)].low;
-        };
-        if (g[i] != 0) add_outer(D, own(i) * g[i], own(i));
-        if (kGeneral && h[i] != 0) add_outer(D, own(i) * h[i], own(m.info_[at(i)].normal));
-        ++e;
-        continue;
-      }
-      Block3 L = f.lower(block), U;
-      if (kGeneral) U = f.upper(block);
-      for (; e < end && !e->is_high && m.place_[at(e->row)].block == block; ++e) {
-        const int i = e->row;
-        const Jacobian& J = m.jacobian_[at(i)];
-        if (g[i] != 0) {
-          const Vec4 low = J.low * g[i], high = J.high * g[i];
-          add_outer(D, low, J.low);
-          add_outer(L, high, J.low);
-          if (kGeneral) add_outer(U, J.high, low);
-        }
-        if (kGeneral && h[i] != 0) {
-          const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
-          const Vec4 low = J.low * h[i], high = J.high * h[i];
-          add_outer(D, low, N.low);
-          add_outer(L, high, N.low);
-          add_outer(U, N.high, low);
-        }
-      }
-      f.lower(block) = L;
-      if (kGeneral) f.upper(block) = U;
-    }
-    f.diagonal(position) = D;
-  }
-
-  // d_lambda = k - g J dv - h J_n dv
-  static SKERRY_ALWAYS_INLINE void recover(const BodySpaceModel& m, int first, int last, const double* k,
-                                           const double* g, const double* h, double* d_lambda) {
-    const BodyVector* v = m.velocity_.data();
-    for (int i = first; i < last; ++i) {
-      double d = k[i];
-      const Place& place = m.place_[at(i)];
-      if (g[i] != 0) {
-        const Jacobian& J = m.jacobian_[at(i)];
-        const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
-        d -= g[i] * (t[0] + t[1] + t[2]);
-      }
-      if (h[i] != 0) {
-        const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
-        const Vec4 t = N.low * v[place.low].v + N.high * v[place.high].v;
-        d -= h[i] * (t[0] + t[1] + t[2]);
-      }
-      d_lambda[i] = d;
-    }
-  }
-
-  // u = J v - b
-  static SKERRY_ALWAYS_INLINE void row_velocities(const BodySpaceModel& m, const BodyVector* v, double* u) {
-    const int n = m.rows();
-    for (int i = 0; i < n; ++i) {
-      const Jacobian& J = m.jacobian_[at(i)];
-      const Place& place = m.place_[at(i)];
-      const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
-      u[i] = (t[0] + t[1] + t[2]) - m.info_[at(i)].b;
-    }
-  }
-
-  // force = J^T lambda - M v
-  static SKERRY_ALWAYS_INLINE double imbalance(const BodySpaceModel& m, const BodyVector* v,
-                                               const double* lambda, BodyVector* force) {
-    for (int p = 0; p <= m.nodes_; ++p) force[p].v = Vec4{};
-    const int n = m.rows();
-    for (int i = 0; i < n; ++i) {
-      const double z = lambda[i];
-      if (z == 0) continue;
-      const Jacobian& J = m.jacobian_[at(i)];
-      const Place& place = m.place_[at(i)];
-      force[place.low].v += J.low * z;
-      force[place.high].v += J.high * z;
-    }
-    double sum = 0;
-    for (int p = 0; p < m.nodes_; ++p) {
-      const Vec4& inverse = m.inverse_mass_[at(p)].v;
+  struct FillColumn {
+    static SKERRY_ALWAYS_INLINE void run(const BodySpaceModel& m, BlockFactor& f, int position) {
+      const double *const g = m.factored_g_.data(), *const h = m.factored_h_.data();
+      // A direction without mobility gets a unit mass: nothing couples to it.
+      const Vec4& inverse = m.inverse_mass_[at(position)].v;
       const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1,
                    angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
-      Vec4& f = force[p].v;
-      f -= Vec4{linear, linear, angular, 0} * v[p].v;
-      const Vec4 t = f * f * inverse;
-      sum += t[0] + t[1] + t[2];
+      Block3 D{{Vec4{linear, 0, 0, 0}, Vec4{0, linear, 0, 0}, Vec4{0, 0, angular, 0}}};
+      const Incident *e = m.incident_.data() + m.incident_begin_[at(position)],
+                     *const end = m.incident_.data() + m.incident_begin_[at(position) + 1];
+      while (e < end) {
+        const int block = e->is_high ? -1 : m.place_[at(e->row)].block;
+        if (block < 0) {
+          const int i = e->row;
+          const auto own = [&](int row) -> const Vec4& {
+            return e->is_high ? m.jacobian_[at(row)].high : m.jacobian_[at(row)].low;
+          };
+          if (g[i] != 0) add_outer(D, own(i) * g[i], own(i));
+          if (kGeneral && h[i] != 0) add_outer(D, own(i) * h[i], own(m.info_[at(i)].normal));
+          ++e;
+          continue;
+        }
+        Block3 L = f.lower(block), U;
+        if (kGeneral) U = f.upper(block);
+        for (; e < end && !e->is_high && m.place_[at(e->row)].block == block; ++e) {
+          const int i = e->row;
+          const Jacobian& J = m.jacobian_[at(i)];
+          if (g[i] != 0) {
+            const Vec4 low = J.low * g[i], high = J.high * g[i];
+            add_outer(D, low, J.low);
+            add_outer(L, high, J.low);
+            if (kGeneral) add_outer(U, J.high, low);
+          }
+          if (kGeneral && h[i] != 0) {
+            const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
+            const Vec4 low = J.low * h[i], high = J.high * h[i];
+            add_outer(D, low, N.low);
+            add_outer(L, high, N.low);
+            add_outer(U, N.high, low);
+          }
+        }
+        f.lower(block) = L;
+        if (kGeneral) f.upper(block) = U;
+      }
+      f.diagonal(position) = D;
     }
-    force[m.nodes_].v = Vec4{};
-    return sum;
-  }
+  };
 
-  static void row_velocities_portable(const BodySpaceModel& m, const BodyVector* v, double* u) {
-    row_velocities(m, v, u);
-  }
-  SKERRY_AVX2 static void row_velocities_avx2(const BodySpaceModel& m, const BodyVector* v, double* u) {
-    row_velocities(m, v, u);
-  }
-  static double imbalance_portable(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
-                                   BodyVector* force) {
-    return imbalance(m, v, lambda, force);
-  }
-  SKERRY_AVX2 static double imbalance_avx2(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
+  // d_lambda = k - g J dv - h J_n dv
+  struct Recover {
+    static SKERRY_ALWAYS_INLINE void run(const BodySpaceModel& m, int first, int last, const double* k,
+                                         const double* g, const double* h, double* d_lambda) {
+      const BodyVector* v = m.velocity_.data();
+      for (int i = first; i < last; ++i) {
+        double d = k[i];
+        const Place& place = m.place_[at(i)];
+        if (g[i] != 0) {
+          const Jacobian& J = m.jacobian_[at(i)];
+          const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+          d -= g[i] * (t[0] + t[1] + t[2]);
+        }
+        if (h[i] != 0) {
+          const Jacobian& N = m.jacobian_[at(m.info_[at(i)].normal)];
+          const Vec4 t = N.low * v[place.low].v + N.high * v[place.high].v;
+          d -= h[i] * (t[0] + t[1] + t[2]);
+        }
+        d_lambda[i] = d;
+      }
+    }
+  };
+
+  // u = J v - b
+  struct RowVelocities {
+    static SKERRY_ALWAYS_INLINE void run(const BodySpaceModel& m, const BodyVector* v, double* u) {
+      const int n = m.rows();
+      for (int i = 0; i < n; ++i) {
+        const Jacobian& J = m.jacobian_[at(i)];
+        const Place& place = m.place_[at(i)];
+        const Vec4 t = J.low * v[place.low].v + J.high * v[place.high].v;
+        u[i] = (t[0] + t[1] + t[2]) - m.info_[at(i)].b;
+      }
+    }
+  };
+
+  // force = J^T lambda - M v
+  struct Imbalance {
+    static SKERRY_ALWAYS_INLINE double run(const BodySpaceModel& m, const BodyVector* v, const double* lambda,
                                            BodyVector* force) {
-    return imbalance(m, v, lambda, force);
-  }
-  static void evaluate_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                double* w) {
-    evaluate(m, first, last, lambda, w);
-  }
-  SKERRY_AVX2 static void evaluate_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                        double* w) {
-    evaluate(m, first, last, lambda, w);
-  }
-  template <bool kSizes>
-  static void gather_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
-                              BodyVector* v) {
-    gather<kSizes>(m, first, last, lambda, v);
-  }
-  template <bool kSizes>
-  SKERRY_AVX2 static void gather_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                      BodyVector* v) {
-    gather<kSizes>(m, first, last, lambda, v);
-  }
-  static void fill_column_portable(const BodySpaceModel& m, BlockFactor& f, int position) {
-    f.is_general() ? fill_column<true>(m, f, position) : fill_column<false>(m, f, position);
-  }
-  SKERRY_AVX2 static void fill_column_avx2(const BodySpaceModel& m, BlockFactor& f, int position) {
-    f.is_general() ? fill_column<true>(m, f, position) : fill_column<false>(m, f, position);
-  }
-  template <bool kSizes>
-  static void push_portable(const BodySpaceModel& m, int first, int last, const double* lambda,
-                            BodyVector* v) {
-    push<kSizes>(m, first, last, lambda, v);
-  }
-  template <bool kSizes>
-  SKERRY_AVX2 static void push_avx2(const BodySpaceModel& m, int first, int last, const double* lambda,
-                                    BodyVector* v) {
-    push<kSizes>(m, first, last, lambda, v);
-  }
-  static void recover_portable(const BodySpaceModel& m, int first, int last, const double* k, const double* g,
-                               const double* h, double* d_lambda) {
-    recover(m, first, last, k, g, h, d_lambda);
-  }
-  SKERRY_AVX2 static void recover_avx2(const BodySpaceModel& m, int first, int last, const double* k,
-                                       const double* g, const double* h, double* d_lambda) {
-    recover(m, first, last, k, g, h, d_lambda);
-  }
+      for (int p = 0; p <= m.nodes_; ++p) force[p].v = Vec4{};
+      const int n = m.rows();
+      for (int i = 0; i < n; ++i) {
+        const double z = lambda[i];
+        if (z == 0) continue;
+        const Jacobian& J = m.jacobian_[at(i)];
+        const Place& place = m.place_[at(i)];
+        force[place.low].v += J.low * z;
+        force[place.high].v += J.high * z;
+      }
+      double sum = 0;
+      for (int p = 0; p < m.nodes_; ++p) {
+        const Vec4& inverse = m.inverse_mass_[at(p)].v;
+        const double linear = inverse[0] > 0 ? 1 / inverse[0] : 1,
+                     angular = inverse[2] > 0 ? 1 / inverse[2] : 1;
+        Vec4& f = force[p].v;
+        f -= Vec4{linear, linear, angular, 0} * v[p].v;
+        const Vec4 t = f * f * inverse;
+        sum += t[0] + t[1] + t[2];
+      }
+      force[m.nodes_].v = Vec4{};
+      return sum;
+    }
+  };
 };
 
 void BodySpaceModel::forget() {
@@ -373,13 +325,10 @@ double BodySpaceModel::take_rows(const IslandSystem& system, bool compare) {
   Spare<std::vector<RowSizes>> found;
   found->assign(info_.size() / kRowsAPiece + 1, {});
   share(threads_, info_.size(), kRowsAPiece, [&](std::size_t first, std::size_t last) {
-    (*found)[first / kRowsAPiece] = cpu_has_avx2()
-                                        ? Kernels::take_rows_avx2(*this, system, first, last, compare)
-                                        : Kernels::take_rows_portable(*this, system, first, last, compare);
+    (*found)[first / kRowsAPiece] = run_kernel<Kernels::TakeRows>(*this, system, first, last, compare);
   });
   RowSizes all;
-  for (const RowSizes& each : *found)
-    all = {std::max(all.change, each.change), std::max(all.b, each.b)};
+  for (const RowSizes& each : *found) all = {std::max(all.change, each.change), std::max(all.b, each.b)};
   scale_ = residual_scale(all.b);
   return all.change;
 }
@@ -426,10 +375,7 @@ void BodySpaceModel::evaluate(const double* lambda, double* w) {
 
 template <bool kSizes>
 void BodySpaceModel::push(int first, int last, const double* lambda, BodyVector* v) {
-  if (cpu_has_avx2())
-    Kernels::push_avx2<kSizes>(*this, first, last, lambda, v);
-  else
-    Kernels::push_portable<kSizes>(*this, first, last, lambda, v);
+  run_kernel<Kernels::Push<kSizes>>(*this, first, last, lambda, v);
 }
 
 void BodySpaceModel::push(int first, int last, const double* lambda) {
@@ -440,12 +386,8 @@ void BodySpaceModel::push(int first, int last, const double* lambda) {
 template <bool kSizes>
 void BodySpaceModel::push_all(const double* lambda, BodyVector* v) {
   if (!shared()) return push<kSizes>(0, rows(), lambda, v);
-  share_bodies([&](int first, int last) {
-    if (cpu_has_avx2())
-      Kernels::gather_avx2<kSizes>(*this, first, last, lambda, v);
-    else
-      Kernels::gather_portable<kSizes>(*this, first, last, lambda, v);
-  });
+  share_bodies(
+      [&](int first, int last) { run_kernel<Kernels::Gather<kSizes>>(*this, first, last, lambda, v); });
 }
 
 void BodySpaceModel::push_all(const double* lambda) {
@@ -453,16 +395,8 @@ void BodySpaceModel::push_all(const double* lambda) {
 }
 
 void BodySpaceModel::evaluate_pushed(const double* lambda, double* w) {
-  if (cpu_has_avx2())
-    Kernels::divide_by_mass_avx2(*this);
-  else
-    Kernels::divide_by_mass_portable(*this);
-  share_rows([&](int first, int last) {
-    if (cpu_has_avx2())
-      Kernels::evaluate_avx2(*this, first, last, lambda, w);
-    else
-      Kernels::evaluate_portable(*this, first, last, lambda, w);
-  });
+  run_kernel<Kernels::DivideByMass>(*this);
+  share_rows([&](int first, int last) { run_kernel<Kernels::Evaluate>(*this, first, last, lambda, w); });
 }
 
 double BodySpaceModel::residual(const double* lambda, const double* w) const {
@@ -548,8 +482,13 @@ bool BodySpaceModel::factor(const double* g, const double* h, SolveWork& work) {
   update_.reset();
   factored_g_.assign(g, g + rows());
   factored_h_.assign(h, h + rows());
-  const auto fill = cpu_has_avx2() ? Kernels::fill_column_avx2 : Kernels::fill_column_portable;
-  return factor_.factor(general, threads_, [&](int position) { fill(*this, factor_, position); });
+  if (general)
+    return factor_.factor(true, threads_, [&](int position) {
+      run_kernel<Kernels::FillColumn<true>>(*this, factor_, position);
+    });
+  return factor_.factor(false, threads_, [&](int position) {
+    run_kernel<Kernels::FillColumn<false>>(*this, factor_, position);
+  });
 }
 
 bool BodySpaceModel::is_adaptable() const {
@@ -654,10 +593,7 @@ void BodySpaceModel::finish_solve(int first, int last, const double* k, const do
     g = law_g_.data();
     h = law_h_.data();
   }
-  if (cpu_has_avx2())
-    Kernels::recover_avx2(*this, first, last, k, g, h, d_lambda);
-  else
-    Kernels::recover_portable(*this, first, last, k, g, h, d_lambda);
+  run_kernel<Kernels::Recover>(*this, first, last, k, g, h, d_lambda);
 }
 
 void BodySpaceModel::solve(const double* k, const double* g, const double* h, double* d_lambda,
@@ -667,15 +603,11 @@ void BodySpaceModel::solve(const double* k, const double* g, const double* h, do
 }
 
 void BodySpaceModel::row_velocities(const BodyVector* v, double* u) const {
-  if (cpu_has_avx2())
-    Kernels::row_velocities_avx2(*this, v, u);
-  else
-    Kernels::row_velocities_portable(*this, v, u);
+  run_kernel<Kernels::RowVelocities>(*this, v, u);
 }
 
 double BodySpaceModel::imbalance(const BodyVector* v, const double* lambda, BodyVector* force) const {
-  return cpu_has_avx2() ? Kernels::imbalance_avx2(*this, v, lambda, force)
-                        : Kernels::imbalance_portable(*this, v, lambda, force);
+  return run_kernel<Kernels::Imbalance>(*this, v, lambda, force);
 }
 
 void BodySpaceModel::solve_bodies(BodyVector* x, SolveWork& work) const {

@@ -56,8 +56,8 @@ class BodySpaceModel {
   /// caller's alone. The bits are the same.
   void use_threads(ThreadPool* threads) { threads_ = threads; }
   ThreadPool* threads() const { return threads_; }
-  /// Calls `item(first, last, piece)` for pieces of the rows, at the same time where threads share them; a row
-  /// whose bounds another one scales is in the piece of that. Pieces are numbered from 0.
+  /// Calls `item(first, last, piece)` for pieces of the rows, at the same time where threads share them; a
+  /// row whose bounds another one scales is in the piece of that. Pieces are numbered from 0.
   template <class Item>
   void share_row_pieces(const Item& item) const {
     share(threads_, info_.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
@@ -110,7 +110,8 @@ class BodySpaceModel {
       push_all(lambda);
     } else {
       for (int first = 0; first < rows();) {
-        const int last = beginning_of_contact(static_cast<std::size_t>(std::min(rows(), first + kCachedRows)));
+        const int last =
+            beginning_of_contact(static_cast<std::size_t>(std::min(rows(), first + kCachedRows)));
         move(first, last);
         push(first, last, lambda);
         first = last;
@@ -183,9 +184,8 @@ class BodySpaceModel {
   bool shared() const { return threads_ != nullptr && threads_->threads() > 1 && info_.size() > kRowsAPiece; }
   template <class Item>
   void share_bodies(const Item& item) const {
-    share(threads_, static_cast<std::size_t>(nodes_), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
-      item(static_cast<int>(from), static_cast<int>(to));
-    });
+    share(threads_, static_cast<std::size_t>(nodes_), kBodiesAPiece,
+          [&](std::size_t from, std::size_t to) { item(static_cast<int>(from), static_cast<int>(to)); });
   }
   /// Of rows that were taken: the largest relative change of a number, and the largest |b|.
   struct RowSizes {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "physics/spare.h"
 
@@ -70,28 +71,39 @@ struct ConeInteriorPoint::Kernels {
     u_t *= g.unit;
   }
 
-  /// y += J' of what acts along the two edges of four contacts.
-  static SKERRY_ALWAYS_INLINE void push(const Contact* c, const Group& g, const Vec4& plus, const Vec4& minus,
-                                        Vectors& y) {
-    const Vec4 n = (plus + minus) * g.inverse_unit, t = g.mu * (plus - minus) * g.inverse_unit;
-    for (int i = 0; i < 4; ++i) {
-      y[at(c[i].low)].v += c[i].n_low * n[i] + c[i].t_low * t[i];
-      y[at(c[i].high)].v += c[i].n_high * n[i] + c[i].t_high * t[i];
-    }
+  /// What acts along the two edges of four contacts, as impulses of their rows.
+  static SKERRY_ALWAYS_INLINE void act(Group& g, const Vec4& plus, const Vec4& minus) {
+    g.push_n = (plus + minus) * g.inverse_unit;
+    g.push_t = g.mu * (plus - minus) * g.inverse_unit;
   }
 
-  /// Impulses onto the bodies. @return mean product l s over its weight
-  static SKERRY_ALWAYS_INLINE double push_all(ConeInteriorPoint& p) {
-    std::fill(p.y_.begin(), p.y_.end(), BodyVector{});
-    const Contact* c = p.contacts_.data();
-    Vec4 all{};
-    for (const Group& g : p.groups_) {
-      push(c, g, g.l[0], g.l[1], p.y_);
-      for (int e = 0; e < 2; ++e) all += g.l[e] * g.s[e] * g.inverse_weight;
-      c += 4;
+  /// y += J' of the impulses of the rows, contact by contact.
+  struct Push {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p) {
+      const Contact* c = p.contacts_.data();
+      for (const Group& g : p.groups_)
+        for (int i = 0; i < 4; ++i, ++c) {
+          p.y_[at(c->low)].v += c->n_low * g.push_n[i] + c->t_low * g.push_t[i];
+          p.y_[at(c->high)].v += c->n_high * g.push_n[i] + c->t_high * g.push_t[i];
+        }
     }
-    return sum(all) / (8 * static_cast<double>(p.groups_.size()));
-  }
+  };
+
+  /// The same body by body, of the positions from `first` on and before `last`.
+  struct Gather {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, int first, int last) {
+      for (int position = first; position < last; ++position) {
+        Vec4 all{};
+        for (const Incident& e : p.incident(position)) {
+          const Contact& c = p.contacts_[at(e.contact)];
+          const Group& g = p.groups_[at(e.contact / 4)];
+          const double n = g.push_n[e.contact % 4], t = g.push_t[e.contact % 4];
+          all += e.is_high ? c.n_high * n + c.t_high * t : c.n_low * n + c.t_low * t;
+        }
+        p.y_[at(position)].v = all;
+      }
+    }
+  };
 
   static SKERRY_ALWAYS_INLINE void read_velocities(const Contact* c, Group& g, const Vectors& y) {
     along_rows(c, g, y, g.u_n, g.u_t);
@@ -101,16 +113,57 @@ struct ConeInteriorPoint::Kernels {
     g.shift *= g.mu;
   }
 
-  static SKERRY_ALWAYS_INLINE void velocities(ConeInteriorPoint& p) {
-    push_all(p);
-    const Contact* c = p.contacts_.data();
-    for (Group& g : p.groups_) {
-      read_velocities(c, g, p.y_);
-      c += 4;
+  struct ReadVelocities {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k) read_velocities(&p.contacts_[4 * k], p.groups_[k], p.y_);
     }
-  }
-  static void velocities_portable(ConeInteriorPoint& p) { velocities(p); }
-  SKERRY_AVX2 static void velocities_avx2(ConeInteriorPoint& p) { velocities(p); }
+  };
+
+  /// Impulses, and products l s over their weight.
+  struct ActNow {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
+                                         BodyVector& products) {
+      Vec4 all{};
+      for (std::size_t k = first; k < last; ++k) {
+        Group& g = p.groups_[k];
+        act(g, g.l[0], g.l[1]);
+        for (int e = 0; e < 2; ++e) all += g.l[e] * g.s[e] * g.inverse_weight;
+      }
+      products.v = all;
+    }
+  };
+
+  /// Gaps of the slacks where the bodies are, and the sums of their squares.
+  struct Gaps {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
+                                         double smoothing, double share, BodyVector& squares) {
+      Vec4 all{};
+      for (std::size_t k = first; k < last; ++k) {
+        Group& g = p.groups_[k];
+        read_velocities(&p.contacts_[4 * k], g, p.y_);
+        Vec4 size;
+        magnitude(g.u_t, size);
+        g.theta = share * g.u_t / (size + smoothing);
+        const Vec4 with = g.mu * g.u_t;
+        for (int e = 0; e < 2; ++e) {
+          g.gap[e] = (g.u_n + g.shift) + (e == 0 ? with : -with) - g.s[e];
+          g.inverse_s[e] = 1 / g.s[e];
+          g.inverse[e] = 1 / (g.s[e] + kProximal * g.l[e]);
+          g.inverse_l[e] = 1 / g.l[e];
+          g.rest[e] = Vec4{};
+          all += g.gap[e] * g.gap[e];
+        }
+        // The two edges of a contact together: their weighted sums of (n +- mu t) (n + (+-mu + theta mu) t)'
+        // are (W n + S t) n' + (B n + E t) t'.
+        const Vec4 plus = g.l[0] * g.inverse[0], minus = g.l[1] * g.inverse[1], slope = g.mu * g.theta;
+        g.W = plus + minus;
+        g.S = g.mu * (plus - minus);
+        g.B = g.S + slope * g.W;
+        g.E = g.mu * g.mu * g.W + slope * g.S;
+      }
+      squares.v = all;
+    }
+  };
 
   /// B += P n' + Q t'
   static SKERRY_ALWAYS_INLINE void add_outer(Block3& B, const Vec4& P, const Vec4& n, const Vec4& Q,
@@ -118,123 +171,180 @@ struct ConeInteriorPoint::Kernels {
     for (int k = 0; k < 3; ++k) B.column[k] += P * n[k] + Q * t[k];
   }
 
-  /// The two edges of a contact together: their weighted sums of (n +- mu t) (n + (+-mu + theta mu) t)' are
-  /// (W n + S t) n' + (B n + E t) t'.
-  static SKERRY_ALWAYS_INLINE void assemble(ConeInteriorPoint& p) {
-    BlockFactor& f = p.factor_;
-    f.clear(true);
-    for (int k = 0; k < p.nodes_; ++k) {
-      Block3& D = f.diagonal(k);
-      for (int i = 0; i < 3; ++i) D.column[i][i] = 1;
-    }
-    const Contact* c = p.contacts_.data();
-    for (const Group& g : p.groups_) {
-      const Vec4 plus = g.l[0] * g.inverse[0], minus = g.l[1] * g.inverse[1], slope = g.mu * g.theta;
-      const Vec4 W = plus + minus, S = g.mu * (plus - minus), B = S + slope * W,
-                 E = g.mu * g.mu * W + slope * S;
-      for (std::size_t i = 0; i < 4; ++i, ++c) {
-        if (c->low == p.nodes_) continue;
-        const Vec4 P_low = c->n_low * W[i] + c->t_low * S[i], Q_low = c->n_low * B[i] + c->t_low * E[i];
-        add_outer(f.diagonal(c->low), P_low, c->n_low, Q_low, c->t_low);
-        if (c->high == p.nodes_) continue;
-        const Vec4 P_high = c->n_high * W[i] + c->t_high * S[i], Q_high = c->n_high * B[i] + c->t_high * E[i];
-        add_outer(f.diagonal(c->high), P_high, c->n_high, Q_high, c->t_high);
-        add_outer(f.lower(c->block), P_high, c->n_low, Q_high, c->t_low);
-        add_outer(f.upper(c->block), c->n_high, P_low, c->t_high, Q_low);
+  /// What the contacts of the body at `position` add to its column.
+  struct FillColumn {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, int position) {
+      BlockFactor& f = p.factor_;
+      Block3 D{{Vec4{1, 0, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{0, 0, 1, 0}}};
+      for (const Incident& e : p.incident(position)) {
+        const Contact& c = p.contacts_[at(e.contact)];
+        const Group& g = p.groups_[at(e.contact / 4)];
+        const int i = e.contact % 4;
+        const double W = g.W[i], S = g.S[i], B = g.B[i], E = g.E[i];
+        if (e.is_high) {
+          add_outer(D, c.n_high * W + c.t_high * S, c.n_high, c.n_high * B + c.t_high * E, c.t_high);
+          continue;
+        }
+        const Vec4 P_low = c.n_low * W + c.t_low * S, Q_low = c.n_low * B + c.t_low * E;
+        add_outer(D, P_low, c.n_low, Q_low, c.t_low);
+        if (c.block < 0) continue;
+        add_outer(f.lower(c.block), c.n_high * W + c.t_high * S, c.n_low, c.n_high * B + c.t_high * E,
+                  c.t_low);
+        add_outer(f.upper(c.block), c.n_high, P_low, c.t_high, Q_low);
       }
+      f.diagonal(position) = D;
     }
-  }
+  };
 
-  /// Direction towards l s = target - rest. @return by how much the fastest falls, of what there is
-  static SKERRY_ALWAYS_INLINE double direct(ConeInteriorPoint& p, double target) {
-    std::fill(p.y_.begin(), p.y_.end(), BodyVector{});
-    const Contact* c = p.contacts_.data();
-    for (Group& g : p.groups_) {
-      Vec4 k[2];
-      for (int e = 0; e < 2; ++e)
-        k[e] = ((target * g.weight - g.rest[e]) - g.l[e] * (g.s[e] + g.gap[e])) * g.inverse[e];
-      push(c, g, k[0], k[1], p.y_);
-      c += 4;
-    }
-    p.factor_.solve(p.y_.data());
-    p.y_[at(p.nodes_)].v = Vec4{};
-    c = p.contacts_.data();
-    Vec4 fall{};
-    for (Group& g : p.groups_) {
-      Vec4 n, t;
-      along_rows(c, g, p.y_, n, t);
-      g.du_t = t;
-      const Vec4 with = g.mu * t, shift = g.theta * with;
-      for (int e = 0; e < 2; ++e) {
-        g.ds[e] = (n + shift) + (e == 0 ? with : -with) + g.gap[e];
-        g.dl[e] = ((target * g.weight - g.rest[e]) - g.l[e] * (g.s[e] + g.ds[e])) * g.inverse[e];
-        raise(fall, -g.dl[e] * g.inverse_l[e]);
-        raise(fall, -g.ds[e] * g.inverse_s[e]);
+  /// Right-hand side towards l s = target - rest.
+  struct Aim {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
+                                         double target) {
+      for (std::size_t k = first; k < last; ++k) {
+        Group& g = p.groups_[k];
+        Vec4 edge[2];
+        for (int e = 0; e < 2; ++e)
+          edge[e] = ((target * g.weight - g.rest[e]) - g.l[e] * (g.s[e] + g.gap[e])) * g.inverse[e];
+        act(g, edge[0], edge[1]);
       }
-      c += 4;
     }
-    return std::max(std::max(fall[0], fall[1]), std::max(fall[2], fall[3]));
-  }
+  };
 
-  static SKERRY_ALWAYS_INLINE double step(ConeInteriorPoint& p) {
-    const double count = 8 * static_cast<double>(p.groups_.size());
-    const double tau = push_all(p), smoothing = kSmoothing * std::sqrt(tau);
-    const double share = 1 - kDamping * (1 - p.last_length_);
-    const Contact* c = p.contacts_.data();
-    Vec4 squares{};
-    for (Group& g : p.groups_) {
-      read_velocities(c, g, p.y_);
-      Vec4 size;
-      magnitude(g.u_t, size);
-      g.theta = share * g.u_t / (size + smoothing);
-      const Vec4 with = g.mu * g.u_t;
-      for (int e = 0; e < 2; ++e) {
-        g.gap[e] = (g.u_n + g.shift) + (e == 0 ? with : -with) - g.s[e];
-        g.inverse_s[e] = 1 / g.s[e];
-        g.inverse[e] = 1 / (g.s[e] + kProximal * g.l[e]);
-        g.inverse_l[e] = 1 / g.l[e];
-        g.rest[e] = Vec4{};
-        squares += g.gap[e] * g.gap[e];
+  /// The direction, from that of the bodies; by how much the fastest falls, of what there is.
+  struct Direct {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
+                                         double target, BodyVector& most) {
+      Vec4 fall{};
+      for (std::size_t k = first; k < last; ++k) {
+        Group& g = p.groups_[k];
+        Vec4 n, t;
+        along_rows(&p.contacts_[4 * k], g, p.y_, n, t);
+        g.du_t = t;
+        const Vec4 with = g.mu * t, shift = g.theta * with;
+        for (int e = 0; e < 2; ++e) {
+          g.ds[e] = (n + shift) + (e == 0 ? with : -with) + g.gap[e];
+          g.dl[e] = ((target * g.weight - g.rest[e]) - g.l[e] * (g.s[e] + g.ds[e])) * g.inverse[e];
+          raise(fall, -g.dl[e] * g.inverse_l[e]);
+          raise(fall, -g.ds[e] * g.inverse_s[e]);
+        }
       }
-      c += 4;
+      most.v = fall;
     }
-    const double off = sum(squares) / count;
-    assemble(p);
-    if (!p.factor_.factor()) return 0;
+  };
 
-    // Straight to the end: how far that comes tells how much to centre.
-    double fall = direct(p, 0);
-    double length = fall > 1 ? 1 / fall : 1;
-    Vec4 products{};
-    for (Group& g : p.groups_) {
-      const Vec4 change = length * g.du_t;
-      Vec4 size;
-      magnitude(g.u_t + change, size);
-      const Vec4 more = (g.mu * size - g.shift) - g.mu * (g.theta * change);
-      for (int e = 0; e < 2; ++e) {
-        products += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]) * g.inverse_weight;
-        g.gap[e] += more;
-        g.rest[e] = g.dl[e] * g.ds[e];
+  /// What the predictor, so far, changes in products and shifts; sums of the products.
+  struct Predict {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
+                                         double length, BodyVector& products) {
+      Vec4 all{};
+      for (std::size_t k = first; k < last; ++k) {
+        Group& g = p.groups_[k];
+        const Vec4 change = length * g.du_t;
+        Vec4 size;
+        magnitude(g.u_t + change, size);
+        const Vec4 more = (g.mu * size - g.shift) - g.mu * (g.theta * change);
+        for (int e = 0; e < 2; ++e) {
+          all += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]) * g.inverse_weight;
+          g.gap[e] += more;
+          g.rest[e] = g.dl[e] * g.ds[e];
+        }
+      }
+      products.v = all;
+    }
+  };
+
+  struct Move {
+    static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
+                                         double length) {
+      for (std::size_t k = first; k < last; ++k) {
+        Group& g = p.groups_[k];
+        for (int e = 0; e < 2; ++e) {
+          g.l[e] += length * g.dl[e];
+          g.s[e] += length * g.ds[e];
+        }
       }
     }
-    const double reached = std::max(0.0, sum(products) / count) / tau;
-    const double left = (1 - length) * (1 - length) * off;
-    fall = direct(p, std::max(reached * reached * reached * tau, kFollow * left));
-    length = kToBoundary * (fall > kToBoundary ? 1 / fall : 1 / kToBoundary);
-    for (Group& g : p.groups_) {
-      for (int e = 0; e < 2; ++e) {
-        g.l[e] += length * g.dl[e];
-        g.s[e] += length * g.ds[e];
-      }
-    }
-    return length;
+  };
+
+  /// Calls a kernel for pieces of the groups, which are the same for any number of threads.
+  template <class Kernel, class... More>
+  static void each_piece(ConeInteriorPoint& p, const More&... more) {
+    share_each(p.threads_, p.pieces_.size(), 1, [&](std::size_t piece) {
+      const std::size_t first = piece * kGroupsAPiece,
+                        last = std::min(first + kGroupsAPiece, p.groups_.size());
+      run_kernel<Kernel>(p, first, last, more...);
+    });
   }
-  static double step_portable(ConeInteriorPoint& p) { return step(p); }
-  SKERRY_AVX2 static double step_avx2(ConeInteriorPoint& p) { return step(p); }
+  /// The same for kernels that find numbers of a piece, which go to `pieces_`.
+  template <class Kernel, class... More>
+  static void each_piece_finds(ConeInteriorPoint& p, const More&... more) {
+    share_each(p.threads_, p.pieces_.size(), 1, [&](std::size_t piece) {
+      const std::size_t first = piece * kGroupsAPiece,
+                        last = std::min(first + kGroupsAPiece, p.groups_.size());
+      run_kernel<Kernel>(p, first, last, more..., p.pieces_[piece]);
+    });
+  }
+  static double sum_of_pieces(const ConeInteriorPoint& p) {
+    double all = 0;
+    for (const BodyVector& piece : p.pieces_) all += sum(piece.v);
+    return all;
+  }
+  static double largest_of_pieces(const ConeInteriorPoint& p) {
+    double largest = 0;
+    for (const BodyVector& piece : p.pieces_)
+      for (int i = 0; i < 4; ++i) largest = std::max(largest, piece.v[i]);
+    return largest;
+  }
 };
 
-bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
+// What acts along the rows onto the bodies.
+void ConeInteriorPoint::push() {
+  if (threads_ != nullptr && threads_->threads() > 1 && pieces_.size() > 1) {
+    share(threads_, at(nodes_), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+      run_kernel<Kernels::Gather>(*this, static_cast<int>(from), static_cast<int>(to));
+    });
+  } else {
+    std::fill(y_.begin(), y_.end(), BodyVector{});
+    run_kernel<Kernels::Push>(*this);
+  }
+  y_[at(nodes_)].v = Vec4{};
+}
+
+double ConeInteriorPoint::direct(double target) {
+  Kernels::each_piece<Kernels::Aim>(*this, target);
+  push();
+  factor_.solve(y_.data(), threads_);
+  Kernels::each_piece_finds<Kernels::Direct>(*this, target);
+  return Kernels::largest_of_pieces(*this);
+}
+
+double ConeInteriorPoint::take_step() {
+  const double count = 8 * static_cast<double>(groups_.size());
+  Kernels::each_piece_finds<Kernels::ActNow>(*this);
+  const double tau = Kernels::sum_of_pieces(*this) / count, smoothing = kSmoothing * std::sqrt(tau);
+  const double share = 1 - kDamping * (1 - last_length_);
+  push();
+  Kernels::each_piece_finds<Kernels::Gaps>(*this, smoothing, share);
+  const double off = Kernels::sum_of_pieces(*this) / count;
+  if (!factor_.factor(true, threads_,
+                      [&](int position) { run_kernel<Kernels::FillColumn>(*this, position); }))
+    return 0;
+
+  // Straight to the end: how far that comes tells how much to centre.
+  double fall = direct(0);
+  double length = fall > 1 ? 1 / fall : 1;
+  Kernels::each_piece_finds<Kernels::Predict>(*this, length);
+  const double reached = std::max(0.0, Kernels::sum_of_pieces(*this) / count) / tau;
+  const double left = (1 - length) * (1 - length) * off;
+  fall = direct(std::max(reached * reached * reached * tau, kFollow * left));
+  length = kToBoundary * (fall > kToBoundary ? 1 / fall : 1 / kToBoundary);
+  Kernels::each_piece<Kernels::Move>(*this, length);
+  return length;
+}
+
+bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, ThreadPool* threads) {
   if (!system.compliance.empty()) return false;
+  threads_ = threads;
   rows_ = system.size();
   nodes_ = static_cast<int>(system.bodies.size());
   edges_.clear();
@@ -293,6 +403,8 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
   none.block = none.row = -1;
   contacts_.resize((count + 3) / 4 * 4, none);
   groups_.resize(contacts_.size() / 4);
+  pieces_.resize((groups_.size() + kGroupsAPiece - 1) / kGroupsAPiece);
+  find_incident();
   double least = kInfinity, most = 0;
   for (std::size_t k = 0; k < count; ++k) {
     least = std::min(least, contacts_[k].n_root);
@@ -319,6 +431,21 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work) {
   return true;
 }
 
+void ConeInteriorPoint::find_incident() {
+  // First where they end; those of the ground, the last position, act on nothing.
+  incident_begin_.assign(at(nodes_) + 2, 0);
+  for (const Contact& c : contacts_) {
+    ++incident_begin_[at(c.low)];
+    ++incident_begin_[at(c.high)];
+  }
+  std::partial_sum(incident_begin_.begin(), incident_begin_.end(), incident_begin_.begin());
+  incident_.resize(2 * contacts_.size());
+  for (int k = static_cast<int>(contacts_.size()); k-- > 0;) {
+    incident_[at(--incident_begin_[at(contacts_[at(k)].high)])] = {k, true};
+    incident_[at(--incident_begin_[at(contacts_[at(k)].low)])] = {k, false};
+  }
+}
+
 void ConeInteriorPoint::start(std::span<const double> lambda, double centre) {
   last_length_ = 1;
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
@@ -336,10 +463,9 @@ void ConeInteriorPoint::start(std::span<const double> lambda, double centre) {
     g.l[0][lane] = 0.5 * (normal + friction);
     g.l[1][lane] = 0.5 * (normal - friction);
   }
-  if (cpu_has_avx2())
-    Kernels::velocities_avx2(*this);
-  else
-    Kernels::velocities_portable(*this);
+  Kernels::each_piece_finds<Kernels::ActNow>(*this);
+  push();
+  Kernels::each_piece<Kernels::ReadVelocities>(*this);
   const double square = centre * centre;
   for (Group& g : groups_) {
     for (std::size_t lane = 0; lane < 4; ++lane) {
@@ -360,7 +486,7 @@ double ConeInteriorPoint::step(SolveWork& work) {
   ++work.factorisations;
   work.resolves += 2;
   work.visits += step_cost_;
-  last_length_ = cpu_has_avx2() ? Kernels::step_avx2(*this) : Kernels::step_portable(*this);
+  last_length_ = take_step();
   return last_length_;
 }
 
@@ -383,8 +509,8 @@ void ConeInteriorPoint::get(std::vector<double>& lambda) const {
   }
 }
 
-bool improve_by_interior_point(const IslandSystem& system, double limit, BlockSweeps& sweeps,
-                               double& violation, SolveWork& work) {
+bool improve_by_interior_point(const IslandSystem& system, double limit, ThreadPool* threads,
+                               BlockSweeps& sweeps, double& violation, SolveWork& work) {
   const double rows = static_cast<double>(system.size()), last = kSmoothingSweeps * rows;
   // Not even packed where a chain of as many bodies would not fit.
   const double blocks = 2 * static_cast<double>(system.bodies.size());
@@ -393,7 +519,8 @@ bool improve_by_interior_point(const IslandSystem& system, double limit, BlockSw
   if (work.visits + set_up + kFewSteps * step + last > limit) return false;
   Spare<ConeInteriorPoint> spare;
   ConeInteriorPoint& path = *spare;
-  if (!path.assign(system, work) || work.visits + kFewSteps * path.step_cost() + last > limit) return false;
+  if (!path.assign(system, work, threads) || work.visits + kFewSteps * path.step_cost() + last > limit)
+    return false;
   Spare<std::vector<double>> before, after;
   violation = sweeps.violation();
   sweeps.get(sweeps.impulses(), *before);

@@ -35,8 +35,9 @@ namespace skerry {
 
 class ConeInteriorPoint {
  public:
-  /// Takes the contacts of an island. @return false where it has rows of other kinds, or compliant ones
-  bool assign(const IslandSystem& system, SolveWork& work);
+  /// Takes the contacts of an island. @param threads  share the steps of a large one; the bits are the same
+  /// @return false where it has rows of other kinds, or compliant ones
+  bool assign(const IslandSystem& system, SolveWork& work, ThreadPool* threads = nullptr);
   /// Counted work of one step.
   double step_cost() const { return step_cost_; }
 
@@ -50,6 +51,8 @@ class ConeInteriorPoint {
   void get(std::vector<double>& lambda) const;
 
  private:
+  /// Groups of contacts, and bodies, that a thread takes at a time.
+  static constexpr std::size_t kGroupsAPiece = 256, kBodiesAPiece = 256;
   struct Kernels;
   struct alignas(32) Contact {
     Vec4 n_low, n_high, t_low, t_high;  ///< rows over their root, velocities by the roots of the masses
@@ -69,13 +72,35 @@ class ConeInteriorPoint {
     Vec4 gap[2];      ///< s+- wanted - s
     Vec4 rest[2];     ///< second-order term of the corrector
     Vec4 dl[2], ds[2], du_t;
+    Vec4 W, S, B, E;      ///< of the matrix
+    Vec4 push_n, push_t;  ///< impulses that act on the bodies
   };
+  /// A contact of a body, and which of its two bodies that is.
+  struct Incident {
+    int contact;
+    bool is_high;
+  };
+  void find_incident();
+  std::span<const Incident> incident(int position) const {
+    const auto p = static_cast<std::size_t>(position);
+    return std::span(incident_).subspan(
+        static_cast<std::size_t>(incident_begin_[p]),
+        static_cast<std::size_t>(incident_begin_[p + 1] - incident_begin_[p]));
+  }
+  void push();
+  /// Finds the direction towards l s = target - rest. @return by how much the fastest falls, of what there is
+  double direct(double target);
+  double take_step();
 
+  ThreadPool* threads_ = nullptr;
   int nodes_ = 0;
   double step_cost_ = 0, last_length_ = 1;
   int rows_ = 0;
   std::vector<Contact> contacts_;
   std::vector<Group> groups_;
+  std::vector<BodyVector> pieces_;  ///< scratch: sums or maxima of groups, by piece
+  std::vector<Incident> incident_;  ///< by position, ascending
+  std::vector<int> incident_begin_;
   std::vector<BodyVector> mass_;  ///< M^-1/2, by position; zero for the ground
   std::vector<BodyVector> y_;     ///< scratch: one a position, and the ground's
   std::vector<std::array<int, 2>> edges_;
@@ -85,10 +110,10 @@ class ConeInteriorPoint {
 
 /// Improves what sweeps came to by as many steps as fit into the work, and a few sweeps; what is better stays
 /// in `sweeps`.
-/// @param limit  on `work`, which goes on from what it is
+/// @param limit  on `work`, which goes on from what it is @param threads  may be null
 /// @param violation  that is left [m/s]
 /// @return false, and nothing happened, where it does not fit into the work, or the rows are of other kinds
-bool improve_by_interior_point(const IslandSystem& system, double limit, BlockSweeps& sweeps,
-                               double& violation, SolveWork& work);
+bool improve_by_interior_point(const IslandSystem& system, double limit, ThreadPool* threads,
+                               BlockSweeps& sweeps, double& violation, SolveWork& work);
 
 }  // namespace skerry

@@ -35,7 +35,8 @@ bool cone_rounds(const IslandSystem& system, std::span<const double> start, cons
   Spare<BlockSweeps> sweeps;
   Spare<ConeInteriorPoint> path;
   SolveWork uncounted;
-  if (!sweeps->assign(system) || !path->assign(system, uncounted)) return false;
+  if (!sweeps->assign(system, false, model.threads()) || !path->assign(system, uncounted, model.threads()))
+    return false;
   work.symbolic_analyses += uncounted.symbolic_analyses;
   const double scale = residual_scale(largest_magnitude(system.b));
   ActiveSet::Options polish;

@@ -245,8 +245,8 @@ double InteriorPoint::predict(SolveWork& work) {
   return fall > 1 ? 1 / fall : 1;
 }
 
-// Solves for the corrector, and looks for the weight with which it allows the longest step; returns that step.
-// One pass looks at all weights: the falls, relative to what there is, are linear in them.
+// Solves for the corrector, and looks for the weight with which it allows the longest step; returns that
+// step. One pass looks at all weights: the falls, relative to what there is, are linear in them.
 double InteriorPoint::correct(double least_weight, SolveWork& work, double& weight) {
   model_.solve(k_.data(), g_.data(), h_.data(), c_.data(), work);
   Falls weights;

@@ -30,6 +30,21 @@ inline double dot3(const BodyVector& x, const BodyVector& y) {
   return (x.v[0] * y.v[0] + x.v[1] * y.v[1]) + x.v[2] * y.v[2];
 }
 
+/// Calls `Kernel::run(arguments...)`, compiled for AVX2 where the processor has it. `run` has to be always
+/// inlined, and so has what it calls with vectors.
+template <class Kernel, class... Arguments>
+SKERRY_AVX2 inline auto kernel_avx2(Arguments&... arguments) {
+  return Kernel::run(arguments...);
+}
+template <class Kernel, class... Arguments>
+inline auto kernel_portable(Arguments&... arguments) {
+  return Kernel::run(arguments...);
+}
+template <class Kernel, class... Arguments>
+inline auto run_kernel(Arguments&&... arguments) {
+  return cpu_has_avx2() ? kernel_avx2<Kernel>(arguments...) : kernel_portable<Kernel>(arguments...);
+}
+
 /// Vectors of four become numbers of four.
 SKERRY_ALWAYS_INLINE void transpose(Vec4& p, Vec4& q, Vec4& r, Vec4& s) {
   const Vec4 a = __builtin_shufflevector(p, q, 0, 4, 2, 6), b = __builtin_shufflevector(p, q, 1, 5, 3, 7);

@@ -31,7 +31,7 @@ Result improve(const IslandSystem& system, double limit) {
   sweeps.get(sweeps.impulses(), result.lambda);
   result.before = natural_map_residual(system, result.lambda);
   double violation = 0;
-  result.tried = improve_by_interior_point(system, limit, sweeps, violation, result.work);
+  result.tried = improve_by_interior_point(system, limit, nullptr, sweeps, violation, result.work);
   sweeps.get(sweeps.impulses(), result.lambda);
   result.after = natural_map_residual(system, result.lambda);
   if (result.tried) {

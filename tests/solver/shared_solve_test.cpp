@@ -8,7 +8,7 @@
 
 #include "physics/solver/auto.h"
 #include "physics/solver/block_ldlt.h"
-#include "physics/solver/body_space_model.h"
+#include "physics/solver/cone_interior_point.h"
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
@@ -194,6 +194,28 @@ TEST(SharedSolve, HasTheBitsOfOneThread) {
     SCOPED_TRACE(island.name);
     const std::vector<double> expected = solve_twice(island.system, 1);
     for (const int threads : {2, 3, 8}) EXPECT_EQ(solve_twice(island.system, threads), expected) << threads;
+  }
+}
+
+TEST(SharedConePath, HasTheBitsOfOneThread) {
+  const IslandSystem systems[] = {scenes::disc_heap(50, {.noise = 0.3, .seed = 2}).system,
+                                  scenes::pyramid(28, {.noise = 0.3, .seed = 3}).system};
+  for (const IslandSystem& system : systems) {
+    const std::vector<double> start(system.rows.size(), 0.0);
+    const auto follow = [&](int threads) {
+      ThreadPool pool(threads);
+      SolveWork work;
+      ConeInteriorPoint path;
+      EXPECT_TRUE(path.assign(system, work, &pool));
+      path.start(start, 0.3);
+      for (int k = 0; k < 8; ++k) EXPECT_GT(path.step(work), 0);
+      std::vector<double> lambda;
+      path.get(lambda);
+      lambda.push_back(path.centre());
+      return lambda;
+    };
+    const std::vector<double> expected = follow(1);
+    for (const int threads : {2, 3, 8}) EXPECT_EQ(follow(threads), expected) << threads;
   }
 }
 
