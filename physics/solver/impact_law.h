@@ -25,6 +25,7 @@ struct ImpactProblem {
   double rest_speed = 1e-6;             ///< slower approaches do not bounce [m/s]
   const SolverEntry* solver = nullptr;  ///< for the plastic and frictional sub-problems
   double work_limit = 0;  ///< of the solver, over all sub-problems (`SolveOptions::work_limit`); 0: none
+  ThreadPool* threads = nullptr;  ///< for the sub-problems (`SolveOptions::threads`)
 };
 
 struct ImpactResult {

@@ -120,6 +120,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.drive = assembly.drive;
   problem.rest_speed = state.config.rest_speed;
   problem.solver = state.solver;
+  problem.threads = state.island_threads;
   // Impacts are not what an island may be too busy for: they have their own budget.
   problem.work_limit = work_left(state.config.solve.work_limit, result);
   if (options.work_limit > 0 && !(problem.work_limit > 0 && problem.work_limit < options.work_limit))

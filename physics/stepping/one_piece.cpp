@@ -251,9 +251,8 @@ class OnePieceStep {
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
                          const SolveOptions& options) {
     StageTimer timer(state_, result_, Stage::Solve);
-    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
-    Solution solution = state_.solver->solve(system, warm, options, &memory);
-    keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
+    MemoryLoan memory(state_, result_, SolvePurpose::Forces, system);
+    Solution solution = state_.solver->solve(system, warm, options, memory.get());
     return solution;
   }
 

@@ -2,6 +2,7 @@
 #include "physics/stepping/piece_forces.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "physics/spare.h"
@@ -16,8 +17,8 @@
 namespace skerry {
 namespace {
 
-// Contacts that a thread takes at a time.
-constexpr std::size_t kContactsAPiece = 256;
+// Contacts, and rows, that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048;
 // Residual of forces that are as good as none, for which it is 1.
 constexpr double kVain = 0.5;
 
@@ -170,37 +171,27 @@ class PieceSolve {
       return store_impulses(assembly, {}, h, *scratch);
     }
 
-    const int count = system.size();
-    for (int i = 0; i < count; ++i) {
-      const RowOrigin& origin = assembly.origin[i];
-      double target = 0;
-      // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
-      // not kept.
-      if (origin.spring()) {
-        target = add_spring(assembly, i, start.origin[i].error, before, h);
-      } else {
-        const bool stays = origin.kind == RowKind::Normal || origin.kind == RowKind::Joint ||
-                           origin.kind == RowKind::Motor || sticks(origin) || rests(start, i, before);
-        if (found_.moving && stays) target = row_velocity(start, i, before) - row_velocity(mid, i, before);
-        if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
-        if (origin.kind == RowKind::Limit && !rests(start, i, before))
-          target = -std::max(0.0, origin.error) / h;
-        if (origin.kind == RowKind::Motor) {
-          system.rows[i].lower *= h;
-          system.rows[i].upper *= h;
-        }
+    if (!island_.joints.empty() && std::any_of(assembly.origin.begin(), assembly.origin.end(),
+                                               [](const RowOrigin& origin) { return origin.spring(); }))
+      system.compliance.resize(system.rows.size(), 0);
+    std::atomic<int> rubbing = 0;
+    scratch->warm.resize(system.rows.size());
+    share_rows(system, [&](int first, int last) {
+      int frictions = 0;
+      for (int i = first; i < last; ++i) {
+        set_target(assembly, start, i, before, after);
+        scratch->warm[i] = warm_impulse(assembly.origin[i], h);
+        frictions += assembly.origin[i].kind == RowKind::Friction;
       }
-      system.b[i] = target - row_velocity(assembly, i, after);
-    }
-
-    warm_start(assembly, h, scratch->warm);
+      rubbing += frictions;
+    });
+    result_.friction_rows += rubbing;
     for (std::size_t k = 0; damping != nullptr && k < system.bodies.size(); ++k) {
       system.bodies[k].linear *= (*damping)[k].linear;
       system.bodies[k].angular *= (*damping)[k].angular;
     }
-    std::unique_ptr<SolverMemory> memory = take_memory(state_, result_, SolvePurpose::Forces, system);
-    Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory);
-    keep_memory(state_, result_, SolvePurpose::Forces, system, std::move(memory));
+    MemoryLoan memory(state_, result_, SolvePurpose::Forces, system);
+    Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory.get());
     note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
     quieten(h, solution.lambda, after);
@@ -214,9 +205,48 @@ class PieceSolve {
     give_spare(std::move(solution.lambda));
   }
 
+  /// Calls `item(first, last)` for pieces of the rows, shared by threads; rows of a contact are in one piece.
+  template <class Item>
+  void share_rows(const IslandSystem& system, const Item& item) const {
+    const auto beginning_of_contact = [&](std::size_t row) {
+      while (row < system.rows.size() && system.rows[row].normal >= 0) ++row;
+      return static_cast<int>(row);
+    };
+    share(state_.island_threads, system.rows.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
+      item(beginning_of_contact(from), beginning_of_contact(to));
+    });
+  }
+
+  /// The wanted change of velocity of row `i`, and the bounds of motors as impulses.
+  /// @param start  rows where the piece begins
+  void set_target(Assembly& assembly, const Assembly& start, int i, const std::vector<Velocity>& before,
+                  const std::vector<Velocity>& after) const {
+    IslandSystem& system = assembly.system;
+    const RowOrigin& origin = assembly.origin[i];
+    const double h = piece_.h;
+    double target = 0;
+    // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
+    // not kept.
+    if (origin.spring()) {
+      target = add_spring(assembly, i, start.origin[i].error, before, h);
+    } else {
+      if (found_.moving && (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint ||
+                            origin.kind == RowKind::Motor || sticks(origin) || rests(start, i, before)))
+        target = row_velocity(start, i, before) - row_velocity(assembly, i, before);
+      if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
+      if (origin.kind == RowKind::Limit && !rests(start, i, before))
+        target = -std::max(0.0, origin.error) / h;
+      if (origin.kind == RowKind::Motor) {
+        system.rows[i].lower *= h;
+        system.rows[i].upper *= h;
+      }
+    }
+    system.b[i] = target - row_velocity(assembly, i, after);
+  }
+
   /// The impulses of a piece, with the friction that holds and the sliding that ends in it.
   Solution solve_system(const SolvedPiece& piece, const std::vector<double>& warm,
-                        std::unique_ptr<SolverMemory>& memory) {
+                        std::unique_ptr<SolverMemory>* memory) {
     StageTimer timer(state_, result_, Stage::Solve);
     SolveOptions options = state_.config.solve;
     options.work_limit = work_left(state_, result_);
@@ -224,16 +254,16 @@ class PieceSolve {
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     const IslandSystem& system = piece.assembly.system;
     std::vector<int> held = held_rows(piece.start, piece.assembly, piece.before);
-    Solution solution = state_.solver->solve(system, warm, options, &memory);
+    Solution solution = state_.solver->solve(system, warm, options, memory);
     // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
     // round at least one fewer is held.
     while (let_go(piece.assembly, solution.lambda, held)) {
       const SolveWork before_it = solution.work;
-      solution = state_.solver->solve(system, solution.lambda, options, &memory);
+      solution = state_.solver->solve(system, solution.lambda, options, memory);
       solution.work += before_it;
     }
     if (!piece_.plastic && piece_.may_stop)
-      found_.stop = slide_to_stop(state_, piece, options, &memory, solution);
+      found_.stop = slide_to_stop(state_, piece, options, memory, solution);
     return solution;
   }
 
@@ -299,14 +329,14 @@ class PieceSolve {
   ///   lambda = -h (k (C + h u / 2) + c u),   u = (J v0 + J v1) / 2,   so with  g = 4 / (h^2 k + 2 h c)
   ///   J v1 + g lambda = -J v0 - g h k C
   ///
-  /// a row with compliance g. For a linear oscillator without damper the energy is that of the beginning
+  /// a row with compliance g, whose place is there. For a linear oscillator without damper the energy is that
+  /// of the beginning
   /// [Hairer, Lubich & Wanner 2006, sec. II.1.2, IV.2]; of second order in general.
   /// @param stretch  C at the beginning of the piece
   static double add_spring(Assembly& assembly, int i, double stretch, const std::vector<Velocity>& before,
                            double h) {
     const RowOrigin& origin = assembly.origin[i];
     const double g = 4 / (h * (h * origin.stiffness + 2 * origin.damping));
-    assembly.system.compliance.resize(assembly.system.rows.size(), 0);
     assembly.system.compliance[i] = g;
     return -row_velocity(assembly, i, before) - g * h * origin.stiffness * stretch;
   }
@@ -334,55 +364,59 @@ class PieceSolve {
     return state_.contacts[origin.index].points[origin.point].sticking;
   }
 
-  void warm_start(const Assembly& assembly, double h, std::vector<double>& warm) const {
-    warm.assign(assembly.origin.size(), 0);
-    for (std::size_t i = 0; i < warm.size(); ++i) {
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) {
-        warm[i] = state_.joints[origin.index].row_force[origin.point] * h;
-        continue;
-      }
-      const PointMemory& memory = state_.contacts[origin.index].points[origin.point];
-      if (!(memory.h > 0)) continue;
-      const double impulse = origin.kind == RowKind::Normal     ? memory.normal_impulse
-                             : origin.kind == RowKind::Friction ? memory.friction_impulse
-                                                                : memory.rolling_impulse;
-      warm[i] = impulse * (h / memory.h);
-    }
+  /// What the last piece, or step, had at this row.
+  double warm_impulse(const RowOrigin& origin, double h) const {
+    if (origin.joint) return state_.joints[origin.index].row_force[origin.point] * h;
+    const PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+    if (!(memory.h > 0)) return 0;
+    const double impulse = origin.kind == RowKind::Normal     ? memory.normal_impulse
+                           : origin.kind == RowKind::Friction ? memory.friction_impulse
+                                                              : memory.rolling_impulse;
+    return impulse * (h / memory.h);
   }
 
   void store_impulses(const Assembly& assembly, const std::vector<double>& lambda, double h,
                       PieceScratch& scratch) {
     std::vector<std::uint8_t>& modes = scratch.modes;
-    modes.clear();
-    for (const std::uint32_t index : island_.contacts) {
-      for (PointMemory& memory : state_.contacts[index].points) {
-        modes.push_back(mode_of(memory));
-        memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-        memory.h = h;
-        memory.sticking = false;
-      }
+    modes.resize(2 * island_.contacts.size());
+    const auto each_point = [&](const auto& item) {
+      share(state_.island_threads, island_.contacts.size(), kContactsAPiece,
+            [&](std::size_t from, std::size_t to) {
+              for (std::size_t k = from; k < to; ++k)
+                for (std::size_t p = 0; p < 2; ++p)
+                  item(state_.contacts[island_.contacts[k]].points[p], modes[2 * k + p]);
+            });
+    };
+    each_point([&](PointMemory& memory, std::uint8_t& mode) {
+      mode = mode_of(memory);
+      memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+      memory.h = h;
+      memory.sticking = false;
+    });
+    if (!lambda.empty())
+      share_rows(assembly.system, [&](int first, int last) {
+        for (int i = first; i < last; ++i) store_impulse(assembly, i, lambda[i], h);
+      });
+    std::atomic<int> changes = 0;
+    each_point([&](const PointMemory& memory, std::uint8_t mode) {
+      if (mode_of(memory) != mode) changes.fetch_add(1, std::memory_order_relaxed);
+    });
+    result_.mode_changes += changes;
+  }
+
+  void store_impulse(const Assembly& assembly, int i, double lambda, double h) const {
+    const RowOrigin& origin = assembly.origin[i];
+    if (origin.joint) {
+      state_.joints[origin.index].row_force[origin.point] = lambda / h;
+      return;
     }
-    for (std::size_t i = 0; i < lambda.size(); ++i) {
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) {
-        state_.joints[origin.index].row_force[origin.point] = lambda[i] / h;
-        continue;
-      }
-      PointMemory& memory = state_.contacts[origin.index].points[origin.point];
-      if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda[i];
-      if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda[i];
-      if (origin.kind != RowKind::Friction) continue;
-      memory.friction_impulse = lambda[i];
-      memory.sticking =
-          memory.normal_impulse > 0 &&
-          std::abs(lambda[i]) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
-    }
-    auto mode = modes.begin();
-    for (const std::uint32_t index : island_.contacts) {
-      for (const PointMemory& memory : state_.contacts[index].points)
-        result_.mode_changes += mode_of(memory) != *mode++;
-    }
+    PointMemory& memory = state_.contacts[origin.index].points[origin.point];
+    if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda;
+    if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda;
+    if (origin.kind != RowKind::Friction) return;
+    memory.friction_impulse = lambda;
+    memory.sticking = memory.normal_impulse > 0 &&
+                      std::abs(lambda) < assembly.system.rows[i].mu * memory.normal_impulse * (1 - 1e-12);
   }
 
   /// 0 open, 1 slipping, 2 sticking
@@ -395,8 +429,6 @@ class PieceSolve {
     result_.report.method = solution.method;
     result_.report.iterations += solution.iterations;
     result_.report.rows = system.size();
-    result_.friction_rows += static_cast<int>(std::count_if(
-        system.rows.begin(), system.rows.end(), [](const Row& r) { return r.kind == RowKind::Friction; }));
     result_.work += solution.work;
   }
 

@@ -33,6 +33,8 @@ constexpr double kFarShift = 10;
 // Residual of the solves, relative to the error that they take out; and the share of what counts as rounding
 // that they may leave.
 constexpr double kTolerance = 1e-12, kShareOfFloor = 0.1;
+// Contacts that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 1024;
 
 bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
@@ -64,8 +66,8 @@ bool only_holds(const WorldState& state, const Island& island) {
 /// the rows are made.
 bool needs_projection(const WorldState& state, const Island& island) {
   if (!island.joints.empty()) return true;
-  for (const std::uint32_t index : island.contacts) {
-    const Contact& contact = state.contacts[index];
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
     for (int i = 0; i < contact.manifold.count; ++i) {
       const ManifoldPoint& point = contact.manifold.points[i];
       const bool closed =
@@ -73,8 +75,8 @@ bool needs_projection(const WorldState& state, const Island& island) {
       const double error = closed ? std::abs(point.separation) : -point.separation;
       if (error > position_floor(state, point.position)) return true;
     }
-  }
-  return false;
+    return false;
+  });
 }
 
 /// Largest violation of the rows [m]; loaded contacts count gaps, too.
@@ -100,9 +102,9 @@ void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& sys
       solve_few_without_bounds(system, options.tolerance, lambda, result.work))
     return;
   options.work_limit = work_left(state, result);
-  std::unique_ptr<SolverMemory> memory = take_memory(state, result, purpose, system);
-  Solution solution = state.solver->solve(system, {}, options, &memory);
-  keep_memory(state, result, purpose, system, std::move(memory));
+  options.threads = state.island_threads;
+  MemoryLoan memory(state, result, purpose, system);
+  Solution solution = state.solver->solve(system, {}, options, memory.get());
   result.work += solution.work;
   lambda.swap(solution.lambda);
   give_spare(std::move(solution.lambda));

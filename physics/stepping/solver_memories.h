@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "physics/hash.h"
@@ -22,30 +23,44 @@ inline std::uint64_t memory_key(SolvePurpose purpose, const IslandSystem& system
   return key.value();
 }
 
-/// Takes what this step or the last one kept for the rows of `system`; null if there is nothing. Islands
-/// share no rows.
-inline std::unique_ptr<SolverMemory> take_memory(WorldState& state, IslandResult& result,
-                                                 SolvePurpose purpose, const IslandSystem& system) {
-  // Small systems leave nothing to remember, and nothing to look for.
-  if (!state.config.skips.factors || (state.memories.empty() && result.memories.empty())) return nullptr;
-  const std::uint64_t key = memory_key(purpose, system);
-  const auto own = std::find_if(result.memories.begin(), result.memories.end(),
-                                [key](const IslandMemory& kept) { return kept.key == key; });
-  if (own != result.memories.end()) {
-    std::unique_ptr<SolverMemory> memory = std::move(own->memory);
-    result.memories.erase(own);
-    return memory;
+/// What this step or the last one kept for the rows of a system, null if there is nothing, on its way through
+/// a solve: as it is when the loan ends, it is kept for the next. Islands share no rows, and rows stay the
+/// same meanwhile.
+class MemoryLoan {
+ public:
+  MemoryLoan(WorldState& state, IslandResult& result, SolvePurpose purpose, const IslandSystem& system)
+      : result_(result), purpose_(purpose), system_(system), keeps_(state.config.skips.factors) {
+    // Small systems leave nothing to remember, and nothing to look for.
+    if (!keeps_ || (state.memories.empty() && result.memories.empty())) return;
+    const std::uint64_t key = key_.emplace(memory_key(purpose, system));
+    const auto own = std::find_if(result.memories.begin(), result.memories.end(),
+                                  [key](const IslandMemory& kept) { return kept.key == key; });
+    if (own != result.memories.end()) {
+      memory_ = std::move(own->memory);
+      result.memories.erase(own);
+      return;
+    }
+    const auto found =
+        std::lower_bound(state.memories.begin(), state.memories.end(), key,
+                         [](const IslandMemory& kept, std::uint64_t k) { return kept.key < k; });
+    if (found != state.memories.end() && found->key == key) memory_ = std::move(found->memory);
   }
-  const auto found = std::lower_bound(state.memories.begin(), state.memories.end(), key,
-                                      [](const IslandMemory& kept, std::uint64_t k) { return kept.key < k; });
-  if (found == state.memories.end() || found->key != key) return nullptr;
-  return std::move(found->memory);
-}
+  ~MemoryLoan() {
+    if (memory_ != nullptr && keeps_)
+      result_.memories.push_back({key_ ? *key_ : memory_key(purpose_, system_), std::move(memory_)});
+  }
+  MemoryLoan(const MemoryLoan&) = delete;
+  MemoryLoan& operator=(const MemoryLoan&) = delete;
 
-inline void keep_memory(const WorldState& state, IslandResult& result, SolvePurpose purpose,
-                        const IslandSystem& system, std::unique_ptr<SolverMemory> memory) {
-  if (memory != nullptr && state.config.skips.factors)
-    result.memories.push_back({memory_key(purpose, system), std::move(memory)});
-}
+  std::unique_ptr<SolverMemory>* get() { return &memory_; }
+
+ private:
+  IslandResult& result_;
+  SolvePurpose purpose_;
+  const IslandSystem& system_;
+  bool keeps_;
+  std::optional<std::uint64_t> key_;
+  std::unique_ptr<SolverMemory> memory_;
+};
 
 }  // namespace skerry

@@ -47,6 +47,9 @@ constexpr int kMostStops = 4;
 // A piece in which nothing rests needs no solve and costs this much less.
 constexpr int kFlightShare = 32;
 
+// Contacts, and bodies, that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 512, kBodiesAPiece = 256;
+
 /// What the pieces of a step need for a moment.
 struct StepVectors {
   std::vector<Velocity> before, after;
@@ -212,7 +215,7 @@ class IslandStep {
   /// Points that touch and do not separate take part in the force solve; in the plastic end of a step all
   /// near ones.
   void choose_resting(bool all_near) {
-    for (std::size_t k = 0; k < resting_.size(); ++k) {
+    share_each(state_.island_threads, resting_.size(), kContactsAPiece, [&](std::size_t k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       resting_[k] = 0;
       for (int i = 0; i < contact.manifold.count; ++i) {
@@ -222,7 +225,7 @@ class IslandStep {
             normal_velocity(state_, contact, point.position, elapsed_) <= state_.config.rest_speed;
         if (rests || (all_near && point.separation <= contact.margin)) resting_[k] |= 1u << i;
       }
-    }
+    });
   }
 
   /// Time until the next landing within the piece, or its length. Points that sink are made resting ones.
@@ -245,13 +248,20 @@ class IslandStep {
       }
       return m;
     };
+    // Most contacts of a large island that rests are neither.
+    Spare<std::vector<std::uint8_t>> may_land;
+    may_land->resize(resting_.size());
+    share_each(state_.island_threads, resting_.size(), kContactsAPiece, [&](std::size_t k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      (*may_land)[k] = !rests_wholly(state_, contact, resting_[k]) &&
+                       (moves(contact.body_a, before, after) || moves(contact.body_b, before, after));
+    });
     double first = h;
     sinking_ = false;
     for (std::size_t k = 0; k < resting_.size(); ++k) {
+      if ((*may_land)[k] == 0) continue;
       const std::uint32_t index = island_.contacts[k];
       const Contact& contact = state_.contacts[index];
-      if (rests_wholly(state_, contact, resting_[k])) continue;
-      if (!moves(contact.body_a, before, after) && !moves(contact.body_b, before, after)) continue;
       const NextContact next =
           next_contact_time(state_, index, motion(contact.body_a), motion(contact.body_b), resting_[k], first,
                             resting_[k] != 0 ? free_beside(k) : FreeSegments{});
@@ -302,18 +312,18 @@ class IslandStep {
   void advance(double t, double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                bool plastic) {
     StageTimer timer(state_, result_, Stage::Apply);
-    const double share = t < h ? t / h : 1;
-    double excess = 0;  // of angular momentum
-    for (std::size_t k = 0; k < before.size(); ++k) {
+    const double part = t < h ? t / h : 1;
+    double excess = 0;  // of angular momentum, of a piece that is cut
+    share_each(part < 1 ? nullptr : state_.island_threads, before.size(), kBodiesAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       Velocity v = after[k];
       Velocity path = after[k];
       for (int c = 0; c < 3; ++c) {
-        if (share < 1) v[c] = before[k][c] + share * (after[k][c] - before[k][c]);
+        if (part < 1) v[c] = before[k][c] + part * (after[k][c] - before[k][c]);
         if (!plastic) path[c] = 0.5 * (before[k][c] + v[c]);
       }
       BodyArrays& all = state_.bodies;
-      if (share < 1) {
+      if (part < 1) {
         // The impulses act at the middle of the whole piece; where it is cut that is not the middle any more.
         const Vec2 v0{before[k][0], before[k][1]};
         const Vec2 push = Vec2{v[0], v[1]} - v0 - t * state_.acceleration[body];
@@ -327,14 +337,14 @@ class IslandStep {
       all.velocity[body] = {v[0], v[1]};
       all.omega[body] = v[2];
       note_travel(state_, body, elapsed_, t, plastic ? path : before[k], v);
-    }
+    });
     give_spin(state_, island_, -excess);
-    for (const std::uint32_t index : island_.contacts) {
-      for (PointMemory& memory : state_.contacts[index].points) {
-        memory.total_normal += share * memory.normal_impulse;
-        memory.total_friction += share * memory.friction_impulse;
+    share_each(state_.island_threads, island_.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+      for (PointMemory& memory : state_.contacts[island_.contacts[k]].points) {
+        memory.total_normal += part * memory.normal_impulse;
+        memory.total_friction += part * memory.friction_impulse;
       }
-    }
+    });
     for (const std::uint32_t slot : island_.joints) {
       JointRecord& joint = state_.joints[slot];
       for (int k = 0; k < kMaxJointRows; ++k) joint.row_impulse[k] += t * joint.row_force[k];
