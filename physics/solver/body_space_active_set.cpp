@@ -343,12 +343,17 @@ bool ActiveSet::leap(double length) {
   return true;
 }
 
-int ActiveSet::look_at_states(double impulse_tolerance, double velocity_tolerance) {
-  const double largest = std::max(model_.scale(), model_.largest_of_rows([&](int first, int last) {
+// In units of velocity.
+double ActiveSet::largest_impulse() const {
+  return std::max(model_.scale(), model_.largest_of_rows([&](int first, int last) {
     double most = 0;
     for (int i = first; i < last; ++i) most = std::max(most, model_.row(i).D * std::fabs(lambda_[at(i)]));
     return most;
   }));
+}
+
+int ActiveSet::look_at_states(double impulse_tolerance, double velocity_tolerance) {
+  const double largest = largest_impulse();
   // Both in velocity units.
   const double below = impulse_tolerance * largest, moving = velocity_tolerance * model_.scale();
   found_.resize(model_.row_pieces());
@@ -424,6 +429,63 @@ int ActiveSet::change_states() {
   return contradictions;
 }
 
+// Where a few rows change state, others around them do, too, and so on. Before all rows are solved for again,
+// those near the changed ones are followed alone, with the answer of all others to them, until no state among
+// them contradicts: only the states are kept of that.
+void ActiveSet::settle_around(double tolerance, SolveWork& work) {
+  constexpr int kRounds = 24, kPatience = 4;
+  model_.share_rows([&](int first, int last) { set_weights(eta_, first, last); });
+  weighted_ = false;
+  if (!model_.adapt(g_.data(), h_.data(), work)) return;
+  BodySpaceModel::Surroundings around(model_);
+  const std::vector<int>& rows = around.rows();
+  const double below = tolerance * largest_impulse(), moving = tolerance * model_.scale();
+  // The last step solved w + eta D (lambda - centre) = 0 for the rows that were free.
+  around_.resize(rows.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const std::size_t i = at(rows[r]);
+    around_[r] = {lambda_[i], w_[i], w_[i] + eta_ * model_.info()[i].D * d_lambda_[i]};
+    w_[i] = around_[r][2];
+  }
+  Found found;
+  std::size_t fewest = rows.size() + 1;
+  int waited = 0;
+  for (int round = 0; round < kRounds && waited < kPatience; ++round) {
+    for (const int i : rows) {
+      const auto& r = model_.row(i);
+      const bool other = states_[at(i)] != factored_states_[at(i)] ||
+                         (r.normal >= 0 && states_[at(r.normal)] != factored_states_[at(r.normal)]);
+      k_[at(i)] = 0;
+      if (other) set_right_hand_side(i, i + 1);
+    }
+    work.visits += 10 * static_cast<double>(rows.size());
+    if (!around.follow(g_.data(), h_.data(), k_.data())) break;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      double d_w = 0;
+      around.change(static_cast<int>(r), d_lambda_[at(rows[r])], d_w);
+      move_impulses(rows[r], rows[r] + 1);
+      w_[at(rows[r])] += d_w + eta_ * model_.row(rows[r]).D * (lambda_[at(rows[r])] - around_[r][0]);
+    }
+    found.due.clear();
+    for (std::size_t r = 0; r < rows.size();) {
+      const int first = rows[r];
+      int last = first;
+      for (; r < rows.size() && rows[r] == last; ++r) ++last;
+      look_at_states(first, last, below, moving, found);
+    }
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      lambda_[at(rows[r])] = around_[r][0];
+      w_[at(rows[r])] = around_[r][2];
+    }
+    if (found.due.empty()) break;
+    for (const Due& due : found.due) states_[at(due.row)] = due.state;
+    for (const int i : rows) set_weights(eta_, i, i + 1);
+    waited = found.due.size() < fewest ? 0 : waited + 1;
+    fewest = std::min(fewest, found.due.size());
+  }
+  for (std::size_t r = 0; r < rows.size(); ++r) w_[at(rows[r])] = around_[r][1];
+}
+
 void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {
   if (!trace) return;
   SolveIteration it;
@@ -473,6 +535,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     }
     fewest = fewest < 0 ? changes : std::min(fewest, changes);
     work.pivots += change_states();
+    if (changes <= options.few) settle_around(fine ? floor : 1e-9, work);
   }
   return accepted();
 }

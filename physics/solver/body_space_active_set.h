@@ -12,6 +12,7 @@
 // 2002]).
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -93,7 +94,7 @@ class ActiveSet {
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, found, centre, best_residual, factored_eta, eta, factored, stale,
+                            d_lambda, around, found, centre, best_residual, factored_eta, eta, factored, stale,
                             weighted] = *this;
     // `centre` is null between solves, and what was found means nothing.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
@@ -118,6 +119,8 @@ class ActiveSet {
   int look_at_states(double impulse_tolerance, double velocity_tolerance);
   /// Makes the changes noted last. @return how many of them are contradictions
   int change_states();
+  double largest_impulse() const;
+  void settle_around(double tolerance, SolveWork& work);
   void record(SolveTrace* trace, double residual, int pivots) const;
 
   /// A state that is to change.
@@ -136,6 +139,7 @@ class ActiveSet {
   std::vector<RowState> states_, factored_states_;
   std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
   std::vector<double> g_, h_, k_, d_lambda_;
+  std::vector<std::array<double, 3>> around_;    // scratch: of some rows, numbers to go back to
   std::vector<Found> found_;                     // by piece of the rows, by the last look at them
   const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;

@@ -496,37 +496,93 @@ bool BodySpaceModel::is_adaptable() const {
   return pattern_.updates() >= kAdaptFrom * (nodes_ + pattern_.blocks());
 }
 
+// Makes a row one that follows another law than the factor takes it to, if it does. False if there are too many.
+bool BodySpaceModel::add_to_update(int i, double g, double h) {
+  const double dg = g - factored_g_[at(i)], dh = h - factored_h_[at(i)];
+  const double size = std::max({g, factored_g_[at(i)], std::fabs(h), std::fabs(factored_h_[at(i)])});
+  if (std::fabs(dg) + std::fabs(dh) <= kSameWeight * size) return true;
+  const Place& place = place_[at(i)];
+  if (place.low == nodes_) return true;
+  const Jacobian& J = jacobian_[at(i)];
+  LocalUpdate::Row row;
+  row.row = i;
+  row.size = size;
+  row.low = place.low;
+  row.high = place.high < nodes_ ? place.high : -1;
+  row.C_low.v = J.low;
+  row.C_high.v = J.high;
+  row.R_low.v = J.low * (dg / size);
+  row.R_high.v = J.high * (dg / size);
+  if (dh != 0) {
+    const Jacobian& N = jacobian_[at(info_[at(i)].normal)];
+    row.R_low.v += N.low * (dh / size);
+    row.R_high.v += N.high * (dh / size);
+  }
+  return update_.add(row);
+}
+
 bool BodySpaceModel::adapt(const double* g, const double* h, SolveWork& work) {
   if (!is_adaptable() || factored_g_.size() != info_.size()) return false;
   update_.start();
-  for (int i = 0; i < rows(); ++i) {
-    const double dg = g[i] - factored_g_[at(i)], dh = h[i] - factored_h_[at(i)];
-    const double size = std::max({g[i], factored_g_[at(i)], std::fabs(h[i]), std::fabs(factored_h_[at(i)])});
-    if (std::fabs(dg) + std::fabs(dh) <= kSameWeight * size) continue;
-    const Place& place = place_[at(i)];
-    if (place.low == nodes_) continue;
-    const Jacobian& J = jacobian_[at(i)];
-    LocalUpdate::Row row;
-    row.row = i;
-    row.size = size;
-    row.low = place.low;
-    row.high = place.high < nodes_ ? place.high : -1;
-    row.C_low.v = J.low;
-    row.C_high.v = J.high;
-    row.R_low.v = J.low * (dg / size);
-    row.R_high.v = J.high * (dg / size);
-    if (dh != 0) {
-      const Jacobian& N = jacobian_[at(info_[at(i)].normal)];
-      row.R_low.v += N.low * (dh / size);
-      row.R_high.v += N.high * (dh / size);
-    }
-    if (!update_.add(row)) return false;
-  }
+  for (int i = 0; i < rows(); ++i)
+    if (!add_to_update(i, g[i], h[i])) return false;
   const bool done = update_.finish(pattern_, factor_);
   take_weights(g, h);
   ++work.partial_factorisations;
   work.visits += rows() + kUpdateCost * update_.visited();
   return done;
+}
+
+BodySpaceModel::Surroundings::Surroundings(BodySpaceModel& model) : model_(model) {
+  const std::vector<int>& nodes = model.update_.nodes();
+  // Who is near is known by a mark in scratch memory that is there by position.
+  model.more_.resize(model.velocity_.size());
+  for (BodyVector& mark : model.more_) mark.v = Vec4{};
+  for (const int p : nodes) model.more_[at(p)].v[3] = 1;
+  model.more_.back().v[3] = 1;
+  for (const int p : nodes)
+    for (int e = model.incident_begin_[at(p)]; e < model.incident_begin_[at(p) + 1]; ++e) {
+      const Incident& incident = model.incident_[at(e)];
+      if (!incident.is_high && model.more_[at(model.place_[at(incident.row)].high)].v[3] == 1)
+        rows_.push_back(incident.row);
+    }
+  std::sort(rows_.begin(), rows_.end());
+  beyond_.resize(rows_.size());
+}
+
+bool BodySpaceModel::Surroundings::follow(const double* g, const double* h, const double* k) {
+  LocalUpdate& update = model_.update_;
+  update.start();
+  for (const int i : rows_)
+    if (!model_.add_to_update(i, g[i], h[i])) return false;
+  if (!update.finish(model_.pattern_, model_.factor_)) return false;
+  z_.clear();
+  for (const LocalUpdate::Row& row : update.rows()) z_.push_back(k[row.row]);
+  update.solve(nullptr, z_);
+  model_.more_.back().v = Vec4{};
+  update.respond(z_, model_.more_.data());
+  std::fill(beyond_.begin(), beyond_.end(), 0.0);
+  std::size_t place = 0;
+  for (std::size_t r = 0; r < z_.size(); ++r) {
+    while (rows_[place] != update.rows()[r].row) ++place;
+    beyond_[place] = z_[r];
+  }
+  return true;
+}
+
+void BodySpaceModel::Surroundings::change(int number, double& d_lambda, double& d_w) const {
+  const int row = rows_[at(number)];
+  const Place& place = model_.place_[at(row)];
+  const BodyVector &low = model_.more_[at(place.low)], &high = model_.more_[at(place.high)];
+  const auto along = [&](int i) {
+    const Jacobian& J = model_.jacobian_[at(i)];
+    return dot3({J.low}, low) + dot3({J.high}, high);
+  };
+  const RowInfo& info = model_.info_[at(row)];
+  const double velocity = along(row), h = model_.factored_h_[at(row)];
+  d_lambda = beyond_[at(number)] - model_.factored_g_[at(row)] * velocity;
+  if (h != 0) d_lambda -= h * along(info.normal);
+  d_w = velocity + info.compliance * d_lambda;
 }
 
 void BodySpaceModel::take_weights(const double* g, const double* h) {

@@ -135,6 +135,27 @@ class BodySpaceModel {
   /// Makes the last factor that of other weights, where they differ in a few rows only and that is cheaper
   /// than a new one; what follows solves for the new weights, less exactly. False if it did not.
   [[nodiscard]] bool adapt(const double* g, const double* h, SolveWork& work);
+  /// What a few rows that follow other laws do to the rows around them, as far as that is known since the last
+  /// `adapt`: of rows between bodies that it had to do with.
+  class Surroundings {
+   public:
+    /// @pre the last `adapt` of the model returned true
+    explicit Surroundings(BodySpaceModel& model);
+    /// The rows, ascending; those of a contact are all there or none.
+    const std::vector<int>& rows() const { return rows_; }
+    /// Gives rows the weights `g` and `h`, and lets the laws of those that differ from the factor's want `k`
+    /// on top of where they are; all others keep to theirs. False, and nothing is known, where that are too
+    /// many or it leaves a singular matrix.
+    [[nodiscard]] bool follow(const double* g, const double* h, const double* k);
+    /// By how much the impulse and the velocity w of `rows()[number]` change then.
+    void change(int number, double& d_lambda, double& d_w) const;
+
+   private:
+    BodySpaceModel& model_;
+    std::vector<int> rows_;
+    std::vector<double> z_;       ///< of the rows of the update
+    std::vector<double> beyond_;  ///< the same, by row of `rows_`
+  };
   /// The same factor serves weights that have hardly changed.
   void take_weights(const double* g, const double* h);
   /// Computes `d_lambda` from `k` with the last factor. @param g, h  weights of that factor
@@ -196,6 +217,7 @@ class BodySpaceModel {
   template <bool kSizes>
   void push_all(const double* lambda, BodyVector* v);
   void evaluate_pushed(const double* lambda, double* w);
+  bool add_to_update(int row, double g, double h);
   void place_rows(const IslandSystem& system);
   void find_incident();
   void push(int first, int last, const double* lambda);

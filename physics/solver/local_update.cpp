@@ -104,20 +104,11 @@ bool LocalUpdate::finish(const BlockPattern& pattern, const BlockFactor& factor)
 bool LocalUpdate::factor_dense() {
   const int n = static_cast<int>(rows_.size());
   // R G C^T by way of G C^T of one row, at all nodes.
-  std::vector<BodyVector> velocity(nodes_.size());
+  std::vector<BodyVector>& velocity = velocity_;
+  velocity.resize(nodes_.size());
   for (int j = 0; j < n; ++j) {
     std::fill(velocity.begin(), velocity.end(), BodyVector{});
-    const Row& from = rows_[at(j)];
-    for (const bool high : {false, true}) {
-      const int place = place_[at(j)][high];
-      if (place < 0) continue;
-      for (int c = 0; c < 3; ++c) {
-        const double s = (high ? from.C_high : from.C_low).v[c];
-        const double* const g = &G_[entry(0, 3 * place + c)];
-        for (std::size_t k = 0; k < velocity.size(); ++k)
-          velocity[k].v += Vec4{g[3 * k], g[3 * k + 1], g[3 * k + 2], 0} * s;
-      }
-    }
+    add_response(j, 1, velocity.data());
     for (int i = 0; i < n; ++i) {
       double sum = i == j ? 1 / rows_[at(i)].size : 0;
       if (place_[at(i)][0] >= 0) sum += dot(rows_[at(i)].R_low, velocity[at(place_[at(i)][0])]);
@@ -148,13 +139,35 @@ bool LocalUpdate::factor_dense() {
   return true;
 }
 
+// Adds the velocities of the nodes that an impulse at a row gives.
+void LocalUpdate::add_response(int row, double impulse, BodyVector* velocity) const {
+  const Row& from = rows_[at(row)];
+  for (const bool high : {false, true}) {
+    const int place = place_[at(row)][high];
+    if (place < 0) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double s = (high ? from.C_high : from.C_low).v[c] * impulse;
+      const double* const g = &G_[entry(0, 3 * place + c)];
+      for (std::size_t k = 0; k < nodes_.size(); ++k)
+        velocity[k].v += Vec4{g[3 * k], g[3 * k + 1], g[3 * k + 2], 0} * s;
+    }
+  }
+}
+
+void LocalUpdate::respond(const std::vector<double>& z, BodyVector* v) const {
+  velocity_.assign(nodes_.size(), BodyVector{});
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (z[i] != 0) add_response(static_cast<int>(i), z[i], velocity_.data());
+  for (std::size_t k = 0; k < nodes_.size(); ++k) v[nodes_[k]] = velocity_[k];
+}
+
 void LocalUpdate::solve(const BodyVector* x, std::vector<double>& z) const {
   const int n = static_cast<int>(rows_.size());
   for (int i = 0; i < n; ++i) {
     const Row& row = rows_[at(i)];
     double sum = z[at(i)] / row.size;
-    if (row.low >= 0) sum -= dot(row.R_low, x[row.low]);
-    if (row.high >= 0) sum -= dot(row.R_high, x[row.high]);
+    if (x != nullptr && row.low >= 0) sum -= dot(row.R_low, x[row.low]);
+    if (x != nullptr && row.high >= 0) sum -= dot(row.R_high, x[row.high]);
     z[at(i)] = sum;
   }
   for (int k = 0; k < n; ++k) std::swap(z[at(k)], z[at(pivot_[at(k)])]);

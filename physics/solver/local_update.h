@@ -50,19 +50,25 @@ class LocalUpdate {
   double visited() const { return visited_; }
 
   const std::vector<Row>& rows() const { return rows_; }
+  /// Positions whose answers to impulses at each other are known: those of the rows, and of earlier ones.
+  const std::vector<int>& nodes() const { return nodes_; }
   /// Columns of the factor on the paths from the rows' positions to the root, ascending.
   const std::vector<int>& columns() const { return columns_; }
-  /// Computes z from the velocities `x` that the factor gives and `z` = c, one a row.
+  /// Computes z from the velocities `x` that the factor gives, or null where it gives none, and `z` = c, one
+  /// a row.
   void solve(const BodyVector* x, std::vector<double>& z) const;
+  /// Sets the velocities that z alone gives, by position, at `nodes()`.
+  void respond(const std::vector<double>& z, BodyVector* v) const;
 
   void fields(Archive& a) {
-    [[maybe_unused]] auto& [rows, place, nodes, known, G, lu, pivot, columns, slot, paths, active, visited] =
-        *this;
+    [[maybe_unused]] auto& [rows, place, nodes, known, G, lu, pivot, columns, slot, paths, velocity, active,
+                            visited] = *this;
     a(rows, place, nodes, known, G, lu, pivot, columns, active);
   }
 
  private:
   int node(int position);
+  void add_response(int row, double impulse, BodyVector* velocity) const;
   bool factor_dense();
 
   std::vector<Row> rows_;
@@ -75,6 +81,7 @@ class LocalUpdate {
   std::vector<int> columns_;   // on the paths, ascending
   std::vector<int> slot_;      // scratch: where each stands in columns_
   std::vector<Block3> paths_;  // scratch: by column on the paths
+  mutable std::vector<BodyVector> velocity_;  // scratch: by node
   bool active_ = false;
   double visited_ = 0;
 };
