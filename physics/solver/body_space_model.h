@@ -23,6 +23,7 @@
 #include "physics/islands/island_system.h"
 #include "physics/solver/block_ldlt.h"
 #include "physics/solver/local_update.h"
+#include "physics/solver/row_quads.h"
 #include "physics/solver/solver.h"
 #include "physics/spare.h"
 #include "physics/thread_pool.h"
@@ -35,22 +36,7 @@ class BodySpaceModel {
   BodySpaceModel(const BodySpaceModel&) = delete;
   BodySpaceModel& operator=(const BodySpaceModel&) = delete;
 
-  /// What the methods need to know of a row besides its Jacobian.
-  struct RowInfo {
-    int normal = -1;    ///< row that scales the bounds, or -1 for constant ones
-    bool dead = false;  ///< nothing it could move: D = 0
-    double mu = 0;      ///< bounds +-mu lambda[normal]
-    double lower = 0;   ///< constant bounds
-    double upper = 0;
-    double D = 0;           ///< diagonal of W, compliance included
-    double compliance = 0;  ///< of which compliance
-    double b = 0;
-
-    void fields(Archive& a) {
-      auto& [normal_, dead_, mu_, lower_, upper_, D_, compliance_, b_] = *this;
-      a(normal_, dead_, mu_, lower_, upper_, D_, compliance_, b_);
-    }
-  };
+  using RowInfo = RowQuads::Info;
 
   /// Threads that share what is done for each row and body of a large problem, and its factor; null: the
   /// caller's alone. The bits are the same.
@@ -61,7 +47,7 @@ class BodySpaceModel {
   template <class Item>
   void share_row_pieces(const Item& item) const {
     share(threads_, info_.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
-      item(beginning_of_contact(from), beginning_of_contact(to), from / kRowsAPiece);
+      item(beginning_of_piece(from), beginning_of_piece(to), from / kRowsAPiece);
     });
   }
   std::size_t row_pieces() const { return shared() ? (info_.size() - 1) / kRowsAPiece + 1 : 1; }
@@ -110,10 +96,9 @@ class BodySpaceModel {
       push_all(lambda);
     } else {
       for (int first = 0; first < rows();) {
-        const int last =
-            beginning_of_contact(static_cast<std::size_t>(std::min(rows(), first + kCachedRows)));
+        const int last = beginning_of_piece(static_cast<std::size_t>(std::min(rows(), first + kCachedRows)));
         move(first, last);
-        push(first, last, lambda);
+        quads_.push(first, last, lambda, pushed_.data(), false);
         first = last;
       }
     }
@@ -135,8 +120,8 @@ class BodySpaceModel {
   /// Makes the last factor that of other weights, where they differ in a few rows only and that is cheaper
   /// than a new one; what follows solves for the new weights, less exactly. False if it did not.
   [[nodiscard]] bool adapt(const double* g, const double* h, SolveWork& work);
-  /// What a few rows that follow other laws do to the rows around them, as far as that is known since the last
-  /// `adapt`: of rows between bodies that it had to do with.
+  /// What a few rows that follow other laws do to the rows around them, as far as that is known since the
+  /// last `adapt`: of rows between bodies that it had to do with.
   class Surroundings {
    public:
     /// @pre the last `adapt` of the model returned true
@@ -178,15 +163,12 @@ class BodySpaceModel {
 
   void fields(Archive& a) {
     [[maybe_unused]] auto& [threads, nodes, scale, node_of_body, position_of_body, pairs, normal_of_row,
-                            jacobian, place, incident, incident_begin, info, inverse_mass, velocity, pushed,
-                            pattern, factor, update, factored_g, factored_h, law_k, law_g, law_h, extra, more,
-                            edges, analysed, forgotten] = *this;
-    a(nodes, scale, node_of_body, position_of_body, pairs, normal_of_row, jacobian, place, info, inverse_mass,
-      velocity, pushed, pattern, analysed);
-    if (a.reading() && analysed) {
-      factor.set_pattern(pattern);
-      find_incident();
-    }
+                            quads, info, compliant, inverse_mass, velocity, pushed, pattern, factor, update,
+                            factored_g, factored_h, law_k, law_g, law_h, extra, more, edges, analysed,
+                            forgotten] = *this;
+    a(nodes, scale, node_of_body, position_of_body, pairs, normal_of_row, quads, info, compliant,
+      inverse_mass, velocity, pushed, pattern, analysed);
+    if (a.reading() && analysed) factor.set_pattern(pattern);
     a(factor, update, factored_g, factored_h, law_g, law_h);
   }
 
@@ -197,9 +179,8 @@ class BodySpaceModel {
   static constexpr std::size_t kBodiesAPiece = 256;
   /// Rows whose Jacobians stay in the cache from one pass to the next.
   static constexpr int kCachedRows = 128;
-  struct Kernels;
-  int beginning_of_contact(std::size_t row) const {
-    while (row < info_.size() && info_[row].normal >= 0) ++row;
+  int beginning_of_piece(std::size_t row) const {
+    while (row < info_.size() && !(normal_of_row_[row] < 0 && quads_.begins(static_cast<int>(row)))) ++row;
     return static_cast<int>(row);
   }
   bool shared() const { return threads_ != nullptr && threads_->threads() > 1 && info_.size() > kRowsAPiece; }
@@ -208,43 +189,12 @@ class BodySpaceModel {
     share(threads_, static_cast<std::size_t>(nodes_), kBodiesAPiece,
           [&](std::size_t from, std::size_t to) { item(static_cast<int>(from), static_cast<int>(to)); });
   }
-  /// Of rows that were taken: the largest relative change of a number, and the largest |b|.
-  struct RowSizes {
-    double change = 0, b = 0;
-  };
-  double take_rows(const IslandSystem& system, bool compare);
-  void push_all(const double* lambda);
-  template <bool kSizes>
-  void push_all(const double* lambda, BodyVector* v);
+  double take_rows(const IslandSystem& system);
+  void push_all(const double* lambda) { push_all(lambda, pushed_.data()); }
+  void push_all(const double* lambda, BodyVector* v, bool sizes = false);
   void evaluate_pushed(const double* lambda, double* w);
   bool add_to_update(int row, double g, double h);
-  void place_rows(const IslandSystem& system);
-  void find_incident();
-  void push(int first, int last, const double* lambda);
-  template <bool kSizes>
-  void push(int first, int last, const double* lambda, BodyVector* v);
   void begin_adapted(const double* k);
-  struct alignas(32) Jacobian {
-    Vec4 low, high;  // blocks of the body eliminated first and of the other one
-
-    void fields(Archive& a) { a.doubles(this, 8); }
-  };
-  struct Place {
-    int low, high;  // elimination positions; high = nodes_ for the ground
-    int block;      // off-diagonal block, or -1
-    bool a_is_low;  // the first body of the row is the one eliminated first
-
-    void fields(Archive& a) {
-      auto& [low_, high_, block_, a_is_low_] = *this;
-      a(low_, high_, block_, a_is_low_);
-    }
-  };
-
-  /// A row of a body, and which of its two bodies that is.
-  struct Incident {
-    int row;
-    bool is_high;
-  };
 
   ThreadPool* threads_ = nullptr;
   int nodes_ = 0;
@@ -252,11 +202,9 @@ class BodySpaceModel {
   std::vector<int> node_of_body_, position_of_body_;
   std::vector<std::array<int, 2>> pairs_;  // body pairs of the rows, for recognising the graph
   std::vector<int> normal_of_row_;
-  std::vector<Jacobian> jacobian_;
-  std::vector<Place> place_;
-  std::vector<Incident> incident_;  // by position, ascending by row; those of the ground last
-  std::vector<int> incident_begin_;
+  RowQuads quads_;
   std::vector<RowInfo> info_;
+  bool compliant_ = false;                // a row gives
   std::vector<BodyVector> inverse_mass_;  // by position; one more for the ground
   std::vector<BodyVector> velocity_;      // of the last solve; same size
   std::vector<BodyVector> pushed_;        // by the last impulses; same size

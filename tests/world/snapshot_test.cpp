@@ -315,8 +315,8 @@ TEST(Snapshot, ForeignFilesAreRefusedWithTheReasonAndTheOffset) {
   bytes[12] = std::byte{'x'};
   EXPECT_NE(refusal(bytes).find("of kind"), std::string::npos) << refusal(bytes);
   bytes = good;
-  bytes[19] = std::byte{17};
-  EXPECT_EQ(refusal(bytes), "offset 19: version 17, this program reads version 16");
+  bytes[19] = std::byte{16};
+  EXPECT_EQ(refusal(bytes), "offset 19: version 16, this program reads version 17");
   bytes = good;
   bytes.back() ^= std::byte{1};
   EXPECT_NE(refusal(bytes).find("section repo is damaged"), std::string::npos) << refusal(bytes);
