@@ -63,22 +63,25 @@ inline void push_row(const InverseMass* bodies, const Row& row, double impulse, 
   if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
 }
 
-// The residual of impulses that give the bodies the velocities `change`.
-double residual_of(const IslandSystem& system, const std::vector<double>& lambda, const Velocities& change) {
-  double worst = 0, scale = 0;
+// The residual of impulses that give the bodies the velocities `change`, or the first one above `enough` that
+// is found.
+double residual_of(const IslandSystem& system, const std::vector<double>& lambda, const Velocities& change,
+                   double enough = kInfinity) {
+  const double scale = residual_scale(largest_magnitude(system.b)), most = enough * scale;
+  double worst = 0;
   for (std::size_t i = 0; i < system.rows.size(); ++i) {
     const Row& row = system.rows[i];
     const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
     const double violation = violation_of(bounds_of(row, normal_impulse), inverse_effective_mass(system, i),
                                           lambda[i], row_velocity(system, i, lambda[i], change));
-    scale = std::max(scale, std::abs(system.b[i]));
     // A comparison that NaN fails must not hide it.
     if (!(violation <= worst)) {
       worst = violation;
       if (std::isnan(worst)) return worst;
+      if (worst > most) break;
     }
   }
-  return worst / residual_scale(scale);
+  return worst / scale;
 }
 
 // Clamps and judges, as `clamp_and_judge`, an island in which bodies ascend along the rows: each row lies
@@ -302,7 +305,7 @@ double natural_map_residual(const IslandSystem& system, const std::vector<double
   return residual_of(system, lambda, *change);
 }
 
-double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda) {
+double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda, double enough) {
   double residual = 0;
   if (may_be_path(system) && ((lanes_pay(system) && judge_path_lanes(system, lambda, residual)) ||
                               judge_path(system, lambda, residual)))
@@ -320,7 +323,7 @@ double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda) 
     lambda[i] = impulse;
     if (impulse != 0) push_row(bodies, row, impulse, v);
   }
-  return residual_of(system, lambda, *change);
+  return residual_of(system, lambda, *change, enough);
 }
 
 double residual_floor(const IslandSystem& system, const std::vector<double>& lambda) {

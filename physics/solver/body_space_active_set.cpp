@@ -2,6 +2,7 @@
 #include "physics/solver/body_space_active_set.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -122,17 +123,28 @@ double ActiveSet::offer() {
 
 double ActiveSet::judge(const double* lambda, bool present) {
   const std::size_t n = at(model_.rows());
-  scratch_.assign(lambda, lambda + n);
+  scratch_.resize(n);
   scratch_w_.resize(n);
-  model_.project(scratch_.data());
-  // Of impulses so large that rounding hides what they leave nothing can be said.
+  std::atomic<bool> known = present;
   const double largest = model_.largest_of_rows([&](int first, int last) {
+    // Rows whose bounds stay in the cache from one look to the next.
+    constexpr int kRows = 512;
     double most = 0;
-    for (int i = first; i < last; ++i) most = std::max(most, model_.row(i).D * std::fabs(scratch_[at(i)]));
+    bool same = true;
+    for (int from = first; from < last; from += kRows) {
+      const int to = std::min(last, from + kRows);
+      std::copy(lambda + from, lambda + to, scratch_.data() + from);
+      model_.project(from, to, scratch_.data());
+      for (int i = from; i < to; ++i) {
+        most = std::max(most, model_.row(i).D * std::fabs(scratch_[at(i)]));
+        same &= scratch_[at(i)] == lambda[i];
+      }
+    }
+    if (!same) known = false;
     return most;
   });
+  // Of impulses so large that rounding hides what they leave nothing can be said.
   if (!(largest * std::numeric_limits<double>::epsilon() < kHighestFloor * model_.scale())) return kInfinity;
-  const bool known = present && scratch_ == lambda_;
   if (!known) model_.evaluate(scratch_.data(), scratch_w_.data());
   const double residual = model_.residual(scratch_.data(), known ? w_.data() : scratch_w_.data());
   if (residual < best_residual_) {

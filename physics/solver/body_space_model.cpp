@@ -163,17 +163,19 @@ double BodySpaceModel::residual(const double* lambda, const double* w) const {
 }
 
 void BodySpaceModel::project(double* lambda) const {
-  share_rows([&](int first, int last) {
-    for (int i = first; i < last; ++i) {
-      const RowInfo& r = info_[at(i)];
-      if (r.normal >= 0) {
-        const double bound = r.mu * std::max(0.0, lambda[r.normal]);
-        lambda[i] = std::clamp(lambda[i], -bound, bound);
-      } else {
-        lambda[i] = std::clamp(lambda[i], r.lower, r.upper);
-      }
+  share_rows([&](int first, int last) { project(first, last, lambda); });
+}
+
+void BodySpaceModel::project(int first, int last, double* lambda) const {
+  for (int i = first; i < last; ++i) {
+    const RowInfo& r = info_[at(i)];
+    if (r.normal >= 0) {
+      const double bound = r.mu * std::max(0.0, lambda[r.normal]);
+      lambda[i] = std::clamp(lambda[i], -bound, bound);
+    } else {
+      lambda[i] = std::clamp(lambda[i], r.lower, r.upper);
     }
-  });
+  }
 }
 
 double BodySpaceModel::rounding_floor(const double* lambda) {

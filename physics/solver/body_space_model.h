@@ -110,6 +110,7 @@ class BodySpaceModel {
   double residual(const double* lambda, const double* w) const;
   /// Clamps `lambda` to its bounds, normal rows before those that depend on them.
   void project(double* lambda) const;
+  void project(int first, int last, double* lambda) const;
   /// Smallest relative residual that rounding lets one expect at `lambda`, `kHighestFloor` at most.
   double rounding_floor(const double* lambda);
 
