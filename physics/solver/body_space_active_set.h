@@ -94,8 +94,8 @@ class ActiveSet {
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, around, found, centre, best_residual, factored_eta, eta, factored, stale,
-                            weighted] = *this;
+                            d_lambda, around, found, centre, best_residual, factored_eta, eta, factored,
+                            stale, weighted] = *this;
     // `centre` is null between solves, and what was found means nothing.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
       factored_eta, eta, factored, stale, weighted);

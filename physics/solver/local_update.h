@@ -78,9 +78,9 @@ class LocalUpdate {
   std::vector<double> G_;                  // 3 kMostNodes a side, by column
   std::vector<double> lu_;                 // of the rows' matrix, kMostRows a side, by column
   std::vector<int> pivot_;
-  std::vector<int> columns_;   // on the paths, ascending
-  std::vector<int> slot_;      // scratch: where each stands in columns_
-  std::vector<Block3> paths_;  // scratch: by column on the paths
+  std::vector<int> columns_;                  // on the paths, ascending
+  std::vector<int> slot_;                     // scratch: where each stands in columns_
+  std::vector<Block3> paths_;                 // scratch: by column on the paths
   mutable std::vector<BodyVector> velocity_;  // scratch: by node
   bool active_ = false;
   double visited_ = 0;

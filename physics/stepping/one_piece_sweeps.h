@@ -80,7 +80,8 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
     if (!looked && due() && stops()) break;
     if (solution.iterations == attempt) {
       attempt *= kInteriorAgain;
-      if (improve_by_interior_point(system, options.work_limit, options.threads, *sweeps, worst, solution.work)) {
+      if (improve_by_interior_point(system, options.work_limit, options.threads, *sweeps, worst,
+                                    solution.work)) {
         target = std::max(target, kGoodEnough * scale);
         // Sweeps that were astray, as with a heavy body on light ones, may have an answer to look at now.
         looked = false;
