@@ -2,12 +2,12 @@
 //
 // Work and precision: every solver on the frozen scenes, cold, the time that it takes to a residual of 1e-2,
 // 1e-4, 1e-8 and 1e-12 (or the rounding floor), and the share of scenes on which it gets there.
-//   solver_precision_bench [--quick] [--scene TEXT] [FILE.csv]
+//   solver_precision_bench [--quick] [--scene TEXT] [--solver NAME] [FILE.csv]
 // Stack of 10, 100, 1000, pyramid of 10, 30, 100, brick wall, wall with sides, heaps of 300 and 3000 discs
 // that settled in a box: at rest and after a violent shock, with friction and without, 40 problems. Besides 8
 // of triangles of discs in hexagonal packing, which no friction of 0.5 holds. --quick leaves out the six
-// largest scenes, --scene all whose name does not contain the text. tests/bench/solver_plot.py draws the
-// file.
+// largest scenes, --scene all whose name does not contain the text, --solver all other solvers.
+// tests/bench/solver_plot.py draws the file.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -90,16 +90,19 @@ Reached reach(const SolverEntry& solver, const IslandSystem& system, double targ
 
 int main(int argc, char** argv) {
   bool quick = false;
-  const char *path = "solver_precision.csv", *part = "";
+  const char *path = "solver_precision.csv", *part = "", *only = nullptr;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
     else if (std::strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
       part = argv[++i];
+    else if (std::strcmp(argv[i], "--solver") == 0 && i + 1 < argc)
+      only = argv[++i];
     else if (argv[i][0] != '-')
       path = argv[i];
     else {
-      std::fprintf(stderr, "solver_precision_bench: %s: expected --quick, --scene TEXT or a file to write\n",
+      std::fprintf(stderr,
+                   "solver_precision_bench: %s: expected --quick, --scene TEXT, --solver NAME or a file\n",
                    argv[i]);
       return 2;
     }
@@ -122,6 +125,7 @@ int main(int argc, char** argv) {
         const auto contacts = std::count_if(scene.system.rows.begin(), scene.system.rows.end(),
                                             [](const Row& row) { return row.kind == RowKind::Normal; });
         for (const SolverEntry& solver : solvers()) {
+          if (only != nullptr && solver.name != only) continue;
           if (!worth_running(solver, scene.system)) continue;
           if (friction > 0 && !solver.friction) continue;
           if (solver.name == "closed_form" || solver.name == "tridiagonal") continue;
