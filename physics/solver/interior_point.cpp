@@ -18,7 +18,7 @@ std::size_t at(int i) {
 // Fraction of the step to the boundary.
 constexpr double kToBoundary = 0.99;
 // Regularises rows whose slacks say nothing yet (relative to D).
-constexpr double kDelta = 1e-9;
+constexpr double kDelta = 1e-12;
 // Steps with the bounds of friction held, after two short ones in a row.
 constexpr int kHeldSteps = 6;
 constexpr double kShortStep = 0.1;

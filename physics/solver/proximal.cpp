@@ -11,7 +11,7 @@ std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
-constexpr double kEtaLeast = 1e-8;
+constexpr double kEtaLeast = 1e-10;
 constexpr double kEtaGreatest = 4;
 // Factors of eta after an inner problem without a change of state, one with, and one that was not solved.
 constexpr double kEtaSettled = 0.1;

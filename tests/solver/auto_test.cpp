@@ -80,7 +80,7 @@ TEST(Auto, ATimeBudgetIsKeptWithinReason) {
 // Exact answers of these were not found by any rung (friction of 10, masses 1000 times each other's and
 // more).
 TEST(Auto, SearchesInVainOnlyOnce) {
-  for (const auto& [seed, mass_ratio] : {std::pair{508, 1e3}, {1239, 1e6}, {2138, 1e3}}) {
+  for (const auto& [seed, mass_ratio] : {std::pair{508, 1e3}, {1239, 1e6}, {2378, 1e3}}) {
     const SceneOptions options{.friction = 10,
                                .mass_ratio = mass_ratio,
                                .pattern = scenes::MassPattern::Random,

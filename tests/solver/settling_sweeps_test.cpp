@@ -57,7 +57,7 @@ TEST(SettlingSweeps, GiveUpAfterAsManySweepsAsTheyAreAllowed) {
 
 // Problems in which sweeps never settle: few rows do so soon or not at all.
 TEST(SettlingSweeps, OfFewRowsEndSoon) {
-  for (const int seed : {2573, 3658, 4109}) {
+  for (const int seed : {2573, 2681, 4109}) {
     const scenes::SceneOptions options{.friction = 10,
                                        .mass_ratio = 1e6,
                                        .pattern = scenes::MassPattern::Random,
