@@ -40,6 +40,9 @@ constexpr int kWarmIterations = 8;
 // than a new factor.
 constexpr int kFewChanges = 96, kFewOf = 64;
 constexpr int kFewIterations = 16;
+// Where a solve is dear, a smaller proximal weight and a share of the target that is left over save one in
+// three of them; smaller islands are solved to rounding, and their factor serves longer while they move.
+constexpr double kEtaOfLarge = 3e-8, kLinearOfLarge = 0.4;
 // Best residual after rounds of sweeps and paths from which proximal steps go on at once, and their first
 // weight: of what is left there is little to be smoothed.
 constexpr double kConesCame = 1e-2, kConesEta = 1e-2;
@@ -156,6 +159,10 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   limits.target = std::min(1e-12, options.tolerance);
   limits.enough = limits.target;
   limits.tolerance = options.tolerance;
+  if (model.is_adaptable()) {
+    limits.eta = kEtaOfLarge;
+    limits.linear = kLinearOfLarge;
+  }
   bool solved = false;
 
   if (warm) {

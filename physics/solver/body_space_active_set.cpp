@@ -284,16 +284,17 @@ double ActiveSet::linear_error() const {
   });
 }
 
-bool ActiveSet::refine(const Options& options, int steps, SolveWork& work) {
+bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool* solved) {
   // Below this the steps are long: so nearly redundant are the rows that the leap only finds where they end.
   constexpr double kLongestLeap = 1e12;
-  const double enough = 0.1 * options.target * model_.scale();
+  const double enough = options.linear * options.target * model_.scale();
   if (eta_ == 0) eta_ = options.eta;
   double last = kInfinity;
   for (int k = 0; k < steps; ++k) {
     if (!step(eta_, work)) return false;
     const double error = linear_error();
     if (!(error < 1e100 * model_.scale())) return false;
+    if (solved) *solved = error <= enough;
     if (error <= enough) break;
     if (error > 0.7 * last) {
       if (stale_) {
@@ -443,12 +444,14 @@ int ActiveSet::change_states() {
 
 // Where a few rows change state, others around them do, too, and so on. Before all rows are solved for again,
 // those near the changed ones are followed alone, with the answer of all others to them, until no state among
-// them contradicts: only the states are kept of that.
-void ActiveSet::settle_around(double tolerance, SolveWork& work) {
+// them contradicts: only the states are kept of that, where there is no such end those that came nearest.
+// Returns whether there is.
+bool ActiveSet::settle_around(double tolerance, SolveWork& work) {
   constexpr int kRounds = 24, kPatience = 4;
+  constexpr std::size_t kFewLeft = 4;
   model_.share_rows([&](int first, int last) { set_weights(eta_, first, last); });
   weighted_ = false;
-  if (!model_.adapt(g_.data(), h_.data(), work)) return;
+  if (!model_.adapt(g_.data(), h_.data(), work)) return false;
   BodySpaceModel::Surroundings around(model_);
   const std::vector<int>& rows = around.rows();
   const double below = tolerance * largest_impulse(), moving = tolerance * model_.scale();
@@ -460,9 +463,9 @@ void ActiveSet::settle_around(double tolerance, SolveWork& work) {
     w_[i] = around_[r][2];
   }
   Found found;
-  std::size_t fewest = rows.size() + 1;
-  int waited = 0;
-  for (int round = 0; round < kRounds && waited < kPatience; ++round) {
+  // What contradicts the present states, as far as it is near; false if that cannot be told.
+  const auto look = [&] {
+    for (const int i : rows) set_weights(eta_, i, i + 1);
     for (const int i : rows) {
       const auto& r = model_.row(i);
       const bool other = states_[at(i)] != factored_states_[at(i)] ||
@@ -471,7 +474,7 @@ void ActiveSet::settle_around(double tolerance, SolveWork& work) {
       if (other) set_right_hand_side(i, i + 1);
     }
     work.visits += 10 * static_cast<double>(rows.size());
-    if (!around.follow(g_.data(), h_.data(), k_.data())) break;
+    if (!around.follow(g_.data(), h_.data(), k_.data())) return false;
     for (std::size_t r = 0; r < rows.size(); ++r) {
       double d_w = 0;
       around.change(static_cast<int>(r), d_lambda_[at(rows[r])], d_w);
@@ -489,13 +492,46 @@ void ActiveSet::settle_around(double tolerance, SolveWork& work) {
       lambda_[at(rows[r])] = around_[r][0];
       w_[at(rows[r])] = around_[r][2];
     }
-    if (found.due.empty()) break;
-    for (const Due& due : found.due) states_[at(due.row)] = due.state;
-    for (const int i : rows) set_weights(eta_, i, i + 1);
-    waited = found.due.size() < fewest ? 0 : waited + 1;
-    fewest = std::min(fewest, found.due.size());
+    return true;
+  };
+  std::vector<RowState>& best = around_states_;
+  std::size_t fewest = rows.size() + 1;
+  const auto keep = [&] {
+    if (found.due.size() >= fewest) return false;
+    fewest = found.due.size();
+    best.clear();
+    for (const int i : rows) best.push_back(states_[at(i)]);
+    return true;
+  };
+  const auto go_back = [&] {
+    for (std::size_t r = 0; r < rows.size(); ++r) states_[at(rows[r])] = best[r];
+  };
+  int waited = 0;
+  for (int round = 0; round < kRounds && waited < kPatience && fewest > 0 && look(); ++round) {
+    waited = keep() ? 0 : waited + 1;
+    if (fewest > 0)
+      for (const Due& due : found.due) states_[at(due.row)] = due.state;
   }
+  // Contacts that open and close in turn may slip the other way: each state of each of the last few friction
+  // rows.
+  for (std::size_t before = kFewLeft + 1; fewest > 0 && fewest < before;) {
+    before = fewest;
+    go_back();
+    if (!look()) break;
+    const std::vector<Due> left = found.due;
+    for (const Due& due : left) {
+      if (model_.row(due.row).normal < 0) continue;
+      for (const RowState s : {RowState::Free, RowState::Lower, RowState::Upper}) {
+        if (fewest < before || states_[at(due.row)] == s) continue;
+        states_[at(due.row)] = s;
+        if (look()) keep();
+        go_back();
+      }
+    }
+  }
+  if (fewest <= rows.size()) go_back();
   for (std::size_t r = 0; r < rows.size(); ++r) w_[at(rows[r])] = around_[r][1];
+  return fewest == 0;
 }
 
 void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {
@@ -516,19 +552,22 @@ void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {
 
 bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
   int fewest = -1, waited = 0;
-  bool fine = false;
+  bool fine = false, settled = false;
   double floor = 0;
   // Whatever ends the run, an iterate that is good enough ends the search.
   const auto accepted = [&] { return is_answer(options.tolerance); };
   for (int it = 0; it < options.max_iterations; ++it) {
     if (budget.spent(work) && !(factored_ && states_ == factored_states_)) return accepted();
-    if (!refine(options, fine ? 6 : 1, work)) return accepted();
+    // One step leaves impulses open that W hardly resists, and changes what has settled; a second one is only
+    // taken early: the end asks for it, too.
+    bool solved = false;
+    if (!refine(options, fine ? 6 : settled ? 2 : 1, work, &solved)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
     int changes = look_at_states(fine ? floor : 1e-9, fine ? floor : 1e-9);
     if (trace) record(trace, model_.residual(lambda_.data(), w_.data()), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
-      if (!refine(options, 12, work)) return accepted();
+      if (!(solved && options.few > 0) && !refine(options, 12, work)) return accepted();
       const double residual = offer();
       if (residual <= options.enough) return true;
       floor = model_.rounding_floor(lambda_.data());
@@ -547,7 +586,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     }
     fewest = fewest < 0 ? changes : std::min(fewest, changes);
     work.pivots += change_states();
-    if (changes <= options.few) settle_around(fine ? floor : 1e-9, work);
+    settled = changes <= options.few && settle_around(fine ? floor : 1e-9, work);
   }
   return accepted();
 }

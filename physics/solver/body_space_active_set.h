@@ -36,6 +36,7 @@ class ActiveSet {
   struct Options {
     double eta = 1e-7;         ///< proximal weight relative to D to begin with
     double target = 1e-12;     ///< relative residual that is asked of linear solves
+    double linear = 0.1;       ///< share of it that they may leave over
     double enough = 1e-12;     ///< relative residual at which no state is looked at more sharply
     double tolerance = 1e-10;  ///< relative residual that will do where the target is out of reach
     int max_iterations = 12;   ///< changes of states
@@ -64,7 +65,8 @@ class ActiveSet {
   /// then holds the answer. Otherwise `best` may still have improved.
   bool run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
   /// Takes proximal steps for the present states without changing them; false if the factor fails.
-  bool refine(const Options& options, int steps, SolveWork& work);
+  /// @param solved  if given, set to whether the last step solved the linear problem as far as asked
+  bool refine(const Options& options, int steps, SolveWork& work, bool* solved = nullptr);
 
   /// Solves the regularised problem w + eta D (lambda - centre) from the present states and impulses, all of
   /// whose states change at once; false if the number of changes does not fall for a while.
@@ -94,8 +96,8 @@ class ActiveSet {
   /// @pre when reading, the model is in the state that it had
   void fields(Archive& a) {
     [[maybe_unused]] auto& [model, states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k,
-                            d_lambda, around, found, centre, best_residual, factored_eta, eta, factored,
-                            stale, weighted] = *this;
+                            d_lambda, around, around_states, found, centre, best_residual, factored_eta, eta,
+                            factored, stale, weighted] = *this;
     // `centre` is null between solves, and what was found means nothing.
     a(states, factored_states, lambda, w, best, scratch, scratch_w, g, h, k, d_lambda, best_residual,
       factored_eta, eta, factored, stale, weighted);
@@ -120,7 +122,7 @@ class ActiveSet {
   /// Makes the changes noted last. @return how many of them are contradictions
   int change_states();
   double largest_impulse() const;
-  void settle_around(double tolerance, SolveWork& work);
+  bool settle_around(double tolerance, SolveWork& work);
   void record(SolveTrace* trace, double residual, int pivots) const;
 
   /// A state that is to change.
@@ -140,6 +142,7 @@ class ActiveSet {
   std::vector<double> lambda_, w_, best_, scratch_, scratch_w_;
   std::vector<double> g_, h_, k_, d_lambda_;
   std::vector<std::array<double, 3>> around_;    // scratch: of some rows, numbers to go back to
+  std::vector<RowState> around_states_;          // scratch: the best of theirs
   std::vector<Found> found_;                     // by piece of the rows, by the last look at them
   const std::vector<double>* centre_ = nullptr;  // of the regularised problem, or null
   double best_residual_ = kInfinity;
