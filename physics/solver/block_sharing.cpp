@@ -44,7 +44,7 @@ void BlockSharing::cut(const BlockPattern& pattern) {
     if (const int parent = pattern.parent(j); parent >= 0) (*below)[at(parent)] += (*below)[at(j)];
   }
   const double limit = total / (kSubtreesAThread * threads_);
-  // From the roots down, which have the highest numbers. A subtree has the number of its root for now.
+  // From the roots down, which have the highest numbers. A subtree has the number of its root at first.
   unit_.assign(at(n), -1);
   std::vector<int> roots;
   for (int j = n - 1; j >= 0; --j) {
