@@ -8,10 +8,13 @@
 // of triangles of discs in hexagonal packing, which no friction of 0.5 holds. --quick leaves out the six
 // largest scenes, --scene all whose name does not contain the text, --solver all other solvers.
 // tests/bench/solver_plot.py draws the file.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include "tests/bench/solver_timing.h"
@@ -106,6 +109,17 @@ int main(int argc, char** argv) {
                    argv[i]);
       return 2;
     }
+  }
+  try {
+    if (only != nullptr) (void)find_solver(only);
+  } catch (const std::invalid_argument& e) {
+    std::fprintf(stderr, "solver_precision_bench: --solver: %s\n", e.what());
+    return 2;
+  }
+  if (std::none_of(std::begin(kFrozen), std::end(kFrozen),
+                   [&](const Frozen& frozen) { return std::strstr(frozen.name, part) != nullptr; })) {
+    std::fprintf(stderr, "solver_precision_bench: --scene %s: in no scene's name\n", part);
+    return 2;
   }
   std::FILE* file = std::fopen(path, "w");
   if (file == nullptr) {
