@@ -29,13 +29,14 @@ constexpr double kJointWork = 2;
 // How deep points end that only the impulses of others close and that join the rows, as a share of the
 // smaller body.
 constexpr double kMissed = 0.1;
-// What an exact answer may cost, in steps of an island in flow, and the longest time, in steps, for which
-// nobody asks for one after attempts that failed.
-constexpr double kExactWork = 30;
+// What an exact answer may cost, in steps of an island in flow; from so many bodies on more, as a factor
+// grows with the power 3/2 of them.
+constexpr double kExactWork = 30, kManyBodies = 1e4;
 // Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
 constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
 constexpr double kAlmost = 1e-8;
+// The longest time, in steps, for which nobody asks for an exact answer after attempts that failed.
 constexpr int kLongestWait = 256;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
@@ -59,11 +60,12 @@ class OnePieceStep {
         nearly_(answer == Answer::NearlyExact && may_flow(state)),
         result_(result) {
     slow_ = slow_speed(state, island, h_);
-    exact_limit_ = kExactWork * usual_flow_work(state) * static_cast<double>(island.bodies.size());
+    const auto bodies = static_cast<double>(island.bodies.size());
+    exact_limit_ =
+        kExactWork * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
     const double work = may_flow(state) ? flow_work(state, island) : kUsualFlowWork;
-    limit_ = work * static_cast<double>(island.bodies.size()) +
-             work * kJointWork * static_cast<double>(island.joints.size());
+    limit_ = work * bodies + work * kJointWork * static_cast<double>(island.joints.size());
   }
 
   /// @return false, and nothing has happened, if an exact answer, or nearly one, was wanted and there is none
