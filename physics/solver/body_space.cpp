@@ -182,7 +182,9 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     limits.max_iterations = limits.few > 0 ? kFewIterations : kWarmIterations;
     // States that are settled by less than the tolerance are not worth a factor where that is dear.
     if (limits.few > 0) limits.enough = options.tolerance;
+    if (kept.has_states) limits.most = static_cast<double>(n) / kWrongOf + 2;
     solved = active.run(limits, budget, work, trace);
+    limits.most = kInfinity;
     if (!solved && limits.few > 0 && !budget.spent(work)) {
       // Where contacts opened and slipped a moment ago, those states can lead astray.
       active.set_impulses(solution.lambda.data());
@@ -191,6 +193,10 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
       solved = active.run(limits, budget, work, trace);
     }
     limits.enough = limits.target;
+    if (!solved && kept.has_states && limits.few == 0 && !budget.spent(work)) {
+      note(trace, "path from the warm start, one state at a time");
+      solved = follow_path_from(solution.lambda, options.tolerance, model, active, budget, work, trace);
+    }
   }
   const auto continue_from_best = [&](double eta) {
     ProximalOptions proximal;

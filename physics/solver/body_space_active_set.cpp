@@ -578,6 +578,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
       fine = true;
       fewest = -1;
     }
+    if (it == 0 && changes > options.most) return accepted();
     if (options.must_fall && it == 1 && fewest >= 0 && changes >= fewest) return accepted();
     if (fewest >= 0 && changes > options.growth * fewest + 4 + options.few) return accepted();
     if (fewest >= 0 && changes >= fewest) {

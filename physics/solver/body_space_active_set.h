@@ -44,6 +44,7 @@ class ActiveSet {
     int patience = 1;          ///< iterations without fewer changes that are put up with
     double growth = 1.5;       ///< number of changes, relative to the least so far, at which to give up
     bool must_fall = false;    ///< whether to give up if the first changes leave no fewer contradictions
+    double most = kInfinity;   ///< number of changes, the first time, beyond which to give up at once
     int few = 0;               ///< so many changes more are put up with, and so few three iterations longer
   };
 

@@ -18,6 +18,12 @@ constexpr double kFirstMargin = 0.1, kMargin = 1e-6;
 constexpr double kEtaLeast = 1e-8, kEtaFalls = 0.1, kEtaRises = 30;
 constexpr int kFailures = 3;
 constexpr int kPolishIterations = 6;
+// From a warm start: proximal weights and distances of the two paths, and how many pivots each may take. With
+// the first weight nearly all paths arrive, but the states at its end are still wrong; the second one alone
+// arrives less often.
+constexpr double kWarmEta = 1e-3, kWarmMargin = 1e-3;
+constexpr int kWarmPivots = 60;
+constexpr double kWarmEtaEnd = 1e-6;
 
 // Numbers in [1/2, 3/2), the same ones for every solve: multiples of the golden ratio, modulo one.
 class Dice {
@@ -239,13 +245,41 @@ PathFollower::End PathFollower::run(const std::vector<double>& centre, double et
   }
 }
 
+namespace {
+
+// The active set, from where a path ended.
+bool polish(const PathFollower& path, double tolerance, ActiveSet& active, const SolveBudget& budget,
+            SolveWork& work, SolveTrace* trace) {
+  ActiveSet::Options limits;
+  limits.target = std::min(1e-12, tolerance);
+  limits.tolerance = tolerance;
+  limits.max_iterations = limits.patience = kPolishIterations;
+  const double residual = active.offer(path.impulses().data());
+  if (trace) trace->iterations.push_back({.residual = residual, .pivots = path.pivots()});
+  active.set_impulses(path.impulses().data());
+  active.states() = path.states();
+  const bool solved = active.run(limits, budget, work, trace);
+  active.drop_factor();
+  return solved;
+}
+
+}  // namespace
+
+bool follow_path_from(const std::vector<double>& start, double tolerance, BodySpaceModel& model,
+                      ActiveSet& active, const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
+  PathFollower path(model);
+  auto end = path.run(start, kWarmEta, start, kWarmMargin, false, kWarmPivots, budget, work);
+  if (end == PathFollower::End::Reached) {
+    const std::vector<double> centre = path.impulses();
+    end = path.run(centre, kWarmEtaEnd, centre, kMargin, false, kWarmPivots, budget, work);
+  }
+  active.drop_factor();
+  return end == PathFollower::End::Reached && polish(path, tolerance, active, budget, work, trace);
+}
+
 bool follow_paths(BodySpaceModel& model, ActiveSet& active, const PathOptions& options,
                   const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
   PathFollower path(model);
-  ActiveSet::Options polish;
-  polish.target = std::min(1e-12, options.tolerance);
-  polish.tolerance = options.tolerance;
-  polish.max_iterations = polish.patience = kPolishIterations;
   const std::vector<double> zero(static_cast<std::size_t>(model.rows()), 0.0);
   std::vector<double> centre = active.best();
   double eta = options.eta, margin = kFirstMargin;
@@ -262,13 +296,7 @@ bool follow_paths(BodySpaceModel& model, ActiveSet& active, const PathOptions& o
       if (++failures > kFailures) return false;
       continue;
     }
-    const double residual = active.offer(path.impulses().data());
-    if (trace) trace->iterations.push_back({.residual = residual, .pivots = path.pivots()});
-    active.set_impulses(path.impulses().data());
-    active.states() = path.states();
-    const bool solved = active.run(polish, budget, work, trace);
-    active.drop_factor();
-    if (solved) return true;
+    if (polish(path, options.tolerance, active, budget, work, trace)) return true;
     centre = path.impulses();
     eta = std::max(kEtaLeast, eta * kEtaFalls);
     margin = kMargin;

@@ -232,8 +232,7 @@ class OnePieceStep {
       if (origin.joint) return;
       const Contact& contact = state_.contacts[origin.index];
       const PointMemory& memory = contact.points[origin.point];
-      const double target =
-          origin.kind == RowKind::Normal ? least_speed(assembly, i, contact.restitution, before) : 0;
+      const double target = origin.kind == RowKind::Normal ? least_speed(assembly, i, contact, before) : 0;
       system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
       if (origin.kind == RowKind::Friction && memory.sticking)
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
@@ -243,11 +242,15 @@ class OnePieceStep {
 
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,
   /// but what lands within it, faster than resting contacts are shaken, bounces.
-  double least_speed(const Assembly& assembly, std::size_t row, double restitution,
+  double least_speed(const Assembly& assembly, std::size_t row, const Contact& contact,
                      const std::vector<Velocity>& before) const {
-    const double gap = std::max(0.0, assembly.origin[row].error);
-    const double approach = restitution > 0 ? -row_velocity(assembly, static_cast<int>(row), before) : 0;
-    return approach > slow_ && gap < h_ * approach ? restitution * approach : -gap / h_;
+    const ManifoldPoint& point =
+        contact.manifold.points[static_cast<std::size_t>(assembly.origin[row].point)];
+    // Which of several contacts carries is not for gaps of rounding to decide.
+    const double gap = exact_ && is_touching(state_, point) ? 0 : std::max(0.0, point.separation);
+    const double approach =
+        contact.restitution > 0 ? -row_velocity(assembly, static_cast<int>(row), before) : 0;
+    return approach > slow_ && gap < h_ * approach ? contact.restitution * approach : -gap / h_;
   }
 
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,

@@ -3,9 +3,13 @@
 // Path following: arrives where Newton methods cycle, solves what it says it solves, ends when it cannot.
 #include "physics/solver/path_following.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <gtest/gtest.h>
+#include <string>
 
+#include "physics/solver/body_space.h"
 #include "tests/support/island_scenes.h"
 #include "tests/support/scale.h"
 
@@ -53,6 +57,39 @@ TEST(PathFollowing, SolvesRegularisedProblemsFromNothing) {
   }
   // Random contacts with friction 1 need not have a path to their solution.
   EXPECT_GE(reached, total * 95 / 100);
+}
+
+TEST(PathFollowing, GoesOnFromTheImpulsesOfTheStepBefore) {
+  int solved = 0, total = 0, factors = 0;
+  const unsigned count = static_cast<unsigned>(test_scale(100));
+  for (unsigned seed = 1; seed <= count; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const scenes::SceneOptions options{.friction = 0.5, .noise = 0.01, .seed = seed};
+    IslandSystem system = seed % 2 ? scenes::pyramid(4 + static_cast<int>(seed % 7), options).system
+                                   : scenes::wall(5, 6, true, options).system;
+    const Solution before = solve_body_space(system, {}, {}, nullptr);
+    ASSERT_EQ(before.status, SolveStatus::Solved);
+    // A tenth of the bodies are pushed.
+    for (std::size_t i = 0; i < system.rows.size(); ++i) {
+      const Row& row = system.rows[i];
+      if (row.a >= 0 && row.a % 10 == 0) system.b[i] -= 0.05 * row.Ja[0];
+      if (row.b >= 0 && row.b % 10 == 0) system.b[i] -= 0.05 * row.Jb[0];
+    }
+    BodySpaceModel model;
+    SolveWork work;
+    model.assign(system, work);
+    ActiveSet active(model);
+    active.reset(kInfinity);
+    SolveBudget budget;
+    budget.factorisations = 1000;
+    ++total;
+    if (!follow_path_from(before.lambda, 1e-10, model, active, budget, work, nullptr)) continue;
+    ++solved;
+    factors += work.factorisations;
+    EXPECT_LE(natural_map_residual(system, active.best()), 1e-10);
+  }
+  std::printf("%d of %d, %d factors each\n", solved, total, factors / std::max(1, solved));
+  EXPECT_GE(solved, total * 8 / 10);
 }
 
 TEST(PathFollowing, IsTheSameEachTime) {
