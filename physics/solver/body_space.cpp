@@ -43,9 +43,6 @@ constexpr int kFewIterations = 16;
 // Where a solve is dear, a smaller proximal weight and a share of the target that is left over save one in
 // three of them; smaller islands are solved to rounding, and their factor serves longer while they move.
 constexpr double kEtaOfLarge = 3e-8, kLinearOfLarge = 0.4;
-// Share of the tolerance below which their linear solves end where they hardly come on: what is left is what
-// rings of contacts contradict each other by, whose gaps add up to rounding and not to zero.
-constexpr double kSlowOfLarge = 0.1;
 // Best residual after rounds of sweeps and paths from which proximal steps go on at once, and their first
 // weight: of what is left there is little to be smoothed.
 constexpr double kConesCame = 1e-2, kConesEta = 1e-2;
@@ -165,7 +162,6 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   if (model.is_adaptable()) {
     limits.eta = kEtaOfLarge;
     limits.linear = kLinearOfLarge;
-    limits.slow = kSlowOfLarge * options.tolerance;
   }
   bool solved = false;
 

@@ -297,7 +297,6 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool*
     if (solved) *solved = error <= enough;
     if (error <= enough) break;
     if (error > 0.7 * last) {
-      if (error <= options.slow * model_.scale()) break;
       if (stale_) {
         // The kept factor is of other Jacobians; make it afresh.
         factored_ = false;

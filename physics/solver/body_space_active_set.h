@@ -37,7 +37,6 @@ class ActiveSet {
     double eta = 1e-7;         ///< proximal weight relative to D to begin with
     double target = 1e-12;     ///< relative residual that is asked of linear solves
     double linear = 0.1;       ///< share of it that they may leave over
-    double slow = 0;           ///< relative error from which on they do not go on where it hardly falls
     double enough = 1e-12;     ///< relative residual at which no state is looked at more sharply
     double tolerance = 1e-10;  ///< relative residual that will do where the target is out of reach
     int max_iterations = 12;   ///< changes of states
