@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "physics/solver/body_space.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
+#include <string>
 
 #include "tests/support/island_scenes.h"
 #include "tests/support/settled_heap.h"
@@ -123,6 +126,38 @@ TEST(BodySpace, ContactsANanometreApartAreSolvedToTheFloor) {
                                               {.friction = 0.2, .noise = 1, .seed = seed});
     expect_exact(scene.system, solve(scene.system));
   }
+}
+
+TEST(BodySpace, FollowsPathsFromAWarmStartWhoseStatesLeadAstray) {
+  int followed = 0, solved = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const IslandSystem rest = scenes::disc_heap(10, {.friction = 0.5, .noise = 0.01, .seed = seed}).system;
+    std::unique_ptr<SolverMemory> memory;
+    Solution solution = solve_body_space(rest, {}, {}, &memory);
+    for (int step = 0; step < 20; ++step) {
+      IslandSystem pushed = rest;
+      const double speed = 0.005 * (1 + step % 7);
+      for (std::size_t i = 0; i < rest.rows.size(); ++i) {
+        const Row& row = rest.rows[i];
+        if (row.a >= 0 && row.a % 50 == step % 2) pushed.b[i] -= speed * row.Ja[0];
+        if (row.b >= 0 && row.b % 50 == step % 2) pushed.b[i] -= speed * row.Jb[0];
+      }
+      solution = solve_body_space(pushed, solution.lambda, {.trace = true}, &memory);
+      const std::vector<std::string>& notes = solution.trace->notes;
+      const auto path = std::find_if(notes.begin(), notes.end(), [](const std::string& note) {
+        return note.starts_with("path from the warm start");
+      });
+      if (path == notes.end()) continue;
+      ++followed;
+      if (path + 1 != notes.end()) continue;
+      ++solved;
+      expect_exact(pushed, solution);
+    }
+  }
+  std::printf("%d of %d\n", solved, followed);
+  EXPECT_GE(followed, 8);
+  EXPECT_GE(solved, followed / 4);
 }
 
 TEST(BodySpace, AgreesInVelocitiesWithLemkeOnSmallIslands) {
