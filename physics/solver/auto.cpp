@@ -74,10 +74,7 @@ void take_better(Solution& best, Solution&& other) {
   best.work += other.work;
   other.work = best.work;
   if (best.trace && other.trace) {
-    auto& notes = best.trace->notes;
-    notes.insert(notes.end(), other.trace->notes.begin(), other.trace->notes.end());
-    auto& iterations = best.trace->iterations;
-    iterations.insert(iterations.end(), other.trace->iterations.begin(), other.trace->iterations.end());
+    *best.trace += *other.trace;
     other.trace = std::move(best.trace);
   }
   if (other.residual < best.residual)

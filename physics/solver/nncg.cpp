@@ -11,6 +11,7 @@
 
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/gauss_seidel.h"
+#include "physics/solver/solver_trace.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -56,7 +57,7 @@ class Nncg {
         least_change = change;
         solution_.lambda = lambda_;
       }
-      if (options_.trace) record();
+      if (options_.trace) record_iteration(problem_, lambda_, *solution_.trace);
       if (change <= 0.5 * target && natural_map_residual(problem_, lambda_) <= options_.tolerance) {
         solution_.lambda = lambda_;
         break;
@@ -106,13 +107,6 @@ class Nncg {
     }
   }
 
-  void record() {
-    SolveIteration entry;
-    entry.residual = natural_map_residual(problem_, lambda_);
-    count_states(problem_.rows, states_from_impulses(problem_.rows, lambda_), entry);
-    solution_.trace->iterations.push_back(entry);
-  }
-
   const typename Operator::Problem& problem_;
   const SolveOptions& options_;
   Operator op_;
@@ -143,7 +137,7 @@ class BlockNncg {
     while (solution.iterations < most && solution.work.visits < limit) {
       x0_ = x;
       y0_ = y;
-      const double change = sweeps_.sweep();
+      const double change = sweep_and_record(sweeps_, 1, system, solution.trace.get());
       ++solution.iterations;
       solution.work.visits += kSweepCost * static_cast<double>(system.rows.size());
       // The iterate right after a sweep is within its bounds: only such ones are answers.
@@ -151,7 +145,6 @@ class BlockNncg {
         least_change = change;
         best_ = x;
       }
-      if (options.trace) record(system, solution);
       if (change <= 0.5 * target) {
         sweeps_.get(x, solution.lambda);
         if (natural_map_residual(system, solution.lambda) <= options.tolerance) {
@@ -191,15 +184,6 @@ class BlockNncg {
       direction[k].v = last + (x[k].v - before[k].v);
       x[k].v += last;
     }
-  }
-
-  void record(const IslandSystem& system, Solution& solution) {
-    std::vector<double> lambda;
-    sweeps_.get(sweeps_.impulses(), lambda);
-    SolveIteration entry;
-    entry.residual = natural_map_residual(system, lambda);
-    count_states(system.rows, states_from_impulses(system.rows, lambda), entry);
-    solution.trace->iterations.push_back(entry);
   }
 
   BlockSweeps sweeps_;

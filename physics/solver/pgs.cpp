@@ -4,6 +4,7 @@
 // stack of n falls by about 1 - 1/n^2 a sweep), but never fails badly.
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/gauss_seidel.h"
+#include "physics/solver/solver_trace.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -27,12 +28,7 @@ Solution sweep_until_done(const typename Operator::Problem& problem, std::span<c
     const double change = gauss_seidel_sweep(op, solution.lambda);
     ++solution.iterations;
     solution.work.visits += static_cast<double>(solution.lambda.size());
-    if (options.trace) {
-      SolveIteration entry;
-      entry.residual = natural_map_residual(problem, solution.lambda);
-      count_states(problem.rows, states_from_impulses(problem.rows, solution.lambda), entry);
-      solution.trace->iterations.push_back(entry);
-    }
+    if (options.trace) record_iteration(problem, solution.lambda, *solution.trace);
     // The change underestimates the residual; half the target leaves the verdict room.
     if (change <= 0.5 * target && natural_map_residual(problem, solution.lambda) <= options.tolerance) break;
   }
@@ -44,8 +40,9 @@ Solution sweep_until_done(const typename Operator::Problem& problem, std::span<c
 bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
                   Solution& solution) {
   Spare<BlockSweeps> sweeps;
-  if (options.trace || !sweeps->assign(system, false, options.threads)) return false;
+  if (!sweeps->assign(system, false, options.threads)) return false;
   solution.method = "pgs";
+  if (options.trace) solution.trace = std::make_unique<SolveTrace>();
   solution.lambda = take_spare<std::vector<double>>();
   sweeps->set(warm_start);
   const double target = options.tolerance * largest_magnitude(system.b);
@@ -58,7 +55,8 @@ bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start
       ++solution.iterations;
       solution.work.visits += static_cast<double>(system.rows.size());
     } while (count < sweeps->together() && solution.iterations < most && solution.work.visits < limit);
-    if (sweeps->sweep(count) <= 0.5 * target && sweeps->violation() <= target) break;
+    const double change = sweep_and_record(*sweeps, count, system, solution.trace.get());
+    if (change <= 0.5 * target && sweeps->violation() <= target) break;
   }
   sweeps->get(sweeps->impulses(), solution.lambda);
   conclude(system, sweeps->violation(), options, solution);

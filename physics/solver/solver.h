@@ -53,6 +53,13 @@ struct SolveTrace {
   std::vector<SolveIteration> iterations;
   std::vector<int> ordering;       ///< elimination order of rows or bodies; empty: natural
   std::vector<std::string> notes;  ///< for people: which rung was taken and why
+
+  /// What was done after this, on the same problem; the ordering stays.
+  SolveTrace& operator+=(const SolveTrace& other) {
+    iterations.insert(iterations.end(), other.iterations.begin(), other.iterations.end());
+    notes.insert(notes.end(), other.notes.begin(), other.notes.end());
+    return *this;
+  }
 };
 
 /// Work done, for the step report.

@@ -29,6 +29,7 @@
 
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/gauss_seidel.h"
+#include "physics/solver/solver_trace.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -70,14 +71,6 @@ class Guesses {
   int pause_ = 0, resume_ = 0;
 };
 
-template <typename Problem>
-void record(const Problem& problem, const std::vector<double>& lambda, SolveTrace& trace) {
-  SolveIteration entry;
-  entry.residual = natural_map_residual(problem, lambda);
-  count_states(problem.rows, states_from_impulses(problem.rows, lambda), entry);
-  trace.iterations.push_back(entry);
-}
-
 template <typename Operator>
 Solution solve_in_parts(const typename Operator::Problem& problem, std::span<const double> warm_start,
                         const SolveOptions& options) {
@@ -98,7 +91,7 @@ Solution solve_in_parts(const typename Operator::Problem& problem, std::span<con
     gauss_seidel_sweep(op, lambda, load);
     ++solution.iterations;
     solution.work.visits += 2 * static_cast<double>(lambda.size());
-    if (solution.trace) record(problem, lambda, *solution.trace);
+    if (solution.trace) record_iteration(problem, lambda, *solution.trace);
     if (k == parts) break;
     if (Guesses::asks(k)) {
       double size = 0;
@@ -138,7 +131,7 @@ class BlockParts {
       solution.work.visits += 2 * static_cast<double>(system.rows.size());
       if (solution.trace) {
         sweeps_.get(x, solution.lambda);
-        record(system, solution.lambda, *solution.trace);
+        record_iteration(system, solution.lambda, *solution.trace);
       }
       if (k == parts) break;
       if (Guesses::asks(k)) guesses.look(k, largest_part(x, x_before_));

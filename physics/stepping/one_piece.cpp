@@ -303,6 +303,10 @@ class OnePieceStep {
     Solution rest = sweep_velocities(all.system, warm, options, kInfinity, look_at_nothing);
     rest.work += first.work;
     rest.iterations += first.iterations;
+    if (first.trace && rest.trace) {
+      *first.trace += *rest.trace;
+      rest.trace = std::move(first.trace);
+    }
     give_spare(std::move(first.lambda));
     return rest;
   }
@@ -340,10 +344,8 @@ class OnePieceStep {
   template <class Look>
   Solution sweep_velocities(const IslandSystem& system, std::span<const double> warm,
                             const SolveOptions& options, double astray, Look&& look) const {
-    if (state_.solver->exact && !options.trace)
-      return sweep_until_done(system, state_.solver->exact, warm, options, {}, look);
-    const SolverEntry& solver = state_.solver->exact ? find_solver("pgs") : *state_.solver;
-    Solution solution = solver.solve(system, warm, options, nullptr);
+    if (state_.solver->exact) return sweep_until_done(system, true, warm, options, {}, look);
+    Solution solution = state_.solver->solve(system, warm, options, nullptr);
     if (!(solution.residual > astray)) look(solution.lambda);
     return solution;
   }

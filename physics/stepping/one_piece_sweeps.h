@@ -10,6 +10,7 @@
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/cone_interior_point.h"
 #include "physics/solver/solver.h"
+#include "physics/solver/solver_trace.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -57,6 +58,7 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
   }
   Solution solution;
   solution.method = standard.name;
+  if (options.trace) solution.trace = std::make_unique<SolveTrace>();
   sweeps->soften(give.joints, give.contacts);
   sweeps->set(warm);
   const double rows = static_cast<double>(system.rows.size());
@@ -83,6 +85,11 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
       if (improve_by_interior_point(system, options.work_limit, options.threads, *sweeps, worst,
                                     solution.work)) {
         target = std::max(target, kGoodEnough * scale);
+        if (solution.trace) {
+          sweeps->get(sweeps->impulses(), solution.lambda);
+          record_iteration(system, solution.lambda, *solution.trace);
+          solution.trace->notes.emplace_back("an interior point went on from the sweeps");
+        }
         // Sweeps that were astray, as with a heavy body on light ones, may have an answer to look at now.
         looked = false;
         change = worst;
@@ -97,7 +104,7 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
     } while (count < sweeps->together() && solution.iterations != attempt && (looked || !due()) &&
              solution.work.visits < options.work_limit);
     // The change underestimates the violation.
-    change = sweeps->sweep(count);
+    change = sweep_and_record(*sweeps, count, system, solution.trace.get());
     const bool done = change <= 0.5 * target || !(solution.work.visits < options.work_limit);
     if (done) worst = sweeps->violation();
   }

@@ -65,6 +65,18 @@ TEST_P(EveryDemoSkips, HasTheSameBitsWithEachSkipOff) {
   }
 }
 
+TEST_P(EveryDemoSkips, HasTheSameBitsForAnObserver) {
+  const std::uint64_t steps = static_cast<std::uint64_t>(test_scale(60));
+  Demo alone(GetParam().path, {}), observed(GetParam().path, {});
+  observed.observe({.contacts = true, .systems = true, .solve_traces = true, .stage_times = true, .paths = true});
+  while (alone.steps_done() < std::min(steps, alone.total_steps())) {
+    alone.step();
+    observed.step();
+    ASSERT_EQ(observed.world().report().state_hash, alone.world().report().state_hash)
+        << "step " << alone.steps_done();
+  }
+}
+
 TEST_P(EveryDemoSkips, MovesAlikeWithEachSkipOffThatMayRoundOtherwise) {
   // Not more of them for longer runs: a gas makes millimetres of a rounding in 120 steps.
   constexpr std::uint64_t steps = 40;

@@ -89,6 +89,36 @@ TEST_P(EverySkip, ChangesNothingAtRest) {
 INSTANTIATE_TEST_SUITE_P(Skips, EverySkip, testing::ValuesIn(kSwitches),
                          [](const testing::TestParamInfo<Switch>& test) { return test.param.name; });
 
+// Whoever turns the traces on to look at a pile must see the pile that falls when nobody looks.
+TEST(Skips, NoObserverChangesAPileInFlow) {
+  for (const char* solver : {"auto", "pgs", "nncg", "tgs_soft"}) {
+    SCOPED_TRACE(solver);
+    WorldConfig config;
+    config.solver = solver;
+    World alone(config), observed(config);
+    observed.observe(
+        {.contacts = true, .systems = true, .solve_traces = true, .stage_times = true, .paths = true});
+    for (World* world : {&alone, &observed}) {
+      const ShapeDef box = rough(make_box({1, 1}), 0.5);
+      add_ground(*world, box);
+      for (int i = 0; i < 60; ++i)
+        add(*world, {1.05 * (i % 6) + 0.1 * (i / 6 % 2), 0.6 + 1.1 * (i / 6)}, box, 1, {i % 6 - 2.5, -3});
+    }
+    int flowing = 0;
+    for (int step = 0; step < 40; ++step) {
+      alone.step(1.0 / 60);
+      observed.step(1.0 / 60);
+      flowing += alone.report().islands_in_flow;
+      ASSERT_EQ(observed.state_hash(), alone.state_hash()) << "step " << step;
+      for (const IslandTrace& island : observed.report().traces) {
+        if (island.trace == nullptr || island.trace->iterations.empty()) continue;
+        EXPECT_TRUE(std::isfinite(island.trace->iterations.back().residual));
+      }
+    }
+    EXPECT_GT(flowing, 10);
+  }
+}
+
 TEST(Skips, AreCounted) {
   WorldConfig awake;
   awake.sleep = false;
