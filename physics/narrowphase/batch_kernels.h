@@ -319,13 +319,13 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
     doubtful |= maybe & (bits(at_least(zero, ahead)) | bits(tilted));
   }
   // Lanes with one point, between corners or on the edge.
-  const Four several = below(noise, overlap), disjoint = below(overlap, zero);
+  const Four label = Four::both(kCornerOnCorner) * lesser(x0 - x1, len);
+  const Four several = below(greater(noise, label), overlap), disjoint = below(overlap, zero);
   const unsigned single = ~bits(several) & meet;
   doubtful = (doubtful & ~(single & bits(disjoint))) | (single & bits(without(touching & beside, disjoint)));
 
   // Both ends of the contact segment: see write_ends.
   const Four slope = (y0 - y1) / (x0 - x1), over_start = x1, over_end = len - x0;
-  const Four label = Four::both(kCornerOnCorner) * lesser(x0 - x1, len);
   const Four half = Four::both(0.5);
   struct End {
     Four inside, both, keep, x, y, separation;
@@ -381,7 +381,8 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
     const Four to0_x = q0.x - corner_x, to0_y = q0.y - corner_y;
     const Four to1_x = q1.x - corner_x, to1_y = q1.y - corner_y;
     const Four square0 = to0_x * to0_x + to0_y * to0_y, square1 = to1_x * to1_x + to1_y * to1_y;
-    const Four take_q0 = chosen(corners, below(square0, square1), below(y0, y1));
+    const Four aside0 = y0 + greater(zero, x0 - len), aside1 = y1 + greater(zero, negated(x1));
+    const Four take_q0 = chosen(corners, below(square0, square1), below(aside0, aside1));
     const Four gap_x = chosen(take_q0, to0_x, to1_x), gap_y = chosen(take_q0, to0_y, to1_y);
     const Four distance = root(gap_x * gap_x + gap_y * gap_y);
     const Four height = chosen(take_q0, y0, y1), along_gap = corners & below(noise, distance);
@@ -390,7 +391,10 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
     const Four offset = chosen(corners, shift + from_ref, from_ref - shift);
     const Four local_x = chosen(corners, corner_x, chosen(take_q0, q0.x, q1.x)) + offset * n_x;
     const Four local_y = chosen(corners, corner_y, chosen(take_q0, q0.y, q1.y)) + offset * n_y;
-    const Four ref_code = chosen(corners, corner(chosen(at_start, i0, i1)), ref_edge);
+    const Four at = chosen(take_q0, x0, x1), near_end = Four::both(kCornerOnCorner) * len;
+    const Four one_corner = chosen(at_least(near_end, magnitude(at)), corner(i0),
+                                   chosen(at_least(near_end, magnitude(at - len)), corner(i1), ref_edge));
+    const Four ref_code = chosen(corners, corner(chosen(at_start, i0, i1)), one_corner);
     const Four inc_code = corner(chosen(take_q0, j_start, j_end));
     const Four code = chosen(plain, joined(ref_code, inc_code), joined(inc_code, ref_code));
     single_kept = without(at_least(reported, chosen(corners, distance, height)), several);

@@ -14,7 +14,7 @@ void clip_apart(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
                 bool may_turn, Output& out) {
   const Edges e = edges_of(a, b, placed, axis);
   const double radii = a.radius + b.radius, limit = margin + radii, noise = kNoise * axis.scale;
-  const double overlap = overlap_of(e);
+  const double overlap = overlap_of(e), least = least_overlap_of(e, noise);
   const bool disjoint = overlap < 0;
   // If the deepest corner lies beside the reference edge and is closer to its end than the incident edge is,
   // these two corners are closest. With edges that are almost parallel the other end may still be in reach,
@@ -36,7 +36,7 @@ void clip_apart(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
     return clip_apart(a, b, placed, turned, margin, false, out);
   }
   const bool corners = disjoint || (beside && beyond);
-  if (!corners && !(overlap > noise)) return write_single(e, radii, limit, out);
+  if (!corners && !(overlap > least)) return write_single(e, radii, limit, out);
   if (!corners) {
     write_normal(e, e.n, reference_of(e), out);
     return write_ends(e, label_of(e), radii, limit, 3, out);
@@ -56,7 +56,7 @@ void clip_apart(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
   }
   write_normal(e, normal, from, out);
   // The end beside it is these corners; the other one may be in reach.
-  if (overlap > noise) write_ends(e, label_of(e), radii, limit, at_start ? 2 : 1, out);
+  if (overlap > least) write_ends(e, label_of(e), radii, limit, at_start ? 2 : 1, out);
   const std::uint32_t feature =
       feature_of(e, corner_code(at_start ? e.i0 : e.i1), corner_code(take_q0 ? e.j0 : e.j1));
   int slot = 0;
@@ -76,12 +76,16 @@ void clip_apart(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
 
 /// One corner above the edge, or so little overlap that a second point would be the same.
 void write_single(const Edges& e, double radii, double limit, Output& out) {
-  const bool first = e.y0 < e.y1;
+  const bool first = aside_of_start(e) < aside_of_end(e);
   const double y = first ? e.y0 : e.y1;
   if (!(y <= limit)) return;
   write_normal(e, e.n, reference_of(e), out);
+  const double x = first ? e.x0 : e.x1, label = kCornerOnCorner * e.len;
+  const std::uint32_t ref_code = std::abs(x) <= label           ? corner_code(e.i0)
+                                 : std::abs(x - e.len) <= label ? corner_code(e.i1)
+                                                                : edge_code(e.i0);
   out.point(0, *(first ? e.q0 : e.q1) + (e.from_ref - 0.5 * y) * e.n, y - radii,
-            feature_of(e, edge_code(e.i0), corner_code(first ? e.j0 : e.j1)));
+            feature_of(e, ref_code, corner_code(first ? e.j0 : e.j1)));
   out.m.count = 1;
 }
 

@@ -148,6 +148,22 @@ inline double overlap_of(const Edges& e) {
 inline double label_of(const Edges& e) {
   return kCornerOnCorner * std::min(e.len, e.x0 - e.x1);
 }
+/// Where no more of the edges lies on each other there is one point: two corners meet, or nearly so, and a
+/// second point would come and go.
+inline double least_overlap_of(const Edges& e, double noise) {
+  return std::max(noise, label_of(e));
+}
+
+/// How far a corner of the incident edge lies beside the reference edge and above it, together. Where so
+/// little of the edges lies on each other that there is one point, it is the corner with the lesser sum: of
+/// edges that are parallel the one that is there, of others the deeper one. @pre the edges do not lie beside
+/// each other
+inline double aside_of_start(const Edges& e) {
+  return e.y0 + std::max(0.0, e.x0 - e.len);
+}
+inline double aside_of_end(const Edges& e) {
+  return e.y1 + std::max(0.0, -e.x1);
+}
 
 /// One corner above the edge, or so little overlap that a second point would be the same.
 void write_single(const Edges& e, double radii, double limit, Output& out);
@@ -162,7 +178,7 @@ template <int N = 0>
                                                 const Axis& axis, double margin, Output& out) {
   const Edges e = edges_of<N>(a, b, placed, axis);
   const double radii = a.radius + b.radius, limit = margin + radii;
-  if (!(overlap_of(e) > kNoise * axis.scale)) return write_single(e, radii, limit, out);
+  if (!(overlap_of(e) > least_overlap_of(e, kNoise * axis.scale))) return write_single(e, radii, limit, out);
   write_normal(e, e.n, reference_of(e), out);
   write_ends(e, label_of(e), radii, limit, 3, out);
 }

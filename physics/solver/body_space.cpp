@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "physics/solver/associated_path.h"
 #include "physics/solver/block_sweeps.h"
 #include "physics/solver/body_space_active_set.h"
 #include "physics/solver/body_space_model.h"
@@ -189,6 +190,12 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
       solved = active.run(limits, budget, work, trace);
     }
     limits.enough = limits.target;
+    if (!solved && !budget.spent(work)) {
+      // What is jammed and touched rests again, mostly, with forces that are hard to find from these.
+      note(trace, "path of associated sliding from the warm start");
+      solved = follow_associated_path(system, solution.lambda, options.tolerance, model, active, budget, work,
+                                      trace);
+    }
     if (!solved && kept.has_states && limits.few == 0 && !budget.spent(work)) {
       note(trace, "path from the warm start, one state at a time");
       solved = follow_path_from(solution.lambda, options.tolerance, model, active, budget, work, trace);

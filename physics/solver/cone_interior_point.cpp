@@ -105,17 +105,19 @@ struct ConeInteriorPoint::Kernels {
     }
   };
 
-  static SKERRY_ALWAYS_INLINE void read_velocities(const Contact* c, Group& g, const Vectors& y) {
+  static SKERRY_ALWAYS_INLINE void read_velocities(const Contact* c, Group& g, const Vectors& y,
+                                                   double shifts) {
     along_rows(c, g, y, g.u_n, g.u_t);
     g.u_n -= g.b_n;
     g.u_t -= g.b_t;
     magnitude(g.u_t, g.shift);
-    g.shift *= g.mu;
+    g.shift *= shifts * g.mu;
   }
 
   struct ReadVelocities {
     static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last) {
-      for (std::size_t k = first; k < last; ++k) read_velocities(&p.contacts_[4 * k], p.groups_[k], p.y_);
+      for (std::size_t k = first; k < last; ++k)
+        read_velocities(&p.contacts_[4 * k], p.groups_[k], p.y_, p.shifts_);
     }
   };
 
@@ -140,7 +142,7 @@ struct ConeInteriorPoint::Kernels {
       Vec4 all{};
       for (std::size_t k = first; k < last; ++k) {
         Group& g = p.groups_[k];
-        read_velocities(&p.contacts_[4 * k], g, p.y_);
+        read_velocities(&p.contacts_[4 * k], g, p.y_, p.shifts_);
         Vec4 size;
         magnitude(g.u_t, size);
         g.theta = share * g.u_t / (size + smoothing);
@@ -237,12 +239,13 @@ struct ConeInteriorPoint::Kernels {
     static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
                                          double length, BodyVector& products) {
       Vec4 all{};
+      const double shifts = p.shifts_;
       for (std::size_t k = first; k < last; ++k) {
         Group& g = p.groups_[k];
         const Vec4 change = length * g.du_t;
         Vec4 size;
         magnitude(g.u_t + change, size);
-        const Vec4 more = (g.mu * size - g.shift) - g.mu * (g.theta * change);
+        const Vec4 more = shifts * (g.mu * size - g.shift) - g.mu * (g.theta * change);
         for (int e = 0; e < 2; ++e) {
           all += (g.l[e] + length * g.dl[e]) * (g.s[e] + length * g.ds[e]) * g.inverse_weight;
           g.gap[e] += more;
@@ -322,7 +325,7 @@ double ConeInteriorPoint::take_step() {
   const double count = 8 * static_cast<double>(groups_.size());
   Kernels::each_piece_finds<Kernels::ActNow>(*this);
   const double tau = Kernels::sum_of_pieces(*this) / count, smoothing = kSmoothing * std::sqrt(tau);
-  const double share = 1 - kDamping * (1 - last_length_);
+  const double share = shifts_ ? 1 - kDamping * (1 - last_length_) : 0;
   push();
   Kernels::each_piece_finds<Kernels::Gaps>(*this, smoothing, share);
   const double off = Kernels::sum_of_pieces(*this) / count;
@@ -446,8 +449,9 @@ void ConeInteriorPoint::find_incident() {
   }
 }
 
-void ConeInteriorPoint::start(std::span<const double> lambda, double centre) {
+void ConeInteriorPoint::start(std::span<const double> lambda, double centre, Sliding sliding) {
   last_length_ = 1;
+  shifts_ = sliding == Sliding::Coulomb;
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     const Contact& c = contacts_[k];
     Group& g = groups_[k / 4];
@@ -493,6 +497,16 @@ double ConeInteriorPoint::step(SolveWork& work) {
 double ConeInteriorPoint::centre() const {
   double all = 0;
   for (const Group& g : groups_) all += sum((g.l[0] * g.s[0] + g.l[1] * g.s[1]) * g.inverse_weight);
+  return std::sqrt(all / (8 * static_cast<double>(groups_.size())));
+}
+
+double ConeInteriorPoint::sliding() const {
+  double all = 0;
+  for (const Group& g : groups_) {
+    Vec4 size;
+    Kernels::magnitude(g.u_t, size);
+    all += sum(g.mu * size * (g.l[0] + g.l[1]) * g.inverse_weight);
+  }
   return std::sqrt(all / (8 * static_cast<double>(groups_.size())));
 }
 

@@ -18,11 +18,15 @@
 // the shift the corrector knows. The start is the point on the central path next to what is given [Chen &
 // Harker 1993; Kanzow 1996]: l - s is kept.
 //
+// Without the shift the problem is that of associated sliding, in which what slides moves apart: convex, so
+// that the path always arrives. Where nothing slides, its answer is Coulomb's, too.
+//
 // In units of velocity the impulse between a light body and a heavy one that it bears is as many times larger
 // as that is heavier. Products l s in proportion to D_n^1/2, halfway between velocities and energies, let
 // such a path be followed.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -41,12 +45,16 @@ class ConeInteriorPoint {
   /// Counted work of one step.
   double step_cost() const { return step_cost_; }
 
+  enum class Sliding : std::uint8_t { Coulomb, Associated };
   /// Begins next to impulses within their bounds. @param centre  root of the products l s [m/s]
-  void start(std::span<const double> lambda, double centre);
+  void start(std::span<const double> lambda, double centre, Sliding sliding = Sliding::Coulomb);
   /// One Newton step. @return how much of it could be taken; 0 where the factor failed
   double step(SolveWork& work);
   /// Root of the mean product l s, over its weight: how far the central path still has to go [m/s].
   double centre() const;
+  /// Root of what sliding takes from the bodies, as the mean product of impulses along the edges and De
+  /// Saxce's shift, over its weight [m/s]: by so much the answer of the associated problem misses Coulomb's.
+  double sliding() const;
   /// The impulses, within their bounds.
   void get(std::vector<double>& lambda) const;
 
@@ -93,6 +101,7 @@ class ConeInteriorPoint {
   double take_step();
 
   ThreadPool* threads_ = nullptr;
+  bool shifts_ = true;
   int nodes_ = 0;
   double step_cost_ = 0, last_length_ = 1;
   int rows_ = 0;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/narrowphase/collide.h"
+#include "physics/narrowphase/queries.h"
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
@@ -172,6 +173,52 @@ TEST(Collide, KeepsFeaturesWhileAStackTrembles) {
         ASSERT_EQ(m.points[i].feature, rest.points[i].feature);
         ASSERT_NEAR(length(m.points[i].position - rest.points[i].position), 0, 1e-8);
       }
+    }
+  }
+}
+
+/// Upright boxes on a grid, moved by hairs.
+Manifold boxes_on_a_grid(Scenes& scenes, const Shape& a, const Shape& b, double margin, Transform& pose_b) {
+  const auto hair = [&] { return (scenes.below(2) == 0 ? 1 : -1) * std::pow(10.0, scenes.uniform(-16, -6)); };
+  const Vec2 offset{0.25 * scenes.below(9) - 1.0 + hair(), 0.25 * scenes.below(9) - 1.0 + hair()};
+  pose_b = {offset, Rot::from_angle(kPi / 2 * scenes.below(4) + (scenes.below(2) == 0 ? hair() : 0))};
+  return collide(a, {}, b, pose_b, margin);
+}
+
+TEST(Collide, PointsLieBetweenTheSurfacesWhereEdgesMeetAtTheirEnds) {
+  const unsigned seed = 77;
+  Scenes scenes(seed);
+  const Shape boxes[] = {make_box({1, 1}), make_box({2, 0.5}), make_box({0.5, 1})};
+  int points = 0;
+  for (int k = 0; k < test_scale(40000); ++k) {
+    const Shape &a = boxes[scenes.below(3)], &b = boxes[scenes.below(3)];
+    Transform pose_b;
+    const Manifold m = boxes_on_a_grid(scenes, a, b, scenes.below(2) == 0 ? 0 : 0.02, pose_b);
+    for (int i = 0; i < m.count; ++i) {
+      const ManifoldPoint& point = m.points[static_cast<std::size_t>(i)];
+      if (point.separation < -1e-5) continue;
+      const double most = 0.5 * std::max(0.0, point.separation) + 1e-5;
+      ASSERT_LE(closest_point(a, {}, point.position).distance, most) << "pair " << k << " seed " << seed;
+      ASSERT_LE(closest_point(b, pose_b, point.position).distance, most) << "pair " << k << " seed " << seed;
+      ++points;
+    }
+  }
+  EXPECT_GT(points, 10000);
+}
+
+TEST(Collide, KeepsOnePointAndItsFeatureWhereCornersTremble) {
+  const Shape box = make_box({1, 1});
+  Scenes scenes(6);
+  for (const Vec2 offset : {Vec2{1, 1}, Vec2{-1, 1}, Vec2{-1, -1}, Vec2{1, -1}}) {
+    const Manifold rest = collide(box, {}, box, {offset, {}}, 0.005);
+    ASSERT_EQ(rest.count, 1);
+    for (int k = 0; k < 2000; ++k) {
+      const double size = std::pow(10.0, scenes.uniform(-16, -8));
+      const Vec2 jitter = size * Vec2{scenes.uniform(-1, 1), scenes.uniform(-1, 1)};
+      const Manifold m = collide(box, {}, box, {offset + jitter, {}}, 0.005);
+      ASSERT_EQ(m.count, 1) << jitter.x << ' ' << jitter.y;
+      ASSERT_EQ(m.points[0].feature, rest.points[0].feature) << jitter.x << ' ' << jitter.y;
+      ASSERT_NEAR(length(m.points[0].position - 0.5 * offset), 0, 1e-7);
     }
   }
 }
