@@ -22,6 +22,8 @@ constexpr double kSlides = 10, kFar = 1e-2;
 // The active set is asked when the residual is below the first, and has fallen by the second since.
 constexpr double kPolishResidual = 1e-5, kPolishProgress = 1e-2;
 constexpr int kPolishIterations = 6;
+// Of a search for rest alone.
+constexpr int kRestFactors = 60;
 
 }  // namespace
 
@@ -67,6 +69,24 @@ bool follow_associated_path(const IslandSystem& system, std::span<const double> 
     if (ends) return false;
   }
   return false;
+}
+
+Solution find_rest(const IslandSystem& system, const SolveOptions& options) {
+  Solution solution;
+  solution.method = "associated";
+  BodySpaceModel model;
+  model.use_threads(options.threads);
+  ActiveSet active(model);
+  active.reset(model.assign(system, solution.work));
+  SolveBudget budget;
+  budget.factorisations = kRestFactors;
+  const std::vector<double> zero(system.rows.size(), 0.0);
+  active.offer(zero.data());
+  follow_associated_path(system, zero, options.tolerance, model, active, budget, solution.work, nullptr);
+  solution.lambda = active.best();
+  solution.iterations = solution.work.factorisations;
+  conclude(system, options, solution);
+  return solution;
 }
 
 }  // namespace skerry

@@ -24,4 +24,7 @@ bool follow_associated_path(const IslandSystem& system, std::span<const double> 
                             const BodySpaceModel& model, ActiveSet& active, const SolveBudget& budget,
                             SolveWork& work, SolveTrace* trace);
 
+/// The same from nothing, by itself: forces that hold everything. @return status Solved where there are
+Solution find_rest(const IslandSystem& system, const SolveOptions& options);
+
 }  // namespace skerry

@@ -21,8 +21,8 @@ void record_iteration(const Problem& problem, const std::vector<double>& lambda,
   trace.iterations.push_back(entry);
 }
 
-/// Sweeps `count` times, as `sweeps.sweep(count)` does, to the bit. @param trace  an entry for each; null:
-/// none
+/// Sweeps `count` times, as `sweeps.sweep(count)` does, to the bit.
+/// @param trace  an entry for each; null: none
 /// @return what `sweeps.sweep` does
 inline double sweep_and_record(BlockSweeps& sweeps, int count, const IslandSystem& system,
                                SolveTrace* trace) {

@@ -16,6 +16,7 @@
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/path.h"
+#include "physics/stepping/point_memory.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -396,14 +397,10 @@ class OnePieceStep {
         if (assembly.origin[row].kind == RowKind::Normal && lambda[row] > 0)
           landings += note_hit(assembly, row, lambda[row], before, contact);
       }
-      for (PointMemory& memory : contact.points) {
-        memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-        memory.h = h_;
-        memory.sticking = false;
-      }
+      forget_impulses(contact, h_);
       for (std::size_t row = first; row < i; ++row) {
         friction += assembly.origin[row].kind == RowKind::Friction;
-        store_row(assembly.origin[row], assembly.system.rows[row].mu, lambda[row], contact);
+        remember_impulse(assembly.origin[row], assembly.system.rows[row].mu, lambda[row], contact);
       }
     }
     return landings;
@@ -430,17 +427,6 @@ class OnePieceStep {
     contact.hit_point = memory.impact_position;
     contact.hit_normal = contact.manifold.normal;
     return true;
-  }
-
-  static void store_row(const RowOrigin& origin, double mu, double lambda, Contact& contact) {
-    PointMemory& memory = contact.points[static_cast<std::size_t>(origin.point)];
-    if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda;
-    if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda;
-    if (origin.kind != RowKind::Friction) return;
-    memory.friction_impulse = lambda;
-    memory.total_friction += lambda;
-    memory.sticking =
-        memory.normal_impulse > 0 && std::abs(lambda) < mu * memory.normal_impulse * (1 - 1e-12);
   }
 
   /// Notes how far everything will go. @return whether a body will go so much farther than foreseen that the

@@ -8,6 +8,7 @@
 #include "physics/narrowphase/chain.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/coming_to_rest.h"
 #include "physics/stepping/flight_queue.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
@@ -382,8 +383,11 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   const bool waits = dear && rule.work_limit > 0 && result.step_memory.light_wait > 0;
   if (rule.light && step_island_lightly(state, island, h, result)) return;
   if (waits && !rule.light) --result.step_memory.light_wait;
-  if (rule.flows || waits || (rule.light && rule.large))
-    return step_island_in_flow(state, island, 0, h, result);
+  const bool flows = rule.flows || waits || (rule.light && rule.large);
+  if (flows) {
+    if (!come_to_rest(state, island, h, result)) step_island_in_flow(state, island, 0, h, result);
+    return;
+  }
   // What a vain attempt took does not count.
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
   const double there = IslandStep(state, island, rule, result).run(0, h);

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+//
+// Heaps in flow come to rest where there are forces that hold them, and nowhere else.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <random>
+#include <vector>
+
+#include "physics/solver/associated_path.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+constexpr double kStep = 1.0 / 60;
+
+/// Boxes of 0.5 to 1 m in loose columns between two walls.
+std::vector<BodyId> add_boxes(World& world, int count, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (random() / 4294967296.0);
+  };
+  const double width = 0.7 * std::sqrt(count);
+  const int columns = static_cast<int>(2 * width / 1.4);
+  const BodyId ground = test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
+  for (const Vec2 normal : {Vec2{1, 0}, Vec2{-1, 0}})
+    world.add_shape(ground, test::rough(make_half_plane({-width * normal.x, 0}, normal), 0.5));
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < count; ++i) {
+    const Vec2 size{uniform(0.5, 1), uniform(0.5, 1)};
+    const Vec2 place{-width + 0.7 + 1.4 * (i % columns) + 0.05 * (i / columns % 2),
+                     0.8 + 1.4 * (i / columns)};
+    boxes.push_back(test::add(world, place, test::rough(make_box(size), 0.5), size.x * size.y, {}, 0,
+                              uniform(-0.3, 0.3)));
+  }
+  return boxes;
+}
+
+TEST(ComingToRest, AHeapOfBoxesFallsAsleepWithExactForces) {
+  for (const unsigned seed : {4u, 6u}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    World world;
+    const std::vector<BodyId> boxes = add_boxes(world, 600, seed);
+    int steps = 0, flowing = 0;
+    // A body that swings between two others may go on for ever.
+    const auto asleep = [&] {
+      return std::count(world.bodies().asleep.begin(), world.bodies().asleep.end(), 1);
+    };
+    while (steps < 1000 && asleep() < 580) {
+      flowing += world.step(kStep).islands_in_flow;
+      ++steps;
+    }
+    std::printf("seed %u: asleep after %d steps\n", seed, steps);
+    ASSERT_LT(steps, 1000);
+    EXPECT_GT(flowing, 200);
+    EXPECT_EQ(world.report().inexact_islands, 0);
+    EXPECT_LE(world.report().worst_residual, 1e-10);
+    EXPECT_LE(world.report().worst_penetration, 1e-9);
+    // What sleeps would go on resting.
+    std::vector<BodyId> still;
+    std::vector<Vec2> places;
+    for (const BodyId box : boxes) {
+      if (!world.asleep(box)) continue;
+      still.push_back(box);
+      places.push_back(world.position(box));
+    }
+    WorldConfig awake = world.config();
+    awake.sleep = awake.reuse_resting = false;
+    world.reconfigure(awake);
+    for (int k = 0; k < 30; ++k) {
+      const StepReport& next = world.step(kStep);
+      EXPECT_EQ(next.islands_in_flow, 0);
+      EXPECT_LE(next.worst_residual, 1e-10);
+    }
+    for (std::size_t i = 0; i < still.size(); ++i)
+      EXPECT_LE(length(world.position(still[i]) - places[i]), 1e-9);
+  }
+}
+
+/// The problem of rest of a row of boxes on a slope: bodies that do not move yet, and gravity.
+IslandSystem row_on_a_slope(double angle, double friction) {
+  World world;
+  const ShapeDef box = test::rough(make_box({1, 1}), friction);
+  test::add_ground(world, box, angle);
+  const Rot q = Rot::from_angle(angle);
+  for (int i = 0; i < 12; ++i)
+    test::add(world, rotate(q, {static_cast<double>(i), 0.5}), box, 1, {}, 0, angle);
+  world.observe({.systems = true});
+  world.step(kStep);
+  for (const IslandTrace& trace : world.report().traces)
+    if (!trace.impact) return trace.system;
+  return {};
+}
+
+TEST(ComingToRest, AsksForForcesThatHold) {
+  const double angle = kPi / 6;
+  const IslandSystem holds = row_on_a_slope(angle, 0.6), slides = row_on_a_slope(angle, 0.5);
+  ASSERT_GE(holds.size(), 48);
+  ASSERT_GE(slides.size(), 48);
+  const Solution rest = find_rest(holds, {});
+  EXPECT_EQ(rest.status, SolveStatus::Solved);
+  for (const double u : row_velocities(holds, rest.lambda)) EXPECT_NEAR(u, 0, 1e-11);
+  const Solution motion = find_rest(slides, {});
+  EXPECT_NE(motion.status, SolveStatus::Solved);
+  EXPECT_LE(motion.work.factorisations, 60);
+}
+
+}  // namespace
+}  // namespace skerry
