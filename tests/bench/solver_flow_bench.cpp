@@ -14,6 +14,10 @@
 // pushes one body in 50 of piles at rest by a few mm/s at every step, N piles of those that are random: means
 // over 60 steps of the time, of factors and of solves, the slowest step, the largest residual, and how many
 // steps were not exact.
+//   solver_flow_bench --resting N
+// drops N heaps of each kind and waits, up to half a minute of theirs, until 97 in 100 of the bodies are
+// asleep: how many of the heaps are, after how many steps (median, of those), the mean time of a step until
+// then, and the slowest one.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -218,6 +222,42 @@ void touch(const Pile& pile, int seeds) {
   std::fflush(stdout);
 }
 
+const Pile kHeaps[] = {
+    {"200 boxes", 0, add_heap<200, true>},   {"600 boxes", 0, add_heap<600, true>},
+    {"1000 boxes", 0, add_heap<1000, true>}, {"3000 boxes", 0, add_heap<3000, true>},
+    {"300 discs", 0, add_heap<300, false>},  {"1000 discs", 0, add_heap<1000, false>},
+};
+
+void wait_for_rest(const Pile& pile, int seeds) {
+  constexpr int kSteps = 1800;
+  std::vector<int> steps;
+  double seconds = 0, slowest = 0;
+  int made = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    World world;
+    add_ground(world, rough(make_box({1, 1}), kFriction));
+    Bodies bodies;
+    pile.add_to(world, bodies, static_cast<std::uint64_t>(seed));
+    for (int step = 1; step <= kSteps; ++step) {
+      const double begin = bench::thread_seconds();
+      world.step(1.0 / 60);
+      const double took = bench::thread_seconds() - begin;
+      seconds += took;
+      slowest = std::max(slowest, took);
+      ++made;
+      const std::vector<std::uint8_t>& asleep = world.bodies().asleep;
+      if (100 * std::count(asleep.begin(), asleep.end(), 1) < 97 * static_cast<std::ptrdiff_t>(bodies.size()))
+        continue;
+      steps.push_back(step);
+      break;
+    }
+  }
+  std::sort(steps.begin(), steps.end());
+  std::printf("%-12s %3zu of %3d %7d %8.2f %8.1f\n", pile.name, steps.size(), seeds,
+              steps.empty() ? 0 : steps[steps.size() / 2], 1e3 * seconds / made, 1e3 * slowest);
+  std::fflush(stdout);
+}
+
 struct Scene {
   const char* name;
   int first, steps;  // steps before the measuring ones, which it takes to get busy
@@ -278,7 +318,7 @@ double work_for(double us, const std::vector<Price>& prices) {
 
 int main(int argc, char** argv) {
   bool csv = false;
-  int steps = 0, balls = 0, touched = 0;
+  int steps = 0, balls = 0, touched = 0, resting = 0;
   double us = 4;
   const char* filter = "";
   std::vector<double> works;
@@ -295,6 +335,8 @@ int main(int argc, char** argv) {
       balls = std::max(0, std::atoi(argv[++i]));
     else if (std::strcmp(argv[i], "--touched") == 0 && i + 1 < argc)
       touched = std::max(0, std::atoi(argv[++i]));
+    else if (std::strcmp(argv[i], "--resting") == 0 && i + 1 < argc)
+      resting = std::max(0, std::atoi(argv[++i]));
     else
       filter = argv[i];
   }
@@ -310,6 +352,11 @@ int main(int argc, char** argv) {
     std::printf("%-20s %6s %8s %8s %8s %8s %8s %9s %8s\n", "pile", "steps", "mean ms", "median", "slowest",
                 "factors", "solves", "residual", "inexact");
     for (const Pile& pile : kPiles) touch(pile, touched);
+    return 0;
+  }
+  if (resting > 0) {
+    std::printf("%-12s %10s %7s %8s %8s\n", "heap", "asleep", "steps", "mean ms", "slowest");
+    for (const Pile& heap : kHeaps) wait_for_rest(heap, resting);
     return 0;
   }
   if (works.empty()) works = {0, 400, 4000};
