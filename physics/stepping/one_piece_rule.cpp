@@ -35,6 +35,8 @@ constexpr double kApart = 1e-5;
 constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
+// The same of a large one that flowed in the last step: attempts are many there, and mostly vain.
+constexpr double kBusyInFlow = 15;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256;
 
@@ -108,6 +110,11 @@ double slow_speed(const WorldState& state, const Island& island, double h) {
   return h * largest_acceleration(state, island) + state.config.rest_speed;
 }
 
+bool was_in_flow(const WorldState& state, const Island& island) {
+  return std::any_of(island.bodies.begin(), island.bodies.end(),
+                     [&](std::uint32_t i) { return state.step_memory[i].flow > 0; });
+}
+
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h) {
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
@@ -122,7 +129,8 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   bool bounces = false;
   const int all = points_that_flow(state, island, bounces);
   if (all > usual)
-    rule.work_limit = kBusy * usual_flow_work(state) * static_cast<double>(island.bodies.size());
+    rule.work_limit = (flow > 0 && all > kManyPoints ? kBusyInFlow : kBusy) * usual_flow_work(state) *
+                      static_cast<double>(island.bodies.size());
   // Only flow leaves joints off by more than exact steps take out at once: what it has jammed would be torn
   // apart.
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;

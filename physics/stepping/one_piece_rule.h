@@ -36,6 +36,9 @@ struct OnePieceRule {
 /// most; with a solver that is not exact all of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
+/// True if a body of the island flowed in the last step.
+bool was_in_flow(const WorldState& state, const Island& island);
+
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 
