@@ -22,7 +22,6 @@ constexpr int kPolishIterations = 6;
 // the first weight nearly all paths arrive, but the states at its end are still wrong; the second one alone
 // arrives less often.
 constexpr double kWarmEta = 1e-3, kWarmMargin = 1e-3;
-constexpr int kWarmPivots = 60;
 constexpr double kWarmEtaEnd = 1e-6;
 
 // Numbers in [1/2, 3/2), the same ones for every solve: multiples of the golden ratio, modulo one.
@@ -265,13 +264,13 @@ bool polish(const PathFollower& path, double tolerance, ActiveSet& active, const
 
 }  // namespace
 
-bool follow_path_from(const std::vector<double>& start, double tolerance, BodySpaceModel& model,
+bool follow_path_from(const std::vector<double>& start, double tolerance, int pivots, BodySpaceModel& model,
                       ActiveSet& active, const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
   PathFollower path(model);
-  auto end = path.run(start, kWarmEta, start, kWarmMargin, false, kWarmPivots, budget, work);
+  auto end = path.run(start, kWarmEta, start, kWarmMargin, false, pivots, budget, work);
   if (end == PathFollower::End::Reached) {
     const std::vector<double> centre = path.impulses();
-    end = path.run(centre, kWarmEtaEnd, centre, kMargin, false, kWarmPivots, budget, work);
+    end = path.run(centre, kWarmEtaEnd, centre, kMargin, false, pivots, budget, work);
   }
   active.drop_factor();
   return end == PathFollower::End::Reached && polish(path, tolerance, active, budget, work, trace);

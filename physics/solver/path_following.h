@@ -22,8 +22,8 @@ bool follow_paths(BodySpaceModel& model, ActiveSet& active, const PathOptions& o
 /// The same for a problem that has changed since `start` [n] solved it: two short paths, with a larger weight
 /// and, from the end of that, with a small one, then the active set. They get through where a contact that
 /// slipped, or stuck, makes the linear problem of the last states nearly singular, and its answer changes
-/// hundreds of others.
-bool follow_path_from(const std::vector<double>& start, double tolerance, BodySpaceModel& model,
+/// hundreds of others. @param pivots  of each path at most
+bool follow_path_from(const std::vector<double>& start, double tolerance, int pivots, BodySpaceModel& model,
                       ActiveSet& active, const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
 
 /// Follows the solution of a regularised problem

@@ -83,7 +83,7 @@ TEST(PathFollowing, GoesOnFromTheImpulsesOfTheStepBefore) {
     SolveBudget budget;
     budget.factorisations = 1000;
     ++total;
-    if (!follow_path_from(before.lambda, 1e-10, model, active, budget, work, nullptr)) continue;
+    if (!follow_path_from(before.lambda, 1e-10, 60, model, active, budget, work, nullptr)) continue;
     ++solved;
     factors += work.factorisations;
     EXPECT_LE(natural_map_residual(system, active.best()), 1e-10);
