@@ -21,7 +21,7 @@ namespace {
 
 // Steps from one look to the next, of so many bodies: a look costs as much as three steps in flow. It grows
 // with the power 3/2 of the bodies, and so there are fewer looks at more.
-constexpr double kEvery = 32, kUsualBodies = 1000;
+constexpr double kEvery = 16, kUsualBodies = 1000;
 // Fastest motion, of what gravity does in a step.
 constexpr double kQuiet = 0.01;
 // Gaps that count as closed, of the smaller body's size.
