@@ -21,10 +21,9 @@ namespace skerry {
 ///                features, so the normal of two corners is the line between them
 /// @param cache   kept between steps; may be null; the manifold is the same to the bit with and without it
 /// @param stats   counters to add to; may be null
-/// @return points with separation <= margin: two for edge on edge; one for vertex on edge, and where edges
-/// lie
-///         on each other by no more than 1e-7 of their length, as where two corners meet; none when farther
-///         apart, for two half-planes, or if a position is not finite
+/// @return points with separation <= margin: two for edge on edge; one for vertex on edge, and for two edges
+///         that lie on each other by no more than 1e-7 of their length, as where two corners meet; none when
+///         farther apart, for two half-planes, or if a position is not finite
 /// @pre the rotations are finite
 /// @throws std::invalid_argument for a chain (see collide_chain_segment)
 Manifold collide(const Shape& a, const Transform& pose_a, const Shape& b, const Transform& pose_b,
