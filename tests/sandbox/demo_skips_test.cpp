@@ -66,7 +66,7 @@ TEST_P(EveryDemoSkips, HasTheSameBitsWithEachSkipOff) {
 }
 
 TEST_P(EveryDemoSkips, HasTheSameBitsForAnObserver) {
-  const std::uint64_t steps = static_cast<std::uint64_t>(test_scale(60));
+  const std::uint64_t steps = static_cast<std::uint64_t>(test_scale(240));
   Demo alone(GetParam().path, {}), observed(GetParam().path, {});
   observed.observe(
       {.contacts = true, .systems = true, .solve_traces = true, .stage_times = true, .paths = true});

@@ -10,15 +10,12 @@
 #include "physics/solver/body_space.h"
 #include "tests/support/island_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/solve_budget.h"
 
 namespace skerry {
 namespace {
 
-SolveBudget factors(int most) {
-  SolveBudget budget;
-  budget.factorisations = most;
-  return budget;
-}
+using test::factors;
 
 struct Busy {
   IslandSystem system;
