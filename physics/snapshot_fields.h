@@ -145,8 +145,8 @@ inline void fields(Archive& a, RestingIsland& v) {
   a(key, report, friction_rows, memory_keys, strayed);
 }
 inline void fields(Archive& a, StepMemory& v) {
-  auto& [busy, flow, light_failures, light_wait, inner_step] = v;
-  a(busy, flow, light_failures, light_wait, inner_step);
+  auto& [busy, flow, light_failures, light_wait, near_rest, held, inner_step] = v;
+  a(busy, flow, light_failures, light_wait, near_rest, held, inner_step);
 }
 inline void fields(Archive& a, PathPiece& v) {
   auto& [body, generation, begin, length, c] = v;

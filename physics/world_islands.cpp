@@ -365,7 +365,7 @@ void Step::give_exact_rounds_up() {
     if (rounds_ <= kExactRounds && !(last.result.work.visits > dear)) continue;
     if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
       continue;
-    const bool vain = !last.result.report.flowing && last.result.work.visits > dear;
+    const bool vain = last.result.work.visits > dear;
     for (const std::uint32_t i : bodies) {
       s_.step_memory[i].flow = kMustFlow;
       if (vain) wait_after_failure(s_.step_memory[i]);

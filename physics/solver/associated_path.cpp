@@ -52,7 +52,7 @@ bool follow_associated_path(const IslandSystem& system, std::span<const double> 
   for (int k = 0; k < kSteps && !budget.spent(work); ++k) {
     const double before = path->centre();
     const double length = path->step(uncounted);
-    model.count_factor(true, work);
+    model.count_factor(false, work);
     for (int solves = 0; solves < kSolves; ++solves) model.count_solve(work);
     if (!(length > 0)) break;
     path->get(*lambda);

@@ -19,7 +19,8 @@ namespace skerry {
 /// @param start  impulses [n] to begin next to
 /// @param model  of `system`: a factor of the path counts as one of its own
 /// @param active  its `best` receives every good iterate
-/// @return whether the answer is in `active.best()`; false at once for rows other than contacts
+/// @return whether the answer is in `active.best()`; false at once for rolling resistance, or
+/// without a contact
 bool follow_associated_path(const IslandSystem& system, std::span<const double> start, double tolerance,
                             const BodySpaceModel& model, ActiveSet& active, const SolveBudget& budget,
                             SolveWork& work, SolveTrace* trace);

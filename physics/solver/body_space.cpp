@@ -41,8 +41,8 @@ constexpr int kWarmIterations = 8;
 // than a new factor.
 constexpr int kFewChanges = 96, kFewOf = 64;
 constexpr int kFewIterations = 16;
-// Pivots of a warm path: a few where what could rest was found otherwise, and of islands with joints more.
-constexpr int kWarmPivots = 10, kWarmPivotsOfJoints = 60;
+// Pivots of a warm path: what could rest was found before.
+constexpr int kWarmPivots = 10;
 // Where a solve is dear, a smaller proximal weight and a share of the target that is left over save one in
 // three of them; smaller islands are solved to rounding, and their factor serves longer while they move.
 constexpr double kEtaOfLarge = 3e-8, kLinearOfLarge = 0.4;
@@ -98,12 +98,6 @@ SettlingOptions settling_options(const IslandSystem& system, double tolerance) {
       std::any_of(system.rows.begin(), system.rows.end(), [](const Row& row) { return row.mu > kRough; });
   if (rough || lightest > kHeavy * heaviest) settling.sweeps = std::min(settling.sweeps, kBriefly);
   return settling;
-}
-
-bool holds_contacts_only(const IslandSystem& system) {
-  return std::all_of(system.rows.begin(), system.rows.end(), [](const Row& row) {
-    return row.kind == RowKind::Normal || row.kind == RowKind::Friction;
-  });
 }
 
 void note(SolveTrace* trace, const char* text) {
@@ -206,9 +200,8 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     }
     if (!solved && kept.has_states && limits.few == 0 && !budget.spent(work)) {
       note(trace, "path from the warm start, one state at a time");
-      const int pivots = holds_contacts_only(system) ? kWarmPivots : kWarmPivotsOfJoints;
-      solved =
-          follow_path_from(solution.lambda, options.tolerance, pivots, model, active, budget, work, trace);
+      solved = follow_path_from(solution.lambda, options.tolerance, kWarmPivots, model, active, budget, work,
+                                trace);
     }
   }
   const auto continue_from_best = [&](double eta) {

@@ -192,9 +192,11 @@ struct ConeInteriorPoint::Kernels {
         if (c.block < 0) continue;
         add_outer(f.lower(c.block), c.n_high * W + c.t_high * S, c.n_low, c.n_high * B + c.t_high * E,
                   c.t_low);
+        if (!p.shifts_) continue;
         add_outer(f.upper(c.block), c.n_high, P_low, c.t_high, Q_low);
       }
       f.diagonal(position) = D;
+      p.joints_.fill(position, p.shifts_, f);
     }
   };
 
@@ -310,26 +312,29 @@ void ConeInteriorPoint::push() {
     std::fill(y_.begin(), y_.end(), BodyVector{});
     run_kernel<Kernels::Push>(*this);
   }
+  joints_.push(y_);
   y_[at(nodes_)].v = Vec4{};
 }
 
 double ConeInteriorPoint::direct(double target) {
   Kernels::each_piece<Kernels::Aim>(*this, target);
+  joints_.aim(target);
   push();
   factor_.solve(y_.data(), threads_);
   Kernels::each_piece_finds<Kernels::Direct>(*this, target);
-  return Kernels::largest_of_pieces(*this);
+  return std::max(Kernels::largest_of_pieces(*this), joints_.direct(y_, target));
 }
 
 double ConeInteriorPoint::take_step() {
-  const double count = 8 * static_cast<double>(groups_.size());
   Kernels::each_piece_finds<Kernels::ActNow>(*this);
-  const double tau = Kernels::sum_of_pieces(*this) / count, smoothing = kSmoothing * std::sqrt(tau);
+  joints_.act();
+  const double tau = (Kernels::sum_of_pieces(*this) + joints_.products()) / products_,
+               smoothing = kSmoothing * std::sqrt(tau);
   const double share = shifts_ ? 1 - kDamping * (1 - last_length_) : 0;
   push();
   Kernels::each_piece_finds<Kernels::Gaps>(*this, smoothing, share);
-  const double off = Kernels::sum_of_pieces(*this) / count;
-  if (!factor_.factor(true, threads_,
+  const double off = (Kernels::sum_of_pieces(*this) + joints_.measure(y_)) / products_;
+  if (!factor_.factor(shifts_, threads_,
                       [&](int position) { run_kernel<Kernels::FillColumn>(*this, position); }))
     return 0;
 
@@ -337,27 +342,32 @@ double ConeInteriorPoint::take_step() {
   double fall = direct(0);
   double length = fall > 1 ? 1 / fall : 1;
   Kernels::each_piece_finds<Kernels::Predict>(*this, length);
-  const double reached = std::max(0.0, Kernels::sum_of_pieces(*this) / count) / tau;
+  const double products = Kernels::sum_of_pieces(*this) + joints_.predict(length);
+  const double reached = std::max(0.0, products / products_) / tau;
   const double left = (1 - length) * (1 - length) * off;
   fall = direct(std::max(reached * reached * reached * tau, kFollow * left));
   length = kToBoundary * (fall > kToBoundary ? 1 / fall : 1 / kToBoundary);
   Kernels::each_piece<Kernels::Move>(*this, length);
+  joints_.move(length);
   return length;
 }
 
 bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, ThreadPool* threads) {
-  if (!system.compliance.empty()) return false;
   threads_ = threads;
   rows_ = system.size();
   nodes_ = static_cast<int>(system.bodies.size());
   edges_.clear();
   for (int i = 0; i < rows_; ++i) {
     const Row& row = system.rows[at(i)];
+    const bool of_contact = row.kind == RowKind::Normal || row.kind == RowKind::Friction;
+    if (of_contact && !system.compliance.empty() && system.compliance[at(i)] != 0) return false;
     if (row.kind == RowKind::Friction) {
       if (row.normal != i - 1) return false;
       continue;
     }
-    if (row.kind != RowKind::Normal || row.lower != 0 || row.upper != kInfinity) return false;
+    const bool taken =
+        row.kind == RowKind::Normal ? row.lower == 0 && row.upper == kInfinity : ConeJoints::takes(row);
+    if (!taken) return false;
     if (row.a < 0 || row.b < 0) continue;
     if (edges_.empty() || edges_.back()[0] != row.a || edges_.back()[1] != row.b)
       edges_.push_back({row.a, row.b});
@@ -373,11 +383,16 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, Thre
     mass_[at(pattern_.position(k))].v = Vec4{linear, linear, angular, 0};
   }
   contacts_.clear();
+  joints_.clear();
   for (int i = 0; i < rows_; ++i) {
     const Row& row = system.rows[at(i)];
     if (row.kind == RowKind::Friction) continue;
     const int a = row.a < 0 ? nodes_ : pattern_.position(row.a);
     const int b = row.b < 0 ? nodes_ : pattern_.position(row.b);
+    if (row.kind != RowKind::Normal) {
+      joints_.add(system, i, {a, b}, pattern_, mass_, nodes_);
+      continue;
+    }
     Contact c{};
     c.low = std::min(a, b);
     c.high = std::max(a, b);
@@ -401,6 +416,7 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, Thre
     if (c.n_root > 0) contacts_.push_back(c);
   }
   const std::size_t count = contacts_.size();
+  if (count == 0) return false;
   Contact none{};
   none.low = none.high = nodes_;
   none.block = none.row = -1;
@@ -414,6 +430,8 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, Thre
     most = std::max(most, contacts_[k].n_root);
   }
   const double middle = std::sqrt(least * most);
+  joints_.finish(nodes_, middle);
+  products_ = 8 * static_cast<double>(groups_.size()) + joints_.sides();
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     const Contact& c = contacts_[k];
     Group& g = groups_[k / 4];
@@ -429,7 +447,7 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, Thre
   }
   const double blocks = nodes_ + pattern_.blocks();
   work.visits += kSetUpRow * rows_ + kSetUpBlock * blocks;
-  step_cost_ = kContactCost * static_cast<double>(contacts_.size()) + kBlockCost * blocks +
+  step_cost_ = kContactCost * static_cast<double>(contacts_.size() + joints_.size()) + kBlockCost * blocks +
                kUpdateCost * static_cast<double>(pattern_.updates());
   return true;
 }
@@ -468,6 +486,8 @@ void ConeInteriorPoint::start(std::span<const double> lambda, double centre, Sli
     g.l[1][lane] = 0.5 * (normal - friction);
   }
   Kernels::each_piece_finds<Kernels::ActNow>(*this);
+  joints_.start(lambda, centre);
+  joints_.act();
   push();
   Kernels::each_piece<Kernels::ReadVelocities>(*this);
   const double square = centre * centre;
@@ -497,7 +517,7 @@ double ConeInteriorPoint::step(SolveWork& work) {
 double ConeInteriorPoint::centre() const {
   double all = 0;
   for (const Group& g : groups_) all += sum((g.l[0] * g.s[0] + g.l[1] * g.s[1]) * g.inverse_weight);
-  return std::sqrt(all / (8 * static_cast<double>(groups_.size())));
+  return std::sqrt((all + joints_.products()) / products_);
 }
 
 double ConeInteriorPoint::sliding() const {
@@ -512,6 +532,7 @@ double ConeInteriorPoint::sliding() const {
 
 void ConeInteriorPoint::get(std::vector<double>& lambda) const {
   lambda.assign(at(rows_), 0.0);
+  joints_.get(lambda);
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     const Contact& c = contacts_[k];
     if (c.row < 0) continue;

@@ -18,8 +18,9 @@
 // the shift the corrector knows. The start is the point on the central path next to what is given [Chen &
 // Harker 1993; Kanzow 1996]: l - s is kept.
 //
-// Without the shift the problem is that of associated sliding, in which what slides moves apart: convex, so
-// that the path always arrives. Where nothing slides, its answer is Coulomb's, too.
+// Without the shift the problem is that of associated sliding, in which what slides moves apart: convex, with
+// a symmetric matrix, so that the path always arrives, at half the price of a factor. Where nothing slides,
+// its answer is Coulomb's, too. Rows of joints go along (`solver/cone_joints.h`).
 //
 // In units of velocity the impulse between a light body and a heavy one that it bears is as many times larger
 // as that is heavier. Products l s in proportion to D_n^1/2, halfway between velocities and energies, let
@@ -33,14 +34,15 @@
 #include "physics/islands/island_system.h"
 #include "physics/solver/block_ldlt.h"
 #include "physics/solver/block_sweeps.h"
+#include "physics/solver/cone_joints.h"
 #include "physics/solver/solver.h"
 
 namespace skerry {
 
 class ConeInteriorPoint {
  public:
-  /// Takes the contacts of an island. @param threads  share the steps of a large one; the bits are the same
-  /// @return false where it has rows of other kinds, or compliant ones
+  /// Takes an island. @param threads  share the steps of a large one; the bits are the same
+  /// @return false where it has no contact, rolling resistance, or contacts that give
   bool assign(const IslandSystem& system, SolveWork& work, ThreadPool* threads = nullptr);
   /// Counted work of one step.
   double step_cost() const { return step_cost_; }
@@ -105,6 +107,8 @@ class ConeInteriorPoint {
   int nodes_ = 0;
   double step_cost_ = 0, last_length_ = 1;
   int rows_ = 0;
+  double products_ = 0;  ///< how many there are
+  ConeJoints joints_;
   std::vector<Contact> contacts_;
   std::vector<Group> groups_;
   std::vector<BodyVector> pieces_;  ///< scratch: sums or maxima of groups, by piece

@@ -10,6 +10,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/path.h"
 #include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
@@ -24,101 +25,150 @@ namespace {
 constexpr double kEvery = 16, kUsualBodies = 1000;
 // Fastest motion, of what gravity does in a step.
 constexpr double kQuiet = 0.01;
-// Gaps that count as closed, of the smaller body's size.
-constexpr double kClosed = 1e-4;
-// What may be left of the speed that gravity gives in a step.
-constexpr double kStill = 1e-9;
+// Gaps that are closed, and those that may be held as they are, of the smaller body's size.
+constexpr double kClosed = 1e-4, kNearlyClosed = 5e-4;
+// Steps for which forces that are not exact could have held it before they do: exact ones may still be found.
+constexpr int kPatience = 48;
+// By so much joints may be off where they are held, of that size.
+constexpr double kJointed = 1e-2;
+// What may be left of the speed that gravity gives in a step: of exact rest, and of what is held.
+constexpr double kStill = 1e-9, kHeld = 1e-2;
 
 class ComingToRest {
  public:
   ComingToRest(WorldState& state, const Island& island, double h, IslandResult& result)
       : state_(state), island_(island), h_(h), result_(result) {}
 
-  bool run() {
+  /// @param every  steps from one look to the next; 0: it was held in the last step
+  bool run(int every) {
     gravity_ = h_ * largest_acceleration(state_, island_);
-    if (!(gravity_ > 0) || !(fastest() <= kQuiet * gravity_)) return false;
+    int& near = result_.step_memory.near_rest;
+    if (!(gravity_ > 0) || !(fastest() <= kQuiet * gravity_)) {
+      if (!(fastest() <= gravity_)) near = 0;
+      return false;
+    }
     if (meets_prescribed_motion(state_, island_) || is_free(state_, island_)) return false;
-    Spare<Assembly> rows;
-    assemble_closed(*rows);
-    IslandSystem& system = rows->system;
+    if (joints_are_off(state_, island_, 0, kJointed)) return false;
+    find_forces(kClosed);
+    const bool exact = solution_.status == SolveStatus::Solved && left_ <= kStill * gravity_ &&
+                       !joints_are_off(state_, island_, 0, kClosed);
+    if (!exact) {
+      if (!are_near()) find_forces(kNearlyClosed);
+      if (!are_near()) return false;
+      if (every > 0 && near + every <= kPatience) {
+        near += every;
+        return false;
+      }
+    }
+    // It would have gone on a little.
+    const double speed = std::max({fastest(), left_, widest_gap() / h_});
+    store();
+    result_.report.method = solution_.method;
+    result_.report.iterations = solution_.iterations;
+    result_.report.rows = rows_->system.size();
+    stop(exact);
+    note_status(result_, SolveStatus::Inexact, speed / gravity_);
+    if (state_.observe.systems)
+      keep_trace(state_, island_, 0, rows_->system, solution_.lambda, solution_.status, solution_.method,
+                 solution_.residual, false, nullptr, result_);
+    return true;
+  }
+
+ private:
+  /// Fastest motion of a body with the velocities of some, its ends included [m/s].
+  template <class VelocityOf>
+  double fastest(const VelocityOf& velocity) const {
+    double most = 0;
+    for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+      const Velocity v = velocity(k);
+      const double speed = std::hypot(v[0], v[1]) + state_.radius[island_.bodies[k]] * std::abs(v[2]);
+      if (!(speed <= most)) most = speed;
+    }
+    return most;
+  }
+  double fastest() const {
+    const BodyArrays& all = state_.bodies;
+    return fastest([&](std::size_t k) {
+      const std::uint32_t i = island_.bodies[k];
+      return Velocity{all.velocity[i].x, all.velocity[i].y, all.omega[i]};
+    });
+  }
+
+  /// Of the points that carry load, overlaps left out [m].
+  double widest_gap() const {
+    double widest = 0;
+    for (std::size_t i = 0; i < solution_.lambda.size(); ++i) {
+      const RowOrigin& origin = rows_->origin[i];
+      if (!origin.joint && origin.kind == RowKind::Normal && solution_.lambda[i] > 0)
+        widest = std::max(widest, origin.error);
+    }
+    return widest;
+  }
+
+  /// Forces that hold what touches, as well as can be, and what is left of the motion.
+  /// @param closed  gaps that count as none, of the smaller body's size
+  void find_forces(double closed) {
+    const int before = rows_->system.size();
+    assemble_closed(closed);
+    IslandSystem& system = rows_->system;
+    if (searched_ && system.size() == before) return;
+    searched_ = true;
     Spare<std::vector<Velocity>> after;
     after->assign(island_.bodies.size(), Velocity{});
     add_free_motion(state_, island_, h_, *after);
     for (int i = 0; i < system.size(); ++i) {
-      const RowOrigin& origin = rows->origin[static_cast<std::size_t>(i)];
-      Row& row = system.rows[static_cast<std::size_t>(i)];
-      system.b[static_cast<std::size_t>(i)] = -row_velocity(*rows, i, *after);
+      const auto k = static_cast<std::size_t>(i);
+      const RowOrigin& origin = rows_->origin[k];
+      const double target = origin.joint ? aim_actuator(origin, h_, k, system).value_or(0) : 0;
+      system.b[k] = target - row_velocity(*rows_, i, *after);
+      Row& row = system.rows[k];
       if (origin.kind == RowKind::Friction)
         row.mu = std::max(row.mu, state_.contacts[origin.index].static_friction);
     }
     SolveOptions options = state_.config.solve;
     options.threads = state_.island_threads;
-    Solution solution;
     {
       StageTimer timer(state_, result_, Stage::Solve);
-      solution = find_rest(system, options);
+      solution_ = find_rest(system, options);
     }
-    result_.work += solution.work;
-    if (solution.status != SolveStatus::Solved) return false;
-    apply_impulses(system, solution.lambda, *after);
-    for (const Velocity& v : *after)
-      for (const double c : v)
-        if (!(std::abs(c) <= kStill * gravity_)) return false;
-    const double speed = std::max(fastest(), widest_gap(*rows, solution.lambda) / h_);
-    store(*rows, solution.lambda);
-    result_.report.method = solution.method;
-    result_.report.iterations = solution.iterations;
-    result_.report.rows = system.size();
-    stop(speed);
-    if (state_.observe.systems)
-      keep_trace(state_, island_, 0, system, solution.lambda, solution.status, solution.method,
-                 solution.residual, false, nullptr, result_);
-    return true;
+    result_.work += solution_.work;
+    apply_impulses(system, solution_.lambda, *after);
+    left_ = fastest([&](std::size_t k) { return (*after)[k]; });
   }
 
- private:
-  /// Fastest motion of a body, its ends included [m/s].
-  double fastest() const {
-    const BodyArrays& all = state_.bodies;
-    double most = 0;
-    for (const std::uint32_t i : island_.bodies) {
-      const double speed = length(all.velocity[i]) + state_.radius[i] * std::abs(all.omega[i]);
-      if (!(speed <= most)) most = speed;
-    }
-    return most;
-  }
-
-  /// Of the points that carry load [m].
-  static double widest_gap(const Assembly& rows, const std::vector<double>& lambda) {
-    double widest = 0;
-    for (std::size_t i = 0; i < lambda.size(); ++i)
-      if (rows.origin[i].kind == RowKind::Normal && lambda[i] > 0)
-        widest = std::max(widest, std::abs(rows.origin[i].error));
-    return widest;
-  }
+  bool are_near() const { return solution_.residual <= kHeld && left_ <= kHeld * gravity_; }
 
   /// Rows of all points that count as closed.
-  void assemble_closed(Assembly& rows) {
+  void assemble_closed(double closed) {
     StageTimer timer(state_, result_, Stage::Assemble);
     Spare<std::vector<std::uint8_t>> points;
     points->assign(island_.contacts.size(), 0);
+    double smallest = kInfinity;
+    for (const std::uint32_t body : island_.bodies)
+      smallest = std::min(smallest, size_in_island(state_, body));
     for (std::size_t k = 0; k < points->size(); ++k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
       const double size =
           std::min(size_in_island(state_, contact.body_a), size_in_island(state_, contact.body_b));
       for (int i = 0; i < contact.manifold.count; ++i)
-        if (contact.manifold.points[i].separation <= kClosed * size) (*points)[k] |= 1u << i;
+        if (contact.manifold.points[i].separation <= closed * size) (*points)[k] |= 1u << i;
     }
     AssemblyRequest request;
     request.points = &*points;
     request.friction = true;
-    assemble(state_, island_, request, rows);
+    request.actuators = AssemblyRequest::Actuators::All;
+    request.rope_slack = closed * std::min(1.0, smallest);
+    assemble(state_, island_, request, *rows_);
   }
 
-  void store(const Assembly& rows, const std::vector<double>& lambda) {
+  void store() {
+    const Assembly& rows = *rows_;
+    const std::vector<double>& lambda = solution_.lambda;
     for (const std::uint32_t index : island_.contacts) forget_impulses(state_.contacts[index], h_);
+    store_joint_impulses(state_, island_, rows, lambda, h_);
     for (std::size_t i = 0; i < lambda.size(); ++i) {
       const RowOrigin& origin = rows.origin[i];
+      if (origin.joint) continue;
       Contact& contact = state_.contacts[origin.index];
       remember_impulse(origin, rows.system.rows[i].mu, lambda[i], contact);
       if (origin.kind == RowKind::Normal)
@@ -127,9 +177,8 @@ class ComingToRest {
     }
   }
 
-  /// The bodies stop, and the gaps of what carries load are closed.
-  /// @param speed  of the fastest, and of gaps that close within the step [m/s]
-  void stop(double speed) {
+  /// The bodies stop. Where exact forces hold them the gaps of what carries load are closed.
+  void stop(bool exact) {
     StageTimer timer(state_, result_, Stage::Apply);
     std::vector<PathEnd> start;
     for (const std::uint32_t i : island_.bodies) {
@@ -137,14 +186,14 @@ class ComingToRest {
       state_.bodies.omega[i] = 0;
     }
     if (state_.observe.paths) start = path_ends(state_, island_.bodies);
-    Spare<Assembly> rows;
-    project_positions(state_, island_, h_, result_, *rows);
+    if (exact) {
+      Spare<Assembly> rows;
+      project_positions(state_, island_, h_, result_, *rows);
+    }
     if (state_.observe.paths) record_hermite(state_, island_.bodies, 0, h_, start, result_);
     ++result_.substeps;
-    // It would have gone on a little.
-    note_status(result_, SolveStatus::Inexact, speed / gravity_);
     result_.report.flowing = true;
-    result_.step_memory = {};
+    result_.step_memory = {.held = !exact};
   }
 
   WorldState& state_;
@@ -152,15 +201,27 @@ class ComingToRest {
   double h_;
   IslandResult& result_;
   double gravity_ = 0;  ///< what it does in a step [m/s]
+  Spare<Assembly> rows_;
+  bool searched_ = false;
+  Solution solution_;
+  double left_ = 0;  ///< speed of the fastest body under the forces of `solution_` [m/s]
 };
 
 }  // namespace
 
+bool is_held(const WorldState& state, const Island& island) {
+  return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t i) {
+    return state.step_memory[i].held != 0 && state.bodies.velocity[i] == Vec2{} && state.bodies.omega[i] == 0;
+  });
+}
+
 bool come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (!island.joints.empty() || has_varying_forces(state, island) || !state.solver->exact) return false;
+  if (has_varying_forces(state, island) || !state.solver->exact) return false;
+  if (is_held(state, island)) return ComingToRest(state, island, h, result).run(0);
   const double more = std::sqrt(std::max(1.0, static_cast<double>(island.bodies.size()) / kUsualBodies));
-  if ((state.steps + island.bodies.front()) % static_cast<std::uint64_t>(kEvery * more) != 0) return false;
-  return ComingToRest(state, island, h, result).run();
+  const int every = static_cast<int>(kEvery * more);
+  if ((state.steps + island.bodies.front()) % static_cast<std::uint64_t>(every) != 0) return false;
+  return ComingToRest(state, island, h, result).run(every);
 }
 
 }  // namespace skerry

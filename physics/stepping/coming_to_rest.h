@@ -13,8 +13,16 @@ namespace skerry {
 /// (the convex problem of associated sliding answers that, `solver/associated_path.h`). If there are, the
 /// bodies stop, and are moved onto each other where they carry load; the next steps are exact.
 ///
-/// Only where nothing moves faster than a hundredth of what gravity does in a step.
+/// Where for a while nothing but forces that are nearly exact is found (what they leave to a body is at most
+/// a hundredth of what gravity does in a step: a limb that hangs a little beside its lowest place, a joint
+/// that is off, a gap), the bodies stop as they are, and are held by them: the step is inexact and says by
+/// how much, but the same each time, so that the island sleeps until something touches it.
+///
+/// Only where nothing moves faster than that hundredth, either.
 /// @return false, and nothing has happened, where it moves, or cannot rest, or it is not yet time to look
 bool come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result);
+
+/// Whether the last step held it so, with less than exact forces, and nothing has moved it since.
+bool is_held(const WorldState& state, const Island& island);
 
 }  // namespace skerry

@@ -148,6 +148,8 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
   }
   outcome.applied = true;
+  outcome.spent = impact.status != SolveStatus::Solved && problem.work_limit > 0 &&
+                  impact.work.visits > problem.work_limit;
   ++result.impacts;
   result.reflections += impact.reflections;
   note_status(result, impact.status, impact.residual);

@@ -29,6 +29,7 @@ struct SettledContact {
 
 struct ImpactOutcome {
   bool applied = false;
+  bool spent = false;  ///< not exact, for want of work
   std::vector<SettledContact> settled;
 };
 

@@ -56,6 +56,19 @@ struct Fall {
 
 }  // namespace
 
+std::optional<double> aim_actuator(const RowOrigin& origin, double h, std::size_t row, IslandSystem& system) {
+  if (origin.spring()) {
+    // lambda = -h (k (C + h J v1) + c J v1), a row with compliance.
+    system.compliance.resize(system.rows.size(), 0);
+    system.compliance[row] = 1 / (h * (h * origin.stiffness + origin.damping));
+    return -system.compliance[row] * h * origin.stiffness * origin.error;
+  }
+  if (origin.kind != RowKind::Motor) return {};
+  system.rows[row].lower *= h;
+  system.rows[row].upper *= h;
+  return 0;
+}
+
 void aim_joints(const WorldState& state, double from, double h, const std::vector<Velocity>& free,
                 Assembly& assembly, std::vector<double>& warm) {
   IslandSystem& system = assembly.system;
@@ -68,17 +81,10 @@ void aim_joints(const WorldState& state, double from, double h, const std::vecto
       joint_geometry(joint, end_after(state, joint.def.a.index, from, h, free),
                      end_after(state, joint.def.b.index, from, h, free), there);
     }
-    Row& row = system.rows[k];
     const double speed = row_velocity(assembly, i, free);
     double target = 0;
-    if (origin.spring()) {
-      // lambda = -h (k (C + h J v1) + c J v1), a row with compliance.
-      system.compliance.resize(system.rows.size(), 0);
-      system.compliance[k] = 1 / (h * (h * origin.stiffness + origin.damping));
-      target = -system.compliance[k] * h * origin.stiffness * origin.error;
-    } else if (origin.kind == RowKind::Motor) {
-      row.lower *= h;
-      row.upper *= h;
+    if (const auto driven = aim_actuator(origin, h, k, system)) {
+      target = *driven;
     } else {
       const double slack = origin.kind == RowKind::Limit ? std::max(0.0, origin.error) : 0;
       const double bent = there[static_cast<std::size_t>(origin.point)].error - origin.error - h * speed;

@@ -12,11 +12,17 @@
 // force of the end of the step, which no stiffness makes unstable; motors have their force times h.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "physics/stepping/island_rows.h"
 
 namespace skerry {
+
+/// Gives row `row` its compliance, if it is a spring's, or its bounds as impulses in `h` [s], if a motor's.
+/// @return what it wants of J v [m/s or rad/s]; nothing for other rows
+std::optional<double> aim_actuator(const RowOrigin& origin, double h, std::size_t row, IslandSystem& system);
 
 /// Gives the rows of joints, which are the first ones of `assembly`, what they want, their bounds as
 /// impulses, their compliance, and where to begin.

@@ -35,8 +35,9 @@ constexpr double kApart = 1e-5;
 constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
-// The same of a large one that flowed in the last step: attempts are many there, and mostly vain.
-constexpr double kBusyInFlow = 15;
+// The same of a large one that flowed in the last step: attempts are many there, and mostly vain. Most, as
+// long as that is no more visits than the number behind it, and least.
+constexpr double kMostBusyInFlow = 15, kBusyVisits = 2e6, kBusyInFlow = 5;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256;
 
@@ -128,9 +129,12 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   }
   bool bounces = false;
   const int all = points_that_flow(state, island, bounces);
-  if (all > usual)
-    rule.work_limit = (flow > 0 && all > kManyPoints ? kBusyInFlow : kBusy) * usual_flow_work(state) *
-                      static_cast<double>(island.bodies.size());
+  if (all > usual) {
+    const double step = usual_flow_work(state) * static_cast<double>(island.bodies.size());
+    rule.work_limit = flow > 0 && all > kManyPoints
+                          ? std::clamp(kBusyVisits, kBusyInFlow * step, kMostBusyInFlow * step)
+                          : kBusy * step;
+  }
   // Only flow leaves joints off by more than exact steps take out at once: what it has jammed would be torn
   // apart.
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;

@@ -32,6 +32,8 @@ struct StepMemory {
   int flow = 0;            ///< steps for which the island still counts as in flow
   int light_failures = 0;  ///< exact steps in one piece that failed one after the other
   int light_wait = 0;      ///< calls for which none is tried again
+  int near_rest = 0;       ///< steps for which forces that are not quite exact could have held it
+  int held = 0;            ///< 1: stopped in flow, and held by such forces
   double inner_step = 0;   ///< length of the last step that error control chose [s]; 0: none yet
 
   bool operator==(const StepMemory&) const = default;

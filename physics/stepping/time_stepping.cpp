@@ -47,6 +47,9 @@ constexpr double kFastest = 1e100;
 constexpr int kMostStops = 4;
 // A piece in which nothing rests needs no solve and costs this much less.
 constexpr int kFlightShare = 32;
+// Of what the exact forces of a large island may cost, for an impact of its own where they were not found
+// together with it.
+constexpr double kImpactWork = 0.2;
 
 // Contacts, and bodies, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 512, kBodiesAPiece = 256;
@@ -103,14 +106,17 @@ class IslandStep {
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
       if (!last && rule_.large && is_struck(state_, island_, elapsed_)) {
         if (step_island_exactly(state_, island_, elapsed_, to, result_)) return to;
-        apply_impact(state_, island_, elapsed_, {.normal_acceleration = {}, .work_limit = rule_.work_limit},
-                     result_);
+        apply_impact(state_, island_, elapsed_,
+                     {.normal_acceleration = {}, .work_limit = kImpactWork * rule_.work_limit}, result_);
         return elapsed_;
       }
       if (last && end_in_one_piece(to)) return to;
       if (!last) {
         const double slow = slowest_bounce(piece, to - from);
-        apply_impact(state_, island_, elapsed_, {.normal_acceleration = {}, .slow = slow}, result_);
+        const ImpactOutcome impact =
+            apply_impact(state_, island_, elapsed_,
+                         {.normal_acceleration = {}, .work_limit = rule_.work_limit, .slow = slow}, result_);
+        if (impact.spent && rule_.work_limit > 0) return elapsed_;
       }
       // Joints that shake light bodies get shorter pieces, which are not cuts.
       const double stable =
@@ -376,7 +382,9 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     const StepMemory& last = state.step_memory[i];
     result.step_memory.light_failures = std::max(result.step_memory.light_failures, last.light_failures);
     result.step_memory.light_wait = std::max(result.step_memory.light_wait, last.light_wait);
+    result.step_memory.near_rest = std::max(result.step_memory.near_rest, last.near_rest);
   }
+  if (is_held(state, island) && come_to_rest(state, island, h, result)) return;
   const OnePieceRule rule = one_piece_rule(state, island, h);
   // Exact forces of what hangs together, or is large, cost most where they are not found.
   const bool dear = rule.large || !island.joints.empty();

@@ -4,6 +4,7 @@
 #include "physics/solver/associated_path.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
 
@@ -94,11 +95,30 @@ TEST(AssociatedPath, EndsEarlyWhereSomethingSlides) {
   EXPECT_LE(used, 25 * islands);
 }
 
-TEST(AssociatedPath, LeavesRowsOfOtherKindsToOthers) {
-  IslandSystem system = scenes::stack(3, {.friction = 0.5}).system;
-  system.rows[0].kind = RowKind::Joint;
-  system.rows[0].lower = -kInfinity;
-  const Found found = follow(system);
+TEST(AssociatedPath, FindsForcesThatHoldWhatHangsTogether) {
+  // Chains of ten boxes whose ends lie on the ground, and links that say what others say already.
+  for (const int pins : {1, 2}) {
+    scenes::SceneBuilder builder({.friction = 0.5});
+    for (int k = 0; k < 10; ++k) {
+      const double height = 0.5 + std::min(k, 9 - k);
+      const int body = builder.body({1.5 * k, height}, 1, 1.0 / 6);
+      if (k == 0 || k == 9) builder.edge(-1, body, 1.5 * k - 0.5, 1.5 * k + 0.5, 0);
+      for (int pin = 0; pin < pins && k > 0; ++pin)
+        builder.pin(body - 1, body, {1.5 * k - 0.75, builder.scene().system.positions[k].y - 0.2 * pin});
+    }
+    const IslandSystem system = builder.finish().system;
+    const Found found = follow(system);
+    // An arch of single pins would fold; with two it is as stiff as a beam.
+    EXPECT_EQ(found.solved, pins == 2);
+    if (!found.solved) continue;
+    EXPECT_LE(natural_map_residual(system, found.lambda), 1e-10);
+    EXPECT_LE(found.work.factorisations, 40);
+    for (const double u : row_velocities(system, found.lambda)) EXPECT_NEAR(u, 0, 1e-10);
+  }
+}
+
+TEST(AssociatedPath, LeavesRollingResistanceToOthers) {
+  const Found found = follow(scenes::stack(3, {.friction = 0.5, .rolling = 0.1}).system);
   EXPECT_FALSE(found.solved);
   EXPECT_EQ(found.work.factorisations, 0);
 }

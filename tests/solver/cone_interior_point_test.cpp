@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "tests/support/island_scenes.h"
 
@@ -129,6 +130,103 @@ TEST(ConeInteriorPoint, TakesBodiesThatNothingMoves) {
   EXPECT_LE(worst, 1e-3);
 }
 
+/// Joints of all kinds between every third pair of bodies that touch: hinges, limits of angles, motors that
+/// are strong, weak or have no force at all, and springs.
+IslandSystem with_joints(scenes::Scene scene, std::uint64_t seed) {
+  IslandSystem& system = scene.system;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<std::array<int, 2>> pairs;
+  for (const Row& row : system.rows)
+    if (row.kind == RowKind::Normal && row.a >= 0 && row.b >= 0) pairs.push_back({row.a, row.b});
+  for (std::size_t k = 0; k < pairs.size(); k += 3) {
+    const auto [a, b] = pairs[k];
+    const auto add = [&](RowKind kind, std::array<double, 3> J, double lower, double upper, double give) {
+      Row row{
+          .kind = kind, .a = a, .b = b, .Ja = {-J[0], -J[1], -J[2]}, .Jb = J, .lower = lower, .upper = upper};
+      const double u = along(row.Ja, scene.free_velocity[static_cast<std::size_t>(a)]) +
+                       along(row.Jb, scene.free_velocity[static_cast<std::size_t>(b)]);
+      system.rows.push_back(row);
+      system.b.push_back(unit(random) - u);
+      system.compliance.resize(system.rows.size(), 0);
+      system.compliance.back() = give;
+    };
+    switch (k / 3 % 4) {
+      case 0:
+        add(RowKind::Joint, {1, 0, 0.3 * unit(random)}, -kInfinity, kInfinity, 0);
+        add(RowKind::Joint, {0, 1, 0.3 * unit(random)}, -kInfinity, kInfinity, 0);
+        break;
+      case 1:
+        add(RowKind::Limit, {0, 0, 1}, 0, kInfinity, 0);
+        break;
+      case 2: {
+        const double most = k / 12 % 3 == 0 ? 0 : k / 12 % 3 == 1 ? 0.01 : 10;
+        add(RowKind::Motor, {0, 0, 1}, -most, most, 0);
+        break;
+      }
+      default:
+        add(RowKind::Joint, {0.6, 0.8, 0}, -kInfinity, kInfinity, 0.5);
+    }
+  }
+  return system;
+}
+
+TEST(ConeInteriorPoint, HoldsJointsLimitsMotorsAndSprings) {
+  // Without friction the problem is convex, and the path always arrives.
+  double worst = 0;
+  int bounded = 0, held = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const scenes::SceneOptions moving{
+        .friction = 0, .mass_ratio = seed % 2 ? 1.0 : 100.0, .noise = 1, .seed = seed};
+    for (const IslandSystem& system :
+         {with_joints(scenes::pyramid(9, moving), seed), with_joints(scenes::disc_heap(9, moving), seed)}) {
+      validate(system);
+      ConeInteriorPoint path;
+      SolveWork work;
+      ASSERT_TRUE(path.assign(system, work));
+      const double scale = largest_magnitude(system.b);
+      path.start(std::vector<double>(system.rows.size(), 0.0), 0.3 * scale);
+      for (int k = 0; k < 80 && path.centre() > 1e-9 * scale; ++k) path.step(work);
+      std::vector<double> lambda;
+      path.get(lambda);
+      worst = std::max(worst, natural_map_residual(system, lambda));
+      for (std::size_t i = 0; i < lambda.size(); ++i) {
+        const Row& row = system.rows[i];
+        EXPECT_GE(lambda[i], row.lower);
+        EXPECT_LE(lambda[i], row.upper);
+        if (row.kind != RowKind::Motor || row.upper == 0) continue;
+        (std::abs(lambda[i]) > 0.999 * row.upper ? bounded : held) += 1;
+      }
+    }
+  }
+  std::printf("seeds 1 to 6: worst %.1e; %d motors at their bounds, %d within\n", worst, bounded, held);
+  EXPECT_LE(worst, 1e-6);
+  EXPECT_GT(bounded, 5);
+  EXPECT_GT(held, 5);
+}
+
+TEST(ConeInteriorPoint, BringsJointsInFlowCloseToCoulombsLaw) {
+  std::vector<double> before, after;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    const scenes::SceneOptions moving{.noise = 0.5, .seed = seed};
+    for (const IslandSystem& system : {with_joints(scenes::pyramid(9, moving), seed),
+                                       with_joints(scenes::wall(10, 8, false, moving), seed)}) {
+      const Result result = improve(system, kInfinity);
+      ASSERT_TRUE(result.tried);
+      EXPECT_LE(result.after, result.before * (1 + 1e-9));
+      before.push_back(result.before);
+      after.push_back(result.after);
+    }
+  }
+  std::sort(before.begin(), before.end());
+  std::sort(after.begin(), after.end());
+  std::printf("seeds 1 to 6: median %.1e to %.1e, worst %.1e to %.1e\n", before[6], after[6], before.back(),
+              after.back());
+  EXPECT_GT(before[6], 1e-3);
+  EXPECT_LE(after[6], 1e-5);
+}
+
 TEST(ConeInteriorPoint, LeavesRowsOfOtherKindsToOthers) {
   ConeInteriorPoint path;
   SolveWork work;
@@ -138,12 +236,17 @@ TEST(ConeInteriorPoint, LeavesRowsOfOtherKindsToOthers) {
   IslandSystem soft = plain;
   soft.compliance.assign(soft.rows.size(), 1e-6);
   EXPECT_FALSE(path.assign(soft, work));
-  IslandSystem jointed = plain;
-  Row joint = jointed.rows.front();
-  joint.kind = RowKind::Joint;
-  joint.lower = -kInfinity;
-  jointed.rows.push_back(joint);
-  jointed.b.push_back(0);
+  IslandSystem pressed = plain;
+  Row motor{
+      .kind = RowKind::Motor, .a = 0, .b = 1, .Ja = {0, 0, -1}, .Jb = {0, 0, 1}, .lower = 1, .upper = 1};
+  pressed.rows.push_back(motor);
+  pressed.b.push_back(0);
+  EXPECT_FALSE(path.assign(pressed, work));
+  IslandSystem jointed;
+  jointed.bodies = plain.bodies;
+  motor.lower = -1;
+  jointed.rows = {motor};
+  jointed.b = {0};
   EXPECT_FALSE(path.assign(jointed, work));
 }
 

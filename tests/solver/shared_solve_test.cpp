@@ -197,25 +197,42 @@ TEST(SharedSolve, HasTheBitsOfOneThread) {
   }
 }
 
+// A heap on the ground, its neighbours in a layer pinned to each other.
+IslandSystem pinned_heap(int base) {
+  const scenes::Scene loose = scenes::disc_heap(base, {.noise = 0.3, .seed = 5});
+  SceneBuilder builder({.noise = 0.3, .seed = 5});
+  builder.scene() = loose;
+  builder.scene().system.b.clear();
+  const std::vector<Vec2>& places = loose.system.positions;
+  for (int k = 1; k < static_cast<int>(places.size()); ++k) {
+    const Vec2 here = places[static_cast<std::size_t>(k)], last = places[static_cast<std::size_t>(k - 1)];
+    if (here.y == last.y) builder.pin(k - 1, k, 0.5 * (here + last));
+  }
+  return builder.finish().system;
+}
+
 TEST(SharedConePath, HasTheBitsOfOneThread) {
+  using Sliding = ConeInteriorPoint::Sliding;
   const IslandSystem systems[] = {scenes::disc_heap(50, {.noise = 0.3, .seed = 2}).system,
-                                  scenes::pyramid(28, {.noise = 0.3, .seed = 3}).system};
+                                  scenes::pyramid(28, {.noise = 0.3, .seed = 3}).system, pinned_heap(50)};
   for (const IslandSystem& system : systems) {
     const std::vector<double> start(system.rows.size(), 0.0);
-    const auto follow = [&](int threads) {
-      ThreadPool pool(threads);
-      SolveWork work;
-      ConeInteriorPoint path;
-      EXPECT_TRUE(path.assign(system, work, &pool));
-      path.start(start, 0.3);
-      for (int k = 0; k < 8; ++k) EXPECT_GT(path.step(work), 0);
-      std::vector<double> lambda;
-      path.get(lambda);
-      lambda.push_back(path.centre());
-      return lambda;
-    };
-    const std::vector<double> expected = follow(1);
-    for (const int threads : {2, 3, 8}) EXPECT_EQ(follow(threads), expected) << threads;
+    for (const Sliding sliding : {Sliding::Coulomb, Sliding::Associated}) {
+      const auto follow = [&](int threads) {
+        ThreadPool pool(threads);
+        SolveWork work;
+        ConeInteriorPoint path;
+        EXPECT_TRUE(path.assign(system, work, &pool));
+        path.start(start, 0.3, sliding);
+        for (int k = 0; k < 8; ++k) EXPECT_GT(path.step(work), 0);
+        std::vector<double> lambda;
+        path.get(lambda);
+        lambda.push_back(path.centre());
+        return lambda;
+      };
+      const std::vector<double> expected = follow(1);
+      for (const int threads : {2, 3, 8}) EXPECT_EQ(follow(threads), expected) << threads;
+    }
   }
 }
 
