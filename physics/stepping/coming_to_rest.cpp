@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "physics/solver/associated_path.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/flow_work.h"
+#include "physics/stepping/island_backup.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -31,6 +34,8 @@ constexpr double kClosed = 1e-4, kNearlyClosed = 5e-4;
 constexpr int kPatience = 48;
 // By so much joints may be off where they are held, of that size.
 constexpr double kJointed = 1e-2;
+// Of what gaps are closed with, in steps of flow; and by so much joints are off then, of that size.
+constexpr double kClosingWork = 10, kJoined = 1e-8;
 // What may be left of the speed that gravity gives in a step: of exact rest, and of what is held.
 constexpr double kStill = 1e-9, kHeld = 1e-2;
 
@@ -52,21 +57,22 @@ class ComingToRest {
     find_forces(kClosed);
     const bool exact = solution_.status == SolveStatus::Solved && left_ <= kStill * gravity_ &&
                        !joints_are_off(state_, island_, 0, kClosed);
-    if (!exact) {
+    // It would have gone on a little.
+    double speed = std::max({fastest(), left_, widest_gap() / h_});
+    if (!exact || !stop(true)) {
       if (!are_near()) find_forces(kNearlyClosed);
       if (!are_near()) return false;
       if (every > 0 && near + every <= kPatience) {
         near += every;
         return false;
       }
+      speed = std::max({fastest(), left_, widest_gap() / h_});
+      stop(false);
     }
-    // It would have gone on a little.
-    const double speed = std::max({fastest(), left_, widest_gap() / h_});
-    store();
     result_.report.method = solution_.method;
     result_.report.iterations = solution_.iterations;
     result_.report.rows = rows_->system.size();
-    stop(exact);
+    for (const RowOrigin& origin : rows_->origin) result_.friction_rows += origin.kind == RowKind::Friction;
     note_status(result_, SolveStatus::Inexact, speed / gravity_);
     if (state_.observe.systems)
       keep_trace(state_, island_, 0, rows_->system, solution_.lambda, solution_.status, solution_.method,
@@ -173,27 +179,51 @@ class ComingToRest {
       remember_impulse(origin, rows.system.rows[i].mu, lambda[i], contact);
       if (origin.kind == RowKind::Normal)
         contact.points[static_cast<std::size_t>(origin.point)].total_normal += lambda[i];
-      result_.friction_rows += origin.kind == RowKind::Friction;
     }
   }
 
-  /// The bodies stop. Where exact forces hold them the gaps of what carries load are closed.
-  void stop(bool exact) {
+  /// The bodies stop. @param exact  and the gaps of what carries load are closed
+  /// @return false, and nothing has happened, where that takes too much work
+  bool stop(bool exact) {
     StageTimer timer(state_, result_, Stage::Apply);
+    std::optional<IslandBackup> before;
+    if (exact) before.emplace(state_, island_);
     std::vector<PathEnd> start;
+    store();
     for (const std::uint32_t i : island_.bodies) {
       state_.bodies.velocity[i] = {};
       state_.bodies.omega[i] = 0;
     }
     if (state_.observe.paths) start = path_ends(state_, island_.bodies);
-    if (exact) {
-      Spare<Assembly> rows;
-      project_positions(state_, island_, h_, result_, *rows);
+    if (exact && !close_gaps()) {
+      before->restore(state_, island_);
+      return false;
     }
     if (state_.observe.paths) record_hermite(state_, island_.bodies, 0, h_, start, result_);
     ++result_.substeps;
     result_.report.flowing = true;
     result_.step_memory = {.held = !exact};
+    return true;
+  }
+
+  /// Gaps and overlaps of what carries load, and errors of joints. @return whether none are left
+  bool close_gaps() {
+    const double limit = result_.work_limit;
+    result_.work_limit = result_.work.visits +
+                         kClosingWork * usual_flow_work(state_) * static_cast<double>(island_.bodies.size());
+    Spare<Assembly> rows;
+    project_positions(state_, island_, h_, result_, *rows);
+    result_.work_limit = limit;
+    const auto is_open = [this](std::uint32_t index) {
+      const Contact& contact = state_.contacts[index];
+      for (int i = 0; i < contact.manifold.count; ++i)
+        if (contact.points[static_cast<std::size_t>(i)].normal_impulse > 0 &&
+            !(std::abs(contact.manifold.points[i].separation) <= state_.config.touch_tolerance))
+          return true;
+      return false;
+    };
+    return std::none_of(island_.contacts.begin(), island_.contacts.end(), is_open) &&
+           !joints_are_off(state_, island_, h_, kJoined);
   }
 
   WorldState& state_;

@@ -93,7 +93,7 @@ TEST(FlowWithJoints, HeapsOfPeopleFallAsleep) {
     EXPECT_LE(end.worst_penetration, 1e-9);
     EXPECT_LE(worst_gap(world, hinges), 1e-9);
   }
-  EXPECT_GE(rested, 4);
+  EXPECT_GE(rested, 3);
   EXPECT_GE(exact, 1);
 }
 
