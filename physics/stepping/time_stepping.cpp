@@ -401,6 +401,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   const double there = IslandStep(state, island, rule, result).run(0, h);
   result.step_memory.flow = std::max(restlessness(result), result.report.flowing ? 1 : 0);
   if (there < h) step_island_in_flow(state, island, there, h, result);
+  if (!result.report.flowing) result.step_memory.near_rest = 0;
   if (dear && result.report.flowing) wait_after_failure(result.step_memory);
 }
 
