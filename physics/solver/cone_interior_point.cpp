@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "physics/spare.h"
 
@@ -94,10 +93,10 @@ struct ConeInteriorPoint::Kernels {
     static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, int first, int last) {
       for (int position = first; position < last; ++position) {
         Vec4 all{};
-        for (const Incident& e : p.incident(position)) {
-          const Contact& c = p.contacts_[at(e.contact)];
-          const Group& g = p.groups_[at(e.contact / 4)];
-          const double n = g.push_n[e.contact % 4], t = g.push_t[e.contact % 4];
+        for (const ConeIncidence::Incident& e : p.incidence_.of(position)) {
+          const Contact& c = p.contacts_[at(e.item)];
+          const Group& g = p.groups_[at(e.item / 4)];
+          const double n = g.push_n[e.item % 4], t = g.push_t[e.item % 4];
           all += e.is_high ? c.n_high * n + c.t_high * t : c.n_low * n + c.t_low * t;
         }
         p.y_[at(position)].v = all;
@@ -178,10 +177,10 @@ struct ConeInteriorPoint::Kernels {
     static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, int position) {
       BlockFactor& f = p.factor_;
       Block3 D{{Vec4{1, 0, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{0, 0, 1, 0}}};
-      for (const Incident& e : p.incident(position)) {
-        const Contact& c = p.contacts_[at(e.contact)];
-        const Group& g = p.groups_[at(e.contact / 4)];
-        const int i = e.contact % 4;
+      for (const ConeIncidence::Incident& e : p.incidence_.of(position)) {
+        const Contact& c = p.contacts_[at(e.item)];
+        const Group& g = p.groups_[at(e.item / 4)];
+        const int i = e.item % 4;
         const double W = g.W[i], S = g.S[i], B = g.B[i], E = g.E[i];
         if (e.is_high) {
           add_outer(D, c.n_high * W + c.t_high * S, c.n_high, c.n_high * B + c.t_high * E, c.t_high);
@@ -423,7 +422,7 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, Thre
   contacts_.resize((count + 3) / 4 * 4, none);
   groups_.resize(contacts_.size() / 4);
   pieces_.resize((groups_.size() + kGroupsAPiece - 1) / kGroupsAPiece);
-  find_incident();
+  incidence_.assign(contacts_, nodes_);
   double least = kInfinity, most = 0;
   for (std::size_t k = 0; k < count; ++k) {
     least = std::min(least, contacts_[k].n_root);
@@ -450,21 +449,6 @@ bool ConeInteriorPoint::assign(const IslandSystem& system, SolveWork& work, Thre
   step_cost_ = kContactCost * static_cast<double>(contacts_.size() + joints_.size()) + kBlockCost * blocks +
                kUpdateCost * static_cast<double>(pattern_.updates());
   return true;
-}
-
-void ConeInteriorPoint::find_incident() {
-  // First where they end; those of the ground, the last position, act on nothing.
-  incident_begin_.assign(at(nodes_) + 2, 0);
-  for (const Contact& c : contacts_) {
-    ++incident_begin_[at(c.low)];
-    ++incident_begin_[at(c.high)];
-  }
-  std::partial_sum(incident_begin_.begin(), incident_begin_.end(), incident_begin_.begin());
-  incident_.resize(2 * contacts_.size());
-  for (int k = static_cast<int>(contacts_.size()); k-- > 0;) {
-    incident_[at(--incident_begin_[at(contacts_[at(k)].high)])] = {k, true};
-    incident_[at(--incident_begin_[at(contacts_[at(k)].low)])] = {k, false};
-  }
 }
 
 void ConeInteriorPoint::start(std::span<const double> lambda, double centre, Sliding sliding) {

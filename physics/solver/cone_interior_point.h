@@ -34,6 +34,7 @@
 #include "physics/islands/island_system.h"
 #include "physics/solver/block_ldlt.h"
 #include "physics/solver/block_sweeps.h"
+#include "physics/solver/cone_incidence.h"
 #include "physics/solver/cone_joints.h"
 #include "physics/solver/solver.h"
 
@@ -85,18 +86,6 @@ class ConeInteriorPoint {
     Vec4 W, S, B, E;      ///< of the matrix
     Vec4 push_n, push_t;  ///< impulses that act on the bodies
   };
-  /// A contact of a body, and which of its two bodies that is.
-  struct Incident {
-    int contact;
-    bool is_high;
-  };
-  void find_incident();
-  std::span<const Incident> incident(int position) const {
-    const auto p = static_cast<std::size_t>(position);
-    return std::span(incident_).subspan(
-        static_cast<std::size_t>(incident_begin_[p]),
-        static_cast<std::size_t>(incident_begin_[p + 1] - incident_begin_[p]));
-  }
   void push();
   /// Finds the direction towards l s = target - rest. @return by how much the fastest falls, of what there is
   double direct(double target);
@@ -112,8 +101,7 @@ class ConeInteriorPoint {
   std::vector<Contact> contacts_;
   std::vector<Group> groups_;
   std::vector<BodyVector> pieces_;  ///< scratch: sums or maxima of groups, by piece
-  std::vector<Incident> incident_;  ///< by position, ascending
-  std::vector<int> incident_begin_;
+  ConeIncidence incidence_;
   std::vector<BodyVector> mass_;  ///< M^-1/2, by position; zero for the ground
   std::vector<BodyVector> y_;     ///< scratch: one a position, and the ground's
   std::vector<std::array<int, 2>> edges_;

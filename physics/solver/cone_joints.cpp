@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace skerry {
 namespace {
@@ -67,17 +66,7 @@ void ConeJoints::finish(int nodes, double middle) {
     joint.weight = joint.root / (joint.unit * middle);
     joint.inverse_weight = 1 / joint.weight;
   }
-  incident_begin_.assign(at(nodes) + 2, 0);
-  for (const Joint& joint : joints_) {
-    ++incident_begin_[at(joint.low)];
-    ++incident_begin_[at(joint.high)];
-  }
-  std::partial_sum(incident_begin_.begin(), incident_begin_.end(), incident_begin_.begin());
-  incident_.resize(2 * joints_.size());
-  for (int k = static_cast<int>(joints_.size()); k-- > 0;) {
-    incident_[at(--incident_begin_[at(joints_[at(k)].high)])] = {k, true};
-    incident_[at(--incident_begin_[at(joints_[at(k)].low)])] = {k, false};
-  }
+  incidence_.assign(joints_, nodes);
 }
 
 void ConeJoints::start(std::span<const double> lambda, double centre) {
@@ -147,14 +136,13 @@ double ConeJoints::measure(const std::vector<BodyVector>& y) {
 }
 
 void ConeJoints::fill(int position, bool general, BlockFactor& factor) const {
-  const auto first = at(incident_begin_[at(position)]), last = at(incident_begin_[at(position) + 1]);
-  for (std::size_t k = first; k < last; ++k) {
-    const Joint& joint = joints_[at(incident_[k].joint)];
+  for (const ConeIncidence::Incident& e : incidence_.of(position)) {
+    const Joint& joint = joints_[at(e.item)];
     const Vec4 low = joint.low_row.v * joint.stiffness, high = joint.high_row.v * joint.stiffness;
-    const Vec4& own = incident_[k].is_high ? high : low;
-    const Vec4& row = incident_[k].is_high ? joint.high_row.v : joint.low_row.v;
+    const Vec4& own = e.is_high ? high : low;
+    const Vec4& row = e.is_high ? joint.high_row.v : joint.low_row.v;
     for (int c = 0; c < 3; ++c) factor.diagonal(position).column[c] += own * row[c];
-    if (incident_[k].is_high || joint.block < 0) continue;
+    if (e.is_high || joint.block < 0) continue;
     for (int c = 0; c < 3; ++c) factor.lower(joint.block).column[c] += high * joint.low_row.v[c];
     if (!general) continue;
     for (int c = 0; c < 3; ++c) factor.upper(joint.block).column[c] += high * joint.low_row.v[c];

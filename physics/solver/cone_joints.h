@@ -17,6 +17,7 @@
 
 #include "physics/islands/island_system.h"
 #include "physics/solver/block_ldlt.h"
+#include "physics/solver/cone_incidence.h"
 
 namespace skerry {
 
@@ -77,17 +78,11 @@ class ConeJoints {
     int low = 0, high = 0, block = -1, row = 0;
     std::array<Side, 2> sides;  ///< lower, upper
   };
-  /// A row of a body, and which of its two bodies that is.
-  struct Incident {
-    int joint;
-    bool is_high;
-  };
   static double velocity(const Joint& joint, const std::vector<BodyVector>& y);
   static double towards(const Joint& joint, double target);
 
   std::vector<Joint> joints_;
-  std::vector<Incident> incident_;  ///< by position, ascending
-  std::vector<int> incident_begin_;
+  ConeIncidence incidence_;
   int sides_ = 0;
 };
 
