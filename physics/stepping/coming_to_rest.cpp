@@ -117,8 +117,6 @@ class ComingToRest {
     const int before = rows_->system.size();
     assemble_closed(closed);
     IslandSystem& system = rows_->system;
-    if (searched_ && system.size() == before) return;
-    searched_ = true;
     Spare<std::vector<Velocity>> after;
     after->assign(island_.bodies.size(), Velocity{});
     add_free_motion(state_, island_, h_, *after);
@@ -131,6 +129,9 @@ class ComingToRest {
       if (origin.kind == RowKind::Friction)
         row.mu = std::max(row.mu, state_.contacts[origin.index].static_friction);
     }
+    // The same rows have the same forces.
+    if (searched_ && system.size() == before) return;
+    searched_ = true;
     SolveOptions options = state_.config.solve;
     options.threads = state_.island_threads;
     {
