@@ -29,7 +29,7 @@ namespace {
 constexpr double kJointWork = 2;
 // How deep points end that only the impulses of others close and that join the rows, as a share of the
 // smaller body.
-constexpr double kMissed = 0.1;
+constexpr double kMissed = 0.005;
 // What an exact answer may cost, in steps of an island in flow; from so many bodies on more, as a factor
 // grows with the power 3/2 of them.
 constexpr double kExactWork = 30, kManyBodies = 1e4;

@@ -2,14 +2,21 @@
 #include "physics/stepping/one_piece_joints.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "physics/joint_rows.h"
 #include "physics/spare.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 
 namespace skerry {
 namespace {
+
+// Sweeps over joints that are torn, the error at which they are mended (see `how_far_off`), and the angle by
+// which a row turns a body at most [rad].
+constexpr int kMendingSweeps = 50;
+constexpr double kMended = 1e-3, kMostTurn = 0.5;
 
 /// Where a body comes to with a velocity; bodies that do not react go where they are told to.
 JointEnd end_after(const WorldState& state, std::uint32_t body, double from, double h,
@@ -53,6 +60,62 @@ struct Fall {
   double mass = 0;
   bool jointed = false, held = false;
 };
+
+/// By how much what a joint holds, or limits, is off: the largest share of the size of the smaller body; of
+/// angles, which move its ends by its size, in rad.
+double how_far_off(const WorldState& state, std::uint32_t slot, double elapsed) {
+  const JointRecord& joint = state.joints[slot];
+  const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
+  const double least = std::min(size_in_island(state, a), size_in_island(state, b));
+  JointRows rows;
+  const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
+  double most = 0;
+  for (int k = 0; k < count; ++k) {
+    const JointRow& row = rows[static_cast<std::size_t>(k)];
+    const bool holds = row.kind == JointRowKind::Hold;
+    if (!holds && row.kind != JointRowKind::Limit) continue;
+    const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
+    const double error = holds ? std::abs(row.error) : -row.error;
+    most = std::max(most, turns || error <= 0 ? error : error / least);
+  }
+  return most;
+}
+
+/// Moves the bodies of one joint by what its rows want, row by row. @param shift  what is added to theirs
+void mend(WorldState& state, std::uint32_t slot, double elapsed, std::vector<Velocity>& shift) {
+  const JointRecord& joint = state.joints[slot];
+  const std::array<std::uint32_t, 2> bodies{joint.def.a.index, joint.def.b.index};
+  JointRows rows;
+  int count = 1;
+  for (int k = 0; k < count; ++k) {
+    count = joint_geometry(joint, joint_end(state, bodies[0], elapsed), joint_end(state, bodies[1], elapsed),
+                           rows);
+    const JointRow& row = rows[static_cast<std::size_t>(k)];
+    const bool holds = row.kind == JointRowKind::Hold;
+    if (!holds && !(row.kind == JointRowKind::Limit && row.error < 0)) continue;
+    std::array<Velocity, 2> moves{};  // of each body, for a correction of 1
+    double gives = 0;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::uint32_t body = bodies[side];
+      if (body == BodyId::kNone || state.local_index[body] < 0) continue;
+      const std::array<double, 3>& J = side == 0 ? row.Ja : row.Jb;
+      const double linear = state.bodies.inverse_mass[body], angular = state.bodies.inverse_inertia[body];
+      moves[side] = {linear * J[0], linear * J[1], angular * J[2]};
+      gives += along(J, moves[side]);
+    }
+    if (!(gives > 0)) continue;
+    const double turn = std::max(std::abs(moves[0][2]), std::abs(moves[1][2])) / gives;
+    const double correction =
+        -std::clamp(row.error, -kMostTurn / std::max(turn, 1e-300), kMostTurn / std::max(turn, 1e-300));
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (moves[side] == Velocity{}) continue;
+      for (double& x : moves[side]) x *= correction / gives;
+      shift_body(state, bodies[side], moves[side]);
+      Velocity& all = shift[static_cast<std::size_t>(state.local_index[bodies[side]])];
+      for (std::size_t c = 0; c < 3; ++c) all[c] += moves[side][c];
+    }
+  }
+}
 
 }  // namespace
 
@@ -148,23 +211,45 @@ void bind_jointed(const WorldState& state, const Island& island, double h, std::
 }
 
 bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share) {
-  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
-    const JointRecord& joint = state.joints[slot];
-    const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-    const double least = std::min(size_in_island(state, a), size_in_island(state, b));
-    JointRows rows;
-    const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
-    for (int k = 0; k < count; ++k) {
-      const JointRow& row = rows[static_cast<std::size_t>(k)];
-      const bool holds = row.kind == JointRowKind::Hold;
-      if (!holds && row.kind != JointRowKind::Limit) continue;
-      // An angle moves the ends of the smaller body by its size.
-      const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
-      const double error = holds ? std::abs(row.error) : -row.error;
-      if (error > share * (turns ? 1 : least)) return true;
+  return std::any_of(island.joints.begin(), island.joints.end(),
+                     [&](std::uint32_t slot) { return how_far_off(state, slot, elapsed) > share; });
+}
+
+bool mend_joints(WorldState& state, const Island& island, double elapsed, double share) {
+  if (!joints_are_off(state, island, elapsed, share)) return false;
+  const auto local = [&](BodyId body) { return body ? state.local_index[body.index] : -1; };
+  JointedBodies sets(island.bodies.size());
+  for (const std::uint32_t slot : island.joints) {
+    const int a = local(state.joints[slot].def.a), b = local(state.joints[slot].def.b);
+    if (a >= 0 && b >= 0) sets.join(a, b);
+  }
+  const auto set_of = [&](std::uint32_t slot) {
+    const int a = local(state.joints[slot].def.a);
+    return static_cast<std::size_t>(sets.root(a >= 0 ? a : local(state.joints[slot].def.b)));
+  };
+  Spare<std::vector<std::uint8_t>> torn;
+  torn->assign(island.bodies.size(), 0);
+  for (const std::uint32_t slot : island.joints) {
+    if (how_far_off(state, slot, elapsed) > share) (*torn)[set_of(slot)] = 1;
+  }
+  Spare<std::vector<Velocity>> shift;
+  shift->assign(island.bodies.size(), Velocity{});
+  bool off = true;
+  for (int sweep = 0; off && sweep < kMendingSweeps; ++sweep) {
+    off = false;
+    for (const std::uint32_t slot : island.joints) {
+      if ((*torn)[set_of(slot)] == 0 || how_far_off(state, slot, elapsed) <= kMended) continue;
+      off = true;
+      mend(state, slot, elapsed, *shift);
     }
-    return false;
-  });
+  }
+  for (std::size_t k = 0; k < shift->size(); ++k) {
+    if ((*shift)[k] == Velocity{}) continue;
+    const double way = length_of_shift(state, island.bodies[k], (*shift)[k]);
+    note_way(state, island.bodies[k], way, true);
+    note_way_astray(state, island.bodies[k], way, true);
+  }
+  return true;
 }
 
 }  // namespace skerry

@@ -48,4 +48,11 @@ void bind_jointed(const WorldState& state, const Island& island, double h, std::
 /// @param elapsed  since the beginning of the step [s]
 bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share);
 
+/// Closes joints that are off by more than a share of the size of the smaller body, by sweeps over all joints
+/// of what hangs together with them, each taken where the bodies are by then: what turns by a radian in a
+/// step, as a forearm that was struck does, is not to be mended along straight lines. Does not look at
+/// contacts.
+/// @param elapsed  since the beginning of the step [s]  @return whether there were any
+bool mend_joints(WorldState& state, const Island& island, double elapsed, double share);
+
 }  // namespace skerry

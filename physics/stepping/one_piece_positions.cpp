@@ -24,8 +24,8 @@ constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
 // stays bounded, and limbs rather slip through each other than out of their joints.
 constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
-// In flow there is a second round where joints are off by this share of a body's size: shifts are straight
-// lines. Where contacts of uneven masses were, there are more, as long as there is work left, or up to so
+// In flow joints that are off by this share of a body's size are closed before all else, and there is a
+// second round where they still are: shifts are straight lines. Where contacts of uneven masses were, there are more, as long as there is work left, or up to so
 // many visits, which take some milliseconds.
 constexpr double kTorn = 0.05, kDeep = 0.05, kSmallWork = 8e5;
 constexpr int kFlowSeparations = 2, kDeepSeparations = 4;
@@ -50,6 +50,7 @@ class OnePiecePositions {
     int round = 0;
     // Joints hold to rounding where all is exact.
     const bool rigid = exact_ && !island_.joints.empty();
+    if (!exact_) mend_joints(state_, island_, to_, kTorn);
     do {
       StageTimer timer(state_, result_, Stage::Narrow);
       result_.manifolds_reused += update_manifolds(state_, island_, to_, result_.narrow);
