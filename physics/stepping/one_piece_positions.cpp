@@ -25,8 +25,8 @@ constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
 // stays bounded, and limbs rather slip through each other than out of their joints.
 constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
 // In flow joints that are off by this share of a body's size are closed before all else, and there is a
-// second round where they still are: shifts are straight lines. Where contacts of uneven masses were, there are more, as long as there is work left, or up to so
-// many visits, which take some milliseconds.
+// second round where they still are: shifts are straight lines. Where contacts of uneven masses were, there
+// are more, as long as there is work left, or up to so many visits, which take some milliseconds.
 constexpr double kTorn = 0.05, kDeep = 0.05, kSmallWork = 8e5;
 constexpr int kFlowSeparations = 2, kDeepSeparations = 4;
 // Masses that differ by more than this count as equal where bodies in flow are pushed out of each other.
