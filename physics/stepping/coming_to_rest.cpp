@@ -31,7 +31,7 @@ constexpr double kQuiet = 0.01;
 // Gaps that are closed, and those that may be held as they are, of the smaller body's size.
 constexpr double kClosed = 1e-4, kNearlyClosed = 5e-4;
 // Steps for which forces that are not exact could have held it before they do: exact ones may still be found.
-constexpr int kPatience = 48;
+constexpr int kPatience = 96;
 // By so much joints may be off where they are held, of that size.
 constexpr double kJointed = 1e-2;
 // Of what gaps are closed with, in steps of flow; and by so much joints are off then, of that size.
@@ -45,26 +45,25 @@ class ComingToRest {
       : state_(state), island_(island), h_(h), result_(result) {}
 
   /// @param every  steps from one look to the next; 0: it was held in the last step
-  bool run(int every) {
+  RestLook run(int every) {
     gravity_ = h_ * largest_acceleration(state_, island_);
     int& near = result_.step_memory.near_rest;
     if (!(gravity_ > 0) || !(fastest() <= kQuiet * gravity_)) {
       if (!(fastest() <= gravity_)) near = 0;
-      return false;
+      return RestLook::None;
     }
-    if (meets_prescribed_motion(state_, island_) || is_free(state_, island_)) return false;
-    if (joints_are_off(state_, island_, 0, kJointed)) return false;
+    if (meets_prescribed_motion(state_, island_) || is_free(state_, island_)) return RestLook::None;
+    if (joints_are_off(state_, island_, 0, kJointed)) return RestLook::None;
     find_forces(kClosed);
-    const bool exact = solution_.status == SolveStatus::Solved && left_ <= kStill * gravity_ &&
-                       !joints_are_off(state_, island_, 0, kClosed);
+    const bool exact = is_exact() && !joints_are_off(state_, island_, 0, kClosed);
     // It would have gone on a little.
     double speed = std::max({fastest(), left_, widest_gap() / h_});
     if (!exact || !stop(true)) {
       if (!are_near()) find_forces(kNearlyClosed);
-      if (!are_near()) return false;
+      if (!are_near()) return RestLook::Vain;
       if (every > 0 && near + every <= kPatience) {
         near += every;
-        return false;
+        return RestLook::Vain;
       }
       speed = std::max({fastest(), left_, widest_gap() / h_});
       stop(false);
@@ -77,7 +76,7 @@ class ComingToRest {
     if (state_.observe.systems)
       keep_trace(state_, island_, 0, rows_->system, solution_.lambda, solution_.status, solution_.method,
                  solution_.residual, false, nullptr, result_);
-    return true;
+    return RestLook::Rests;
   }
 
  private:
@@ -129,8 +128,8 @@ class ComingToRest {
       if (origin.kind == RowKind::Friction)
         row.mu = std::max(row.mu, state_.contacts[origin.index].static_friction);
     }
-    // The same rows have the same forces.
-    if (searched_ && system.size() == before) return;
+    // The same rows have the same forces, where nothing has moved.
+    if (closed > 0 && searched_ && system.size() == before) return;
     searched_ = true;
     SolveOptions options = state_.config.solve;
     options.threads = state_.island_threads;
@@ -145,7 +144,7 @@ class ComingToRest {
 
   bool are_near() const { return solution_.residual <= kHeld && left_ <= kHeld * gravity_; }
 
-  /// Rows of all points that count as closed.
+  /// Rows of all points that count as closed. @param closed  0: that touch
   void assemble_closed(double closed) {
     StageTimer timer(state_, result_, Stage::Assemble);
     Spare<std::vector<std::uint8_t>> points;
@@ -158,7 +157,8 @@ class ComingToRest {
       const double size =
           std::min(size_in_island(state_, contact.body_a), size_in_island(state_, contact.body_b));
       for (int i = 0; i < contact.manifold.count; ++i)
-        if (contact.manifold.points[i].separation <= closed * size) (*points)[k] |= 1u << i;
+        if (contact.manifold.points[i].separation <= std::max(closed * size, state_.config.touch_tolerance))
+          (*points)[k] |= 1u << i;
     }
     AssemblyRequest request;
     request.points = &*points;
@@ -196,7 +196,7 @@ class ComingToRest {
       state_.bodies.omega[i] = 0;
     }
     if (state_.observe.paths) start = path_ends(state_, island_.bodies);
-    if (exact && !close_gaps()) {
+    if (exact && !(close_gaps() && still_holds())) {
       before->restore(state_, island_);
       return false;
     }
@@ -227,6 +227,22 @@ class ComingToRest {
            !joints_are_off(state_, island_, h_, kJoined);
   }
 
+  /// Closing gaps moves corners past each other, and what carried load may do so no more: the next steps
+  /// begin with forces that hold what is there now. @return whether there are any
+  bool still_holds() {
+    find_forces(0);
+    if (!is_exact()) return false;
+    for (const std::uint32_t index : island_.contacts)
+      for (PointMemory& memory : state_.contacts[index].points)
+        memory.total_normal = memory.total_friction = 0;
+    for (const std::uint32_t slot : island_.joints)
+      std::fill(std::begin(state_.joints[slot].row_impulse), std::end(state_.joints[slot].row_impulse), 0);
+    store();
+    return true;
+  }
+
+  bool is_exact() const { return solution_.status == SolveStatus::Solved && left_ <= kStill * gravity_; }
+
   WorldState& state_;
   const Island& island_;
   double h_;
@@ -246,12 +262,12 @@ bool is_held(const WorldState& state, const Island& island) {
   });
 }
 
-bool come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (has_varying_forces(state, island) || !state.solver->exact) return false;
+RestLook come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result) {
+  if (has_varying_forces(state, island) || !state.solver->exact) return RestLook::None;
   if (is_held(state, island)) return ComingToRest(state, island, h, result).run(0);
   const double more = std::sqrt(std::max(1.0, static_cast<double>(island.bodies.size()) / kUsualBodies));
   const int every = static_cast<int>(kEvery * more);
-  if ((state.steps + island.bodies.front()) % static_cast<std::uint64_t>(every) != 0) return false;
+  if ((state.steps + island.bodies.front()) % static_cast<std::uint64_t>(every) != 0) return RestLook::None;
   return ComingToRest(state, island, h, result).run(every);
 }
 

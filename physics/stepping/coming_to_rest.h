@@ -3,6 +3,8 @@
 // How an island in flow comes to rest.
 #pragma once
 
+#include <cstdint>
+
 #include "physics/stepping/stepper.h"
 
 namespace skerry {
@@ -19,8 +21,14 @@ namespace skerry {
 /// how much, but the same each time, so that the island sleeps until something touches it.
 ///
 /// Only where nothing moves faster than that hundredth, either.
-/// @return false, and nothing has happened, where it moves, or cannot rest, or it is not yet time to look
-bool come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result);
+enum class RestLook : std::uint8_t {
+  None,   ///< it is not yet time to look, or something moves
+  Vain,   ///< nothing moves, and no forces hold it
+  Rests,  ///< it rests, and the step is made
+};
+
+/// @return but for `Rests` nothing has happened
+RestLook come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result);
 
 /// Whether the last step held it so, with less than exact forces, and nothing has moved it since.
 bool is_held(const WorldState& state, const Island& island);

@@ -53,8 +53,9 @@ class OnePieceStep {
  public:
   enum class Answer { Exact, NearlyExact, Swept };
 
+  /// @param more  times what flow may cost
   OnePieceStep(WorldState& state, const Island& island, double from, double to, Answer answer,
-               IslandResult& result)
+               IslandResult& result, double more = 1)
       : state_(state),
         island_(island),
         from_(from),
@@ -68,7 +69,7 @@ class OnePieceStep {
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
     const double work = may_flow(state) ? flow_work(state, island) : kUsualFlowWork;
-    limit_ = work * bodies + work * kJointWork * static_cast<double>(island.joints.size());
+    limit_ = more * work * (bodies + kJointWork * static_cast<double>(island.joints.size()));
   }
 
   /// @return false, and nothing has happened, if an exact answer, or nearly one, was wanted and there is none
@@ -500,8 +501,8 @@ bool make_step(WorldState& state, const Island& island, double from, double to, 
 }  // namespace
 
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
-                         IslandResult& result) {
-  OnePieceStep(state, island, from, to, OnePieceStep::Answer::Swept, result).run();
+                         IslandResult& result, double more) {
+  OnePieceStep(state, island, from, to, OnePieceStep::Answer::Swept, result, more).run();
   result.step_memory.flow = std::max(result.step_memory.flow, 1);
   for (const std::uint32_t i : island.bodies) {
     const int flow = state.step_memory[i].flow;

@@ -26,8 +26,9 @@
 namespace skerry {
 
 /// Brings an island in flow through a step, or what is left of it: to `to` [s] since its beginning.
+/// @param more  times what it may usually cost
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
-                         IslandResult& result);
+                         IslandResult& result, double more = 1);
 
 /// The same with an exact answer. Where it cannot be had for 30 times the work of flow, the best that was
 /// found serves as flow if it leaves no more than 1e-3; else nothing has happened. The work does not count in

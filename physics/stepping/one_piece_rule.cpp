@@ -37,7 +37,7 @@ constexpr double kMostBounce = 0.5;
 constexpr double kBusy = 50;
 // The same of a large one that flowed in the last step: attempts are many there, and mostly vain. Most, as
 // long as that is no more visits than the number behind it, and least.
-constexpr double kMostBusyInFlow = 15, kBusyVisits = 2e6, kBusyInFlow = 5;
+constexpr double kMostBusyInFlow = 15, kBusyVisits = 2e6, kBusyInFlow = 2;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256;
 

@@ -7,6 +7,7 @@
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/paradox.h"
 #include "physics/stepping/sliding_stop.h"
@@ -71,6 +72,7 @@ class PieceSolve {
         add_free_motion(state_, island_, h, after);
       } else {
         solve_once(before, after, &*damping);
+        if (found_.given_up) return;
       }
     }
   }
@@ -192,12 +194,16 @@ class PieceSolve {
     }
     MemoryLoan memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory.get());
+    result_.work += solution.work;
+    found_.given_up = is_given_up(solution);
+    // What goes on in another way begins with the impulses from before: those of no answer would let a heap
+    // sink in.
+    if (found_.given_up) return give_spare(std::move(solution.lambda));
     note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
     quieten(h, solution.lambda, after);
     store_impulses(assembly, solution.lambda, h, *scratch);
     note_solution(solution, system);
-    found_.vain = solution.status != SolveStatus::Solved && solution.residual > kVain;
     if (state_.observe.systems) {
       keep_trace(state_, island_, piece_.elapsed, system, solution.lambda, solution.status, solution.method,
                  solution.residual, false, std::move(solution.trace), result_);
@@ -429,7 +435,15 @@ class PieceSolve {
     result_.report.method = solution.method;
     result_.report.iterations += solution.iterations;
     result_.report.rows = system.size();
-    result_.work += solution.work;
+  }
+
+  /// True for no answer that cost all that it may: what its island may, or, if nothing would be held, what
+  /// the world grants an island that may flow.
+  bool is_given_up(const Solution& solution) const {
+    if (solution.status == SolveStatus::Solved) return false;
+    const double own = result_.work_limit, limit = state_.config.solve.work_limit;
+    if (own > 0 && result_.work.visits > own) return true;
+    return solution.residual > kVain && limit > 0 && result_.work.visits > limit && may_flow(state_);
   }
 
   WorldState& state_;

@@ -23,10 +23,10 @@ struct Piece {
 };
 
 struct PieceForces {
-  bool act = false;     ///< there are contacts or joints in it
-  bool moving = false;  ///< the geometry changes within it
-  bool vain = false;    ///< they are so far from an answer that nothing would be held
-  double stop = 0;      ///< when the first sliding ends in it, or its length [s]
+  bool act = false;       ///< there are contacts or joints in it
+  bool moving = false;    ///< the geometry changes within it
+  bool given_up = false;  ///< they were not found for what they may cost: nothing is stored
+  double stop = 0;        ///< when the first sliding ends in it, or its length [s]
 };
 
 /// Solves for the forces of a piece and stores the impulses in its contacts and joints. Forces that depend on

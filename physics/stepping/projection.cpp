@@ -33,6 +33,12 @@ constexpr double kFarShift = 10;
 // Residual of the solves, relative to the error that they take out; and the share of what counts as rounding
 // that they may leave.
 constexpr double kTolerance = 1e-12, kShareOfFloor = 0.1;
+// Rows from which on what stays open is left out: the shortest shift costs little for fewer.
+constexpr std::size_t kManyRows = 64;
+// Solves without what stays open, at most; the share of the rows that may join in one of them, as what lands
+// is many; and the share of the error that they may leave, which Newton's iteration takes out.
+constexpr int kClosedRounds = 10;
+constexpr double kFewChanges = 0.05, kShareLeft = 0.1;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024;
 
@@ -108,6 +114,89 @@ void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& sys
   result.work += solution.work;
   lambda.swap(solution.lambda);
   give_spare(std::move(solution.lambda));
+}
+
+/// What `solve_closed_rows` needs for a moment.
+struct ClosedScratch {
+  std::vector<std::uint8_t> closed;  ///< by row
+  std::vector<std::size_t> chosen;   ///< rows of `part`
+  IslandSystem part;
+  std::vector<Velocity> shift;
+};
+
+/// The rows that are closed, as rows that hold both ways.
+void select_closed(const IslandSystem& system, ClosedScratch& scratch) {
+  IslandSystem& part = scratch.part;
+  scratch.chosen.clear();
+  part.rows.clear();
+  part.b.clear();
+  part.bodies = system.bodies;
+  part.positions = system.positions;
+  for (std::size_t i = 0; i < scratch.closed.size(); ++i) {
+    if (scratch.closed[i] == 0) continue;
+    scratch.chosen.push_back(i);
+    Row& row = part.rows.emplace_back(system.rows[i]);
+    row.kind = RowKind::Joint;
+    row.lower = -kInfinity;
+    part.b.push_back(system.b[i]);
+  }
+}
+
+/// Answers rows that hold both ways, and rows with lambda >= 0 of which most stay open, without these: what
+/// is closed has no bounds, and its problem is linear. Of overlaps those stay that want to be pushed apart,
+/// and what the answer would close joins until nothing does. That is an answer, though perhaps not the
+/// shortest shift.
+/// @param floor   errors below this are rounding, in the unit of the right-hand side
+/// @param lambda  becomes the answer, if there is one; it may leave some of the error
+/// @return false where there are few rows, or there is none: other bounds, too much that joins, rows that
+/// contradict each other
+bool solve_closed_rows(WorldState& state, const IslandSystem& system, double floor, IslandResult& result,
+                       std::vector<double>& lambda) {
+  if (state.solver->solve != solve_auto || !system.compliance.empty()) return false;
+  if (system.rows.size() < kManyRows) return false;
+  Spare<ClosedScratch> scratch;
+  std::vector<std::uint8_t>& closed = scratch->closed;
+  closed.assign(system.rows.size(), 0);
+  bool all = true;
+  for (std::size_t i = 0; i < closed.size(); ++i) {
+    const Row& row = system.rows[i];
+    const bool holds = row.lower == -kInfinity;
+    if (row.normal >= 0 || row.upper < kInfinity || !(holds || row.lower == 0)) return false;
+    closed[i] = holds || system.b[i] > 0;
+    all &= holds;
+  }
+  if (all) return false;
+  SolveOptions options;
+  options.threads = state.island_threads;
+  for (int round = 0; round < kClosedRounds; ++round) {
+    select_closed(system, *scratch);
+    const double largest = largest_magnitude(scratch->part.b);
+    options.tolerance = std::max(kTolerance, kShareOfFloor * floor / largest);
+    lambda.assign(closed.size(), 0);
+    MemoryLoan memory(state, result, SolvePurpose::Positions, scratch->part);
+    Solution solution = solve_without_bounds(scratch->part, options, memory.get());
+    result.work += solution.work;
+    for (std::size_t k = 0; k < scratch->chosen.size(); ++k) lambda[scratch->chosen[k]] = solution.lambda[k];
+    give_spare(std::move(solution.lambda));
+    if (!(solution.residual * residual_scale(largest) <= std::max(kShareLeft * largest, floor))) return false;
+    scratch->shift.assign(system.bodies.size(), Velocity{});
+    apply_impulses(system, lambda, scratch->shift);
+    std::size_t changes = 0;
+    for (std::size_t i = 0; i < closed.size(); ++i) {
+      const Row& row = system.rows[i];
+      if (row.lower < 0) continue;
+      const bool opens = round == 0 && closed[i] != 0 && lambda[i] < 0;
+      double u = -system.b[i];
+      if (row.a >= 0) u += along(row.Ja, scratch->shift[static_cast<std::size_t>(row.a)]);
+      if (row.b >= 0) u += along(row.Jb, scratch->shift[static_cast<std::size_t>(row.b)]);
+      const bool closes = closed[i] == 0 && u < -floor;
+      if (opens || closes) closed[i] = closes;
+      changes += opens || closes;
+    }
+    if (changes == 0) return true;
+    if (static_cast<double>(changes) > kFewChanges * static_cast<double>(closed.size())) return false;
+  }
+  return false;
 }
 
 /// True if no loaded contact moves along its normal, nor a sticking one along its tangent, beyond rounding: a
@@ -243,7 +332,8 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       }
       assembly.system.b[i] = -origin.error;
     }
-    solve_rows(state, SolvePurpose::Positions, assembly.system, floor, result, scratch->lambda);
+    if (!solve_closed_rows(state, assembly.system, floor, result, scratch->lambda))
+      solve_rows(state, SolvePurpose::Positions, assembly.system, floor, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
     apply_impulses(assembly.system, scratch->lambda, shift);
     const double share = share_of_shifts(state, island, shift, error);

@@ -20,6 +20,7 @@
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/piece_forces.h"
+#include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
@@ -50,6 +51,9 @@ constexpr int kFlightShare = 32;
 // Of what the exact forces of a large island may cost, for an impact of its own where they were not found
 // together with it.
 constexpr double kImpactWork = 0.2;
+
+// Of what flow may cost, for a step of an island in which nothing moves and that cannot rest, either.
+constexpr double kWorkAfterLook = 10;
 
 // Contacts, and bodies, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 512, kBodiesAPiece = 256;
@@ -127,21 +131,23 @@ class IslandStep {
       island_velocities(state_, island_, before);
       const Piece part{elapsed_, length, resting_, last, stops_ < kMostStops, varying_, told_};
       PieceForces forces = solve_piece(state_, island_, part, before, after, result_);
+      if (forces.given_up) return elapsed_;
       if (is_lost(after)) return to;
       double hit = last ? length : next_hit(length, before, after);
       // Points that would go down from where they are join the solve; each round adds at least one.
       while (sinking_) {
         forces = solve_piece(state_, island_, part, before, after, result_);
+        if (forces.given_up) return elapsed_;
         if (is_lost(after)) return to;
         hit = next_hit(length, before, after);
       }
-      if (result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
-      if (forces.vain && is_spent()) return elapsed_;
       // The end of sliding is an end of the piece.
       if (forces.stop < hit) {
         hit = forces.stop;
         ++stops_;
       }
+      // Further pieces would cost more than they may.
+      if (result_.work_limit > 0 && result_.work.visits > result_.work_limit && hit < length) return elapsed_;
       spent += forces.act ? points : points / kFlightShare;
       if (state_.observe.paths) remember_start(last, after);
       const double start = elapsed_;
@@ -200,12 +206,6 @@ class IslandStep {
       any = true;
     }
     return any;
-  }
-
-  /// The step has cost what the world grants an island, which may go on in flow.
-  bool is_spent() const {
-    const double limit = state_.config.solve.work_limit;
-    return limit > 0 && result_.work.visits > limit && may_flow(state_);
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.
@@ -384,7 +384,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     result.step_memory.light_wait = std::max(result.step_memory.light_wait, last.light_wait);
     result.step_memory.near_rest = std::max(result.step_memory.near_rest, last.near_rest);
   }
-  if (is_held(state, island) && come_to_rest(state, island, h, result)) return;
+  if (is_held(state, island) && come_to_rest(state, island, h, result) == RestLook::Rests) return;
   const OnePieceRule rule = one_piece_rule(state, island, h);
   // Exact forces of what hangs together, or is large, cost most where they are not found.
   const bool dear = rule.large || !island.joints.empty();
@@ -393,14 +393,22 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   if (waits && !rule.light) --result.step_memory.light_wait;
   const bool flows = rule.flows || waits || (rule.light && rule.large);
   if (flows) {
-    if (!come_to_rest(state, island, h, result)) step_island_in_flow(state, island, 0, h, result);
+    const RestLook look = come_to_rest(state, island, h, result);
+    // What nearly rests is pushed on by what sweeps leave: better forces now and then end that.
+    const double more = look == RestLook::Vain ? kWorkAfterLook : 1;
+    if (look != RestLook::Rests) step_island_in_flow(state, island, 0, h, result, more);
     return;
   }
   // What a vain attempt took does not count.
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
+  std::optional<KeptForces> forces;
+  if (rule.work_limit > 0 && was_in_flow(state, island)) forces.emplace(state, island);
   const double there = IslandStep(state, island, rule, result).run(0, h);
   result.step_memory.flow = std::max(restlessness(result), result.report.flowing ? 1 : 0);
-  if (there < h) step_island_in_flow(state, island, there, h, result);
+  if (there < h) {
+    if (forces) forces->restore(state, island);
+    step_island_in_flow(state, island, there, h, result);
+  }
   if (!result.report.flowing) result.step_memory.near_rest = 0;
   if (dear && result.report.flowing) wait_after_failure(result.step_memory);
 }
