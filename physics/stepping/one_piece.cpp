@@ -28,8 +28,8 @@ namespace {
 // Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
 constexpr double kJointWork = 2;
 // How deep points end that only the impulses of others close and that join the rows, as a share of the
-// smaller body.
-constexpr double kMissed = 0.005;
+// smaller body; beside joints, where an answer costs more and another one would not be had.
+constexpr double kMissed = 0.005, kMissedBesideJoints = 0.1;
 // What an exact answer may cost, in steps of an island in flow; from so many bodies on more, as a factor
 // grows with the power 3/2 of them.
 constexpr double kExactWork = 30, kManyBodies = 1e4;
@@ -323,6 +323,7 @@ class OnePieceStep {
       const Velocity& v = after[static_cast<std::size_t>(k)];
       return Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]);
     };
+    const double share_missed = island_.joints.empty() ? kMissed : kMissedBesideJoints;
     std::atomic<bool> any = false;
     share_each(state_.island_threads, points.size(), kItemsAPiece, [&](std::size_t k) {
       const Contact& contact = state_.contacts[island_.contacts[k]];
@@ -331,8 +332,8 @@ class OnePieceStep {
         const ManifoldPoint& point = contact.manifold.points[i];
         const Vec2 u = velocity(contact.body_b, point.position) - velocity(contact.body_a, point.position);
         const double end = point.separation + h_ * dot(contact.manifold.normal, u);
-        if (!(end < -kMissed * std::min(size_in_island(state_, contact.body_a),
-                                        size_in_island(state_, contact.body_b))))
+        if (!(end < -share_missed * std::min(size_in_island(state_, contact.body_a),
+                                             size_in_island(state_, contact.body_b))))
           continue;
         points[k] |= 1u << i;
         any.store(true, std::memory_order_relaxed);
