@@ -30,8 +30,8 @@ std::vector<BodyId> add_boxes(World& world, int count, unsigned seed) {
   std::vector<BodyId> boxes;
   for (int i = 0; i < count; ++i) {
     const Vec2 size{uniform(0.5, 1), uniform(0.5, 1)};
-    const Vec2 place{-width + 0.7 + 1.4 * (i % columns) + 0.05 * (i / columns % 2),
-                     0.8 + 1.4 * (i / columns)};
+    const int row = i / columns;
+    const Vec2 place{-width + 0.7 + 1.4 * (i % columns) + 0.05 * (row % 2), 0.8 + 1.4 * row};
     boxes.push_back(test::add(world, place, test::rough(make_box(size), 0.5), size.x * size.y, {}, 0,
                               uniform(-0.3, 0.3)));
   }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "physics/snapshot.h"
 #include "tests/support/free_motion.h"
@@ -42,14 +43,15 @@ void add_ragdoll(World& world, Vec2 at, Vec2 velocity, std::vector<Hinge>& hinge
 /// People who are thrown into a pit.
 World heap(int people, std::vector<Hinge>& hinges, double limit = 0, WorldConfig config = {},
            unsigned seed = 5) {
-  World world(config);
+  World world(std::move(config));
   const BodyId pit = test::add_ground(world, test::rough(make_box({1, 1}), 0.6));
   for (const double side : {-1.0, 1.0})
     world.add_shape(pit, test::rough(make_half_plane({2.5 * side, 0}, {-side, 0.2}), 0.6));
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> noise(-1, 1);
   for (int k = 0; k < people; ++k) {
-    const Vec2 at{2.4 * (k % 2) - 1.2 + 0.1 * noise(random), 2 + 2.8 * (k / 2)};
+    const int row = k / 2;
+    const Vec2 at{2.4 * (k % 2) - 1.2 + 0.1 * noise(random), 2 + 2.8 * row};
     add_ragdoll(world, at, {2 * noise(random), -3 + noise(random)}, hinges, limit);
   }
   return world;
@@ -109,7 +111,8 @@ TEST(FlowWithJoints, HingesHoldWhereForearmsAreStruck) {
     std::vector<Hinge> hinges;
     for (int k = 0; k < 60; ++k) {
       const double x = 2.2 * (k % 3 - 1) + noise(random);
-      add_ragdoll(world, {x, 2 + 2.8 * (k / 3)}, {}, hinges);
+      const int row = k / 3;
+      add_ragdoll(world, {x, 2 + 2.8 * row}, {}, hinges);
     }
     double worst = 0, fastest = 0;
     for (int step = 0; step < 190; ++step) {
@@ -193,7 +196,9 @@ TEST(FlowWithJoints, KeepsMomentaWhereNothingIsFixed) {
   // A heavy box flies into people who float about.
   World world(test::weightless());
   std::vector<Hinge> hinges;
-  for (int k = 0; k < 12; ++k) add_ragdoll(world, {1.9 * (k % 4), 2.8 * (k / 4)}, {0, 0}, hinges);
+  for (int row = 0; row < 3; ++row) {
+    for (int k = 0; k < 4; ++k) add_ragdoll(world, {1.9 * k, 2.8 * row}, {0, 0}, hinges);
+  }
   test::add(world, {-6, 3}, test::rough(make_box({4, 4}), 0.5), 50, {15, 0});
   // A hinge that is off by d turns its bodies by d times its impulse.
   EXPECT_GT(test::expect_free_motion(world, kStep, 60, 2e-3), 10);
@@ -278,6 +283,7 @@ TEST(FlowWithJoints, HoldsABridgeWithoutSlackAndSaysSo) {
     }
     world.create_joint({.b = last, .anchor_a = {30, 0}});
     std::vector<BodyId> load;
+    load.reserve(static_cast<std::size_t>(boxes));
     for (int i = 0; i < boxes; ++i)
       load.push_back(test::add(world, {2.5 + 3 * i, 0.4}, test::rough(make_box({0.6, 0.6}), 0.8), 1));
     double highest = 0;
@@ -306,9 +312,11 @@ TEST(FlowWithJoints, ReportsTheForcesByWhichItMoves) {
   const JointId weld = world.create_joint({.kind = JointKind::Weld, .b = tray, .anchor_a = {0, 0}});
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> noise(-1, 1);
-  for (int i = 0; i < 60; ++i)
-    test::add(world, {1.1 * (i % 6) - 2.7 + 0.1 * noise(random), 1 + 0.9 * (i / 6)},
+  for (int i = 0; i < 60; ++i) {
+    const int row = i / 6;
+    test::add(world, {1.1 * (i % 6) - 2.7 + 0.1 * noise(random), 1 + 0.9 * row},
               test::rough(make_box({0.7, 0.7}), 0.5), 1, {noise(random), -2}, noise(random));
+  }
   const double weight = 80 * 9.81;
   const Vec2 place = world.position(tray);
   int flowing = 0;
@@ -334,9 +342,11 @@ void add_boxes(World& world, int count, double height) {
     world.add_shape(pit, test::rough(make_half_plane({4 * side, 0}, {-side, 0}), 0.5));
   std::mt19937_64 random(9);
   std::uniform_real_distribution<double> noise(-1, 1);
-  for (int i = 0; i < count; ++i)
-    test::add(world, {0.8 * (i % 9) - 3.2 + 0.05 * noise(random), height + 0.8 * (i / 9)},
+  for (int i = 0; i < count; ++i) {
+    const int row = i / 9;
+    test::add(world, {0.8 * (i % 9) - 3.2 + 0.05 * noise(random), height + 0.8 * row},
               test::rough(make_box({0.6, 0.6}), 0.5), 1, {0, -2}, noise(random));
+  }
 }
 
 TEST(FlowWithJoints, KeepsMotorsAndLimits) {
