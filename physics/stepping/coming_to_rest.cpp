@@ -59,7 +59,9 @@ class ComingToRest {
     // It would have gone on a little.
     double speed = std::max({fastest(), left_, widest_gap() / h_});
     if (!exact || !stop(true)) {
-      if (!are_near()) find_forces(kNearlyClosed);
+      // After gaps that could not be closed the forces are those of other places.
+      searched_ &= !exact;
+      if (exact || !are_near()) find_forces(kNearlyClosed);
       if (!are_near()) return RestLook::Vain;
       if (every > 0 && near + every <= kPatience) {
         near += every;

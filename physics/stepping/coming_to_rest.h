@@ -9,6 +9,13 @@
 
 namespace skerry {
 
+/// What came of a look at an island in flow.
+enum class RestLook : std::uint8_t {
+  None,   ///< it is not yet time to look, or something moves
+  Vain,   ///< nothing moves, and no forces hold it
+  Rests,  ///< it rests, and the step is made
+};
+
 /// Steps in flow leave small motions and small gaps all over a heap, each of which moves others in the next
 /// step: a large one hardly ever comes to rest by itself. Every few steps this looks whether it could:
 /// whether there are forces that hold it as it is, with the gaps closed that are as small as what flow leaves
@@ -21,12 +28,6 @@ namespace skerry {
 /// how much, but the same each time, so that the island sleeps until something touches it.
 ///
 /// Only where nothing moves faster than that hundredth, either.
-enum class RestLook : std::uint8_t {
-  None,   ///< it is not yet time to look, or something moves
-  Vain,   ///< nothing moves, and no forces hold it
-  Rests,  ///< it rests, and the step is made
-};
-
 /// @return but for `Rests` nothing has happened
 RestLook come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result);
 

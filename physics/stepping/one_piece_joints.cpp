@@ -215,8 +215,8 @@ bool joints_are_off(const WorldState& state, const Island& island, double elapse
                      [&](std::uint32_t slot) { return how_far_off(state, slot, elapsed) > share; });
 }
 
-bool mend_joints(WorldState& state, const Island& island, double elapsed, double share) {
-  if (!joints_are_off(state, island, elapsed, share)) return false;
+void mend_joints(WorldState& state, const Island& island, double elapsed, double share) {
+  if (!joints_are_off(state, island, elapsed, share)) return;
   const auto local = [&](BodyId body) { return body ? state.local_index[body.index] : -1; };
   JointedBodies sets(island.bodies.size());
   for (const std::uint32_t slot : island.joints) {
@@ -249,7 +249,6 @@ bool mend_joints(WorldState& state, const Island& island, double elapsed, double
     note_way(state, island.bodies[k], way, true);
     note_way_astray(state, island.bodies[k], way, true);
   }
-  return true;
 }
 
 }  // namespace skerry

@@ -52,7 +52,7 @@ bool joints_are_off(const WorldState& state, const Island& island, double elapse
 /// of what hangs together with them, each taken where the bodies are by then: what turns by a radian in a
 /// step, as a forearm that was struck does, is not to be mended along straight lines. Does not look at
 /// contacts.
-/// @param elapsed  since the beginning of the step [s]  @return whether there were any
-bool mend_joints(WorldState& state, const Island& island, double elapsed, double share);
+/// @param elapsed  since the beginning of the step [s]
+void mend_joints(WorldState& state, const Island& island, double elapsed, double share);
 
 }  // namespace skerry
