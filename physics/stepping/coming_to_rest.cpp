@@ -166,7 +166,7 @@ class ComingToRest {
     request.points = &*points;
     request.friction = true;
     request.actuators = AssemblyRequest::Actuators::All;
-    request.rope_slack = closed * std::min(1.0, smallest);
+    request.rope_slack = std::max(closed * std::min(1.0, smallest), state_.config.touch_tolerance);
     assemble(state_, island_, request, *rows_);
   }
 

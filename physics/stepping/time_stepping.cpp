@@ -147,7 +147,8 @@ class IslandStep {
         ++stops_;
       }
       // Further pieces would cost more than they may.
-      if (result_.work_limit > 0 && result_.work.visits > result_.work_limit && hit < length) return elapsed_;
+      const bool over = hit == length && whole;
+      if (!over && result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
       spent += forces.act ? points : points / kFlightShare;
       if (state_.observe.paths) remember_start(last, after);
       const double start = elapsed_;
