@@ -22,11 +22,17 @@ constexpr double kLeastEta = 1e-9;
 constexpr double kContradiction = 1 - 1e-6;
 // Relative error below which slow convergence is a matter of rounding.
 constexpr double kWorthAFactor = 1e-8;
+// Steps that solve a linear problem to the end, mostly.
+constexpr int kAllSteps = 12;
 // Iterations that a few changes are put up with beyond the patience of the options.
 constexpr int kFewPatience = 3;
 // Rounding floors of the model that `conclude` accepts; searching on for less than that has no end where
 // masses differ by 1e9.
 constexpr double kAcceptedFloors = 2;
+// Contradictions that make up a residual are at least so large against it.
+constexpr double kSharp = 0.1;
+// Pivots of one solve along directions in which rows contradict each other: one row a leap.
+constexpr int kLeaps = 30;
 
 }  // namespace
 
@@ -260,7 +266,7 @@ bool ActiveSet::solve_regularised(const std::vector<double>& centre, double eta,
     double size = 0;
     for (const double z : lambda_) size = std::max(size, std::fabs(z));
     if (!std::isfinite(size)) break;
-    look_at_states(1e-11, 1e-9);
+    look_at_states({.impulse = 1e-11, .velocity = 1e-9});
     const int changes = change_states();
     work.pivots += changes;
     solved = changes == 0;
@@ -290,6 +296,7 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool*
   const double enough = options.linear * options.target * model_.scale();
   if (eta_ == 0) eta_ = options.eta;
   double last = kInfinity;
+  int leaps = 0;
   for (int k = 0; k < steps; ++k) {
     if (!step(eta_, work)) return false;
     const double error = linear_error();
@@ -316,6 +323,8 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool*
       // or to where the first row meets its bound.
       if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap)) break;
       last = kInfinity;
+      // Neither it nor the two steps that showed the direction count where all is to be solved.
+      if (steps >= kAllSteps && ratio >= kContradiction && leaps++ < kLeaps) k -= 2;
       continue;
     }
     last = error;
@@ -365,10 +374,10 @@ double ActiveSet::largest_impulse() const {
   }));
 }
 
-int ActiveSet::look_at_states(double impulse_tolerance, double velocity_tolerance) {
+int ActiveSet::look_at_states(const Eyes& eyes) {
   const double largest = largest_impulse();
   // Both in velocity units.
-  const double below = impulse_tolerance * largest, moving = velocity_tolerance * model_.scale();
+  const double below = eyes.impulse * largest, moving = eyes.velocity * model_.scale();
   found_.resize(model_.row_pieces());
   model_.share_row_pieces([&](int first, int last, std::size_t piece) {
     Found& found = found_[piece];
@@ -446,7 +455,7 @@ int ActiveSet::change_states() {
 // those near the changed ones are followed alone, with the answer of all others to them, until no state among
 // them contradicts: only the states are kept of that, where there is no such end those that came nearest.
 // Returns whether there is.
-bool ActiveSet::settle_around(double tolerance, SolveWork& work) {
+bool ActiveSet::settle_around(const Eyes& eyes, SolveWork& work) {
   constexpr int kRounds = 24, kPatience = 4;
   constexpr std::size_t kFewLeft = 4;
   model_.share_rows([&](int first, int last) { set_weights(eta_, first, last); });
@@ -454,7 +463,7 @@ bool ActiveSet::settle_around(double tolerance, SolveWork& work) {
   if (!model_.adapt(g_.data(), h_.data(), work)) return false;
   BodySpaceModel::Surroundings around(model_);
   const std::vector<int>& rows = around.rows();
-  const double below = tolerance * largest_impulse(), moving = tolerance * model_.scale();
+  const double below = eyes.impulse * largest_impulse(), moving = eyes.velocity * model_.scale();
   // The last step solved w + eta D (lambda - centre) = 0 for the rows that were free.
   around_.resize(rows.size());
   for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -552,8 +561,8 @@ void ActiveSet::record(SolveTrace* trace, double residual, int pivots) const {
 
 bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace) {
   int fewest = -1, waited = 0;
+  Eyes eyes;
   bool fine = false, settled = false;
-  double floor = 0;
   // Whatever ends the run, an iterate that is good enough ends the search.
   const auto accepted = [&] { return is_answer(options.tolerance); };
   for (int it = 0; it < options.max_iterations; ++it) {
@@ -563,16 +572,19 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     bool solved = false;
     if (!refine(options, fine ? 6 : settled ? 2 : 1, work, &solved)) return accepted();
     // Impulses carry the rounding of velocities amplified by 1/eta; only clear contradictions count at first.
-    int changes = look_at_states(fine ? floor : 1e-9, fine ? floor : 1e-9);
+    int changes = look_at_states(eyes);
     if (trace) record(trace, model_.residual(lambda_.data(), w_.data()), changes);
     if (changes == 0) {
       // The linear problem is the right one; solve it to the end, then look with sharper eyes.
-      if (!(solved && options.few > 0) && !refine(options, 12, work)) return accepted();
+      if (!(solved && options.few > 0) && !refine(options, kAllSteps, work)) return accepted();
       const double residual = offer();
       if (residual <= options.enough) return true;
-      floor = model_.rounding_floor(lambda_.data());
+      const double floor = model_.rounding_floor(lambda_.data());
       if (residual <= floor) return true;
-      changes = look_at_states(floor, floor);
+      // What is far smaller than the residual is not what it is made of.
+      const double sharp = std::max(floor, std::min(kSharp * residual, Eyes().velocity));
+      eyes = {.impulse = sharp * model_.scale() / largest_impulse(), .velocity = sharp};
+      changes = look_at_states(eyes);
       if (fine && changes == 0) return accepted();
       fine = true;
       fewest = -1;
@@ -587,7 +599,7 @@ bool ActiveSet::run(const Options& options, const SolveBudget& budget, SolveWork
     }
     fewest = fewest < 0 ? changes : std::min(fewest, changes);
     work.pivots += change_states();
-    settled = changes <= options.few && settle_around(fine ? floor : 1e-9, work);
+    settled = changes <= options.few && settle_around(eyes, work);
   }
   return accepted();
 }

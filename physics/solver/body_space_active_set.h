@@ -75,7 +75,7 @@ class ActiveSet {
                          const SolveBudget& budget, SolveWork& work);
 
   /// Number of rows whose state contradicts the present impulses or velocities.
-  int contradictions() { return look_at_states(1e-9, 1e-9); }
+  int contradictions() { return look_at_states({}); }
   int free_rows() const;
   const std::vector<double>& impulses() const { return lambda_; }
   const std::vector<double>& velocities() const { return w_; }
@@ -105,6 +105,11 @@ class ActiveSet {
   }
 
  private:
+  /// How large a contradiction has to be to be seen.
+  struct Eyes {
+    double impulse = 1e-9;   ///< relative to the largest impulse
+    double velocity = 1e-9;  ///< relative to the scale of residuals
+  };
   void predict_states(int first, int last);
   void predict_closing(int first, int last);
   double judge(const double* lambda, bool present);
@@ -119,11 +124,11 @@ class ActiveSet {
   void set_right_hand_side(int first, int last);
   void move_impulses(int first, int last);
   /// @return how many states contradict the present impulses or velocities; what to change is noted
-  int look_at_states(double impulse_tolerance, double velocity_tolerance);
+  int look_at_states(const Eyes& eyes);
   /// Makes the changes noted last. @return how many of them are contradictions
   int change_states();
   double largest_impulse() const;
-  bool settle_around(double tolerance, SolveWork& work);
+  bool settle_around(const Eyes& eyes, SolveWork& work);
   void record(SolveTrace* trace, double residual, int pivots) const;
 
   /// A state that is to change.

@@ -10,11 +10,11 @@
 //   solver_flow_bench --balls N
 // throws a ball at each of N pyramids at rest, none of which sleeps, with the usual budget: time of 100
 // steps, the slowest one, and how many were not exact.
-//   solver_flow_bench --touched N
+//   solver_flow_bench --touched N [FILTER]
 // pushes one body in 50 of piles at rest by a few mm/s at every step, N piles of those that are random: means
 // over 60 steps of the time, of factors and of solves, the slowest step, the largest residual, and how many
 // steps were not exact.
-//   solver_flow_bench --resting N
+//   solver_flow_bench --resting N [FILTER]
 // drops N heaps of each kind and waits, up to half a minute of theirs, until 97 in 100 of the bodies are
 // asleep: how many of the heaps are, after how many steps (median, of those), the mean time of a step until
 // then, and the slowest one.
@@ -380,12 +380,14 @@ int main(int argc, char** argv) {
   if (touched > 0) {
     std::printf("%-20s %6s %8s %8s %8s %8s %8s %9s %8s\n", "pile", "steps", "mean ms", "median", "slowest",
                 "factors", "solves", "residual", "inexact");
-    for (const Pile& pile : kPiles) touch(pile, touched);
+    for (const Pile& pile : kPiles)
+      if (std::strstr(pile.name, filter) != nullptr) touch(pile, touched);
     return 0;
   }
   if (resting > 0) {
     std::printf("%-12s %10s %7s %7s %8s %8s\n", "heap", "asleep", "exactly", "steps", "mean ms", "slowest");
-    for (const Pile& heap : kHeaps) wait_for_rest(heap, resting);
+    for (const Pile& heap : kHeaps)
+      if (std::strstr(heap.name, filter) != nullptr) wait_for_rest(heap, resting);
     return 0;
   }
   if (works.empty()) works = {0, 400, 4000};
