@@ -332,7 +332,8 @@ bool Step::meet_deeply(const Contact& contact) const {
     return contact_manifold(contact, shape_a, of_a.at(t), shape_b, of_b.at(t), margin, nullptr, nullptr);
   };
   // Little is what neither overlaps much nor went on much against the other after they met.
-  const double little = (rounds_ == 1 ? 1 : kLaterOverrun) * (overrun(s_, a) + overrun(s_, b));
+  const double little = rounds_ == 1 ? little_overrun(s_, a) + little_overrun(s_, b)
+                                     : kLaterOverrun * (overrun(s_, a) + overrun(s_, b));
   const double rest = h_ - impact.t;
   const Manifold first = at(impact.t, s_.config.contact_margin), last = at(h_, 0);
   if (first.count == 0) return true;

@@ -23,11 +23,20 @@ inline bool may_flow(const WorldState& state) {
 /// What it may cost in this one. In a small world sweeps that are far from an answer, as with a heavy body on
 /// light ones, may go on, and an interior point after them, until a step takes some milliseconds. Not where
 /// there are joints: if these contradict each other, sweeps end nowhere, and more of them shake it more.
-inline double flow_work(const WorldState& state, const Island& island) {
+inline double flow_work(const WorldState& state, bool joints) {
   constexpr double kShared = 4e5;
   const double usual = usual_flow_work(state);
-  if (state.config.flow_work || !island.joints.empty()) return usual;
+  if (state.config.flow_work || joints) return usual;
   return std::max(usual, kShared / static_cast<double>(std::max<std::size_t>(state.bodies.size(), 1)));
+}
+inline double flow_work(const WorldState& state, const Island& island) {
+  return flow_work(state, !island.joints.empty());
+}
+
+/// Whether there is so much that what sweeps leave is small, and overlaps that come from elsewhere count.
+inline bool works_finely(const WorldState& state, bool joints) {
+  constexpr double kFine = 1000;
+  return flow_work(state, joints) >= kFine;
 }
 
 }  // namespace skerry

@@ -282,6 +282,16 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
   });
 }
 
+void keep_known(const Assembly& before, const std::vector<double>& lambda, const Assembly& after,
+                std::vector<double>& out) {
+  out.resize(after.origin.size());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const bool known = next < before.origin.size() && before.origin[next].is_same(after.origin[i]);
+    out[i] = known ? lambda[next++] : 0;
+  }
+}
+
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island) {
   std::vector<Velocity> v = take_spare<std::vector<Velocity>>();
   island_velocities(state, island, v);

@@ -78,6 +78,9 @@ struct AssemblyRequest {
 /// Builds the rows: joints in slot order, then contacts in table order (Normal, Friction, Rolling for each
 /// point). `b` is left zero.
 void assemble(const WorldState& state, const Island& island, const AssemblyRequest& request, Assembly& out);
+/// Impulses of `before` for `after`, which has the same rows and others among them: 0 for those.
+void keep_known(const Assembly& before, const std::vector<double>& lambda, const Assembly& after,
+                std::vector<double>& out);
 
 /// Velocities of the island's bodies.
 std::vector<Velocity> island_velocities(const WorldState& state, const Island& island);

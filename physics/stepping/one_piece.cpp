@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "physics/spare.h"
+#include "physics/stepping/deep_points.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -28,7 +29,8 @@ namespace {
 // Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
 constexpr double kJointWork = 2;
 // How deep points end that only the impulses of others close and that join the rows, as a share of the
-// smaller body; beside joints, where an answer costs more and another one would not be had.
+// smaller body; beside joints, where an answer costs more and, without much work, another one would not be
+// had.
 constexpr double kMissed = 0.005, kMissedBesideJoints = 0.1;
 // What an exact answer may cost, in steps of an island in flow; from so many bodies on more, as a factor
 // grows with the power 3/2 of them.
@@ -295,12 +297,7 @@ class OnePieceStep {
     if (!missed) return first;
     Assembly& all = *more.emplace();
     set_up(points, before, after, all, warm);
-    // The new rows are among the old ones, which keep their order.
-    std::size_t old = 0;
-    for (std::size_t i = 0; i < warm.size(); ++i) {
-      const bool known = old < assembly.origin.size() && assembly.origin[old].is_same(all.origin[i]);
-      warm[i] = known ? first.lambda[old++] : 0;
-    }
+    keep_known(assembly, first.lambda, all, warm);
     options.work_limit =
         std::max(options.work_limit - first.work.visits, (1 - kFirstShare) * options.work_limit);
     StageTimer timer(state_, result_, Stage::Solve);
@@ -317,29 +314,14 @@ class OnePieceStep {
 
   /// Chooses points that end deep with these velocities. @return whether there are any
   bool add_missed(const std::vector<Velocity>& after, std::vector<std::uint8_t>& points) const {
-    const auto velocity = [&](std::uint32_t body, Vec2 where) {
+    const auto moves = [&](std::uint32_t body, Vec2 where) {
       const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
-      if (k < 0) return point_velocity(state_, body, where, from_);
+      if (k < 0) return h_ * point_velocity(state_, body, where, from_);
       const Velocity& v = after[static_cast<std::size_t>(k)];
-      return Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]);
+      return h_ * (Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]));
     };
-    const double share_missed = island_.joints.empty() ? kMissed : kMissedBesideJoints;
-    std::atomic<bool> any = false;
-    share_each(state_.island_threads, points.size(), kItemsAPiece, [&](std::size_t k) {
-      const Contact& contact = state_.contacts[island_.contacts[k]];
-      for (int i = 0; i < contact.manifold.count; ++i) {
-        if (points[k] & (1u << i)) continue;
-        const ManifoldPoint& point = contact.manifold.points[i];
-        const Vec2 u = velocity(contact.body_b, point.position) - velocity(contact.body_a, point.position);
-        const double end = point.separation + h_ * dot(contact.manifold.normal, u);
-        if (!(end < -share_missed * std::min(size_in_island(state_, contact.body_a),
-                                             size_in_island(state_, contact.body_b))))
-          continue;
-        points[k] |= 1u << i;
-        any.store(true, std::memory_order_relaxed);
-      }
-    });
-    return any;
+    const bool beside_joints = !island_.joints.empty() && !works_finely(state_, true);
+    return add_deep_points(state_, island_, beside_joints ? kMissedBesideJoints : kMissed, moves, points);
   }
 
   /// Velocities by the world's own solver where it is a preview; else by sweeps.

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "physics/spare.h"
+#include "physics/stepping/deep_points.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -29,6 +32,9 @@ constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
 // are more, as long as there is work left, or up to so many visits, which take some milliseconds.
 constexpr double kTorn = 0.05, kDeep = 0.05, kSmallWork = 8e5;
 constexpr int kFlowSeparations = 2, kDeepSeparations = 4;
+// How deep points may be pushed that are not among the rows, as a share of the smaller body; where there is
+// much work.
+constexpr double kPushedInto = 0.05, kFinelyPushedInto = 0.001;
 // Masses that differ by more than this count as equal where bodies in flow are pushed out of each other.
 constexpr double kUneven = 100;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
@@ -39,6 +45,8 @@ constexpr std::size_t kItemsAPiece = 256;
 /// Rows for positions, without friction. They have their own spare memory: rows are written over those that
 /// are there, and a list that changes its length costs as much as its rows.
 struct PositionRows : Assembly {};
+/// The same with those of points that others are pushed into.
+struct MorePositionRows : Assembly {};
 
 class OnePiecePositions {
  public:
@@ -92,25 +100,19 @@ class OnePiecePositions {
     });
     deep_ = deep;
     if (!any) return false;
-    Spare<PositionRows> assembly;
-    AssemblyRequest request;
-    request.points = &*points;
-    request.rope_slack = state_.config.contact_margin;
-    request.elapsed = to_;
-    assemble(state_, island_, request, *assembly);
-    IslandSystem& system = assembly->system;
-    share_each(state_.island_threads, system.b.size(), kItemsAPiece,
-               [&](std::size_t i) { system.b[i] = -assembly->origin[i].error; });
-    uneven_ = even_out(system.bodies);
+    Spare<PositionRows> spare;
+    std::optional<Spare<MorePositionRows>> more;
+    set_up(*points, *spare);
     SolveOptions options;
     options.tolerance = 1e-4;
     options.threads = state_.island_threads;
     // A preview saves what is left.
     options.work_limit = (1 - kVelocityShare) * work_;
     if (state_.solver->exact) options.work_limit = std::max(options.work_limit, work_ - result_.work.visits);
-    const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
-    Solution solution = sweep_until_done(system, state_.solver->exact, {}, options, give, look_at_nothing);
+    Solution solution = find_shift(*points, *spare, more, options);
     result_.work += solution.work;
+    const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
+    const IslandSystem& system = assembly.system;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
     const bool limited = !island_.joints.empty() || !exact_;
     Spare<std::vector<double>> most;
@@ -120,7 +122,7 @@ class OnePiecePositions {
           shift.assign(island_.bodies.size(), Velocity{});
           apply_impulses(system, solution.lambda, shift);
         } else if (limited) {
-          find_limits(*assembly, *most);
+          find_limits(assembly, *most);
         }
       }
     });
@@ -137,10 +139,64 @@ class OnePiecePositions {
       note_way_astray(state_, body, way, !exact_);
     });
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
-    follow(*assembly, shift);
+    follow(assembly, shift);
     give_spare(std::move(shift));
     give_spare(std::move(solution.lambda));
     return true;
+  }
+
+  /// Rows of the chosen points, and what they want.
+  void set_up(const std::vector<std::uint8_t>& points, Assembly& assembly) {
+    AssemblyRequest request;
+    request.points = &points;
+    request.rope_slack = state_.config.contact_margin;
+    request.elapsed = to_;
+    assemble(state_, island_, request, assembly);
+    IslandSystem& system = assembly.system;
+    share_each(state_.island_threads, system.b.size(), kItemsAPiece,
+               [&](std::size_t i) { system.b[i] = -assembly.origin[i].error; });
+    uneven_ = even_out(system.bodies);
+  }
+
+  /// What is pushed out of one body may be pushed into another: the points where that happens join the rest
+  /// of the sweeps. @param more  becomes the rows with theirs, if there are any
+  Solution find_shift(std::vector<std::uint8_t>& points, Assembly& assembly,
+                      std::optional<Spare<MorePositionRows>>& more, SolveOptions options) {
+    const bool standard = state_.solver->exact;
+    const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
+    if (exact_) return sweep_until_done(assembly.system, standard, {}, options, give, look_at_nothing);
+    bool missed = false;
+    const auto look = [&](const std::vector<double>& lambda) {
+      Spare<std::vector<Velocity>> shift;
+      shift->assign(island_.bodies.size(), Velocity{});
+      apply_impulses(assembly.system, lambda, *shift);
+      missed = add_missed(*shift, points);
+      return missed;
+    };
+    Solution first = sweep_until_done(assembly.system, standard, {}, options, give, look);
+    if (!missed) return first;
+    Assembly& all = *more.emplace();
+    set_up(points, all);
+    Spare<std::vector<double>> warm;
+    keep_known(assembly, first.lambda, all, *warm);
+    options.work_limit =
+        std::max(options.work_limit - first.work.visits, (1 - kFirstShare) * options.work_limit);
+    Solution rest = sweep_until_done(all.system, standard, *warm, options, give, look_at_nothing);
+    rest.work += first.work;
+    give_spare(std::move(first.lambda));
+    return rest;
+  }
+
+  /// Chooses points that are pushed deep by these shifts. @return whether there are any
+  bool add_missed(const std::vector<Velocity>& shift, std::vector<std::uint8_t>& points) const {
+    const auto moves = [&](std::uint32_t body, Vec2 where) {
+      const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
+      if (k < 0) return Vec2{};
+      const Velocity& s = shift[static_cast<std::size_t>(k)];
+      return Vec2{s[0], s[1]} + s[2] * perp(where - state_.bodies.position[body]);
+    };
+    const double into = works_finely(state_, !island_.joints.empty()) ? kFinelyPushedInto : kPushedInto;
+    return add_deep_points(state_, island_, into, moves, points);
   }
 
   /// Positions carry no momentum. In the norm of the masses what is light between heavy bodies is shifted far

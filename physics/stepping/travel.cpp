@@ -4,15 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/stepping/flow_work.h"
+
 namespace skerry {
 namespace {
 
-// Share of the smallest half width.
-constexpr double kOverrun = 0.5;
+// Shares of the smallest half width; the second one where there is much work and no joints pull: else
+// overlaps come from elsewhere, and steps that are made again are in vain.
+constexpr double kOverrun = 0.5, kFineOverrun = 0.005;
 
 /// What is noted of a way beyond which the world looks again.
 double forgiven(const WorldState& state, double way, double bound, std::uint32_t body, bool in_flow) {
-  const bool little = in_flow && way <= bound + overrun(state, body);
+  const bool little = in_flow && way <= bound + little_overrun(state, body);
   return little ? std::min(way, bound) : way;
 }
 
@@ -90,6 +93,11 @@ bool left_its_reach(const WorldState& state, std::uint32_t body) {
 
 double overrun(const WorldState& state, std::uint32_t body) {
   return state.bodies.type[body] == BodyType::Dynamic ? kOverrun * state.thickness[body] : 0;
+}
+
+double little_overrun(const WorldState& state, std::uint32_t body) {
+  const bool finely = state.joints_of[body].empty() && works_finely(state, false);
+  return (finely ? kFineOverrun / kOverrun : 1) * overrun(state, body);
 }
 
 }  // namespace skerry

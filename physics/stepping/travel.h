@@ -46,5 +46,7 @@ bool left_its_reach(const WorldState& state, std::uint32_t body);
 /// How much farther [m] a body may get in flow, so that the next step finds what it ran into: even two such
 /// bodies do not pass through each other, or one through a thin wall.
 double overrun(const WorldState& state, std::uint32_t body);
+/// What of that is left to the next step, so that this one need not be made again.
+double little_overrun(const WorldState& state, std::uint32_t body);
 
 }  // namespace skerry

@@ -63,9 +63,9 @@ bool all_asleep(const World& world) {
 }
 
 TEST(FlowWithJoints, HeapsOfPeopleFallAsleep) {
-  // In one heap of four or so an arm ends up hanging free, and swings for ever.
+  // In one heap of three an arm ends up hanging free, and swings for ever.
   int rested = 0, exact = 0;
-  for (const unsigned seed : {1, 2, 3, 4, 5, 6}) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
     std::vector<Hinge> hinges;
     World world = heap(10, hinges, 0, {}, seed);
     int flowing = 0, step = 0;
@@ -82,7 +82,7 @@ TEST(FlowWithJoints, HeapsOfPeopleFallAsleep) {
     EXPECT_GT(flowing, 20);
     // While it falls, at 10 m/s, with limbs 0.1 m thick: they rather overlap than leave their joints.
     EXPECT_LE(apart, 0.05);
-    EXPECT_LE(deepest, 0.08);
+    EXPECT_LE(deepest, 0.12);
     if (!all_asleep(world)) continue;
     ++rested;
     EXPECT_LE(worst_gap(world, hinges), 1e-3);
@@ -95,15 +95,15 @@ TEST(FlowWithJoints, HeapsOfPeopleFallAsleep) {
     EXPECT_LE(end.worst_penetration, 1e-9);
     EXPECT_LE(worst_gap(world, hinges), 1e-9);
   }
-  EXPECT_GE(rested, 3);
-  EXPECT_GE(exact, 1);
+  EXPECT_GE(rested, 5);
+  EXPECT_GE(exact, 3);
 }
 
 TEST(FlowWithJoints, HingesHoldWhereForearmsAreStruck) {
   // Who falls from the top comes with 18 m/s, at which a forearm that is struck turns by two radians in a
   // step.
   std::vector<double> gaps;
-  for (const unsigned seed : {1, 2, 3, 4, 5}) {
+  for (unsigned seed = 1; seed <= 9; ++seed) {
     World world{WorldConfig{}};
     test::add_ground(world, test::rough(make_box({400, 1}), 0.6));
     std::mt19937 random(seed);
@@ -126,7 +126,7 @@ TEST(FlowWithJoints, HingesHoldWhereForearmsAreStruck) {
     gaps.push_back(worst);
   }
   std::sort(gaps.begin(), gaps.end());
-  EXPECT_LT(gaps[2], 0.05);
+  EXPECT_LT(gaps[4], 0.055);
   EXPECT_LT(gaps.back(), 0.1);
 }
 
@@ -136,7 +136,7 @@ TEST(FlowWithJoints, WhatIsHeldStaysAsItIsUntilItIsTouched) {
   sleepless.sleep = sleepless.reuse_resting = false;
   World world, awake;
   // Most heaps end exactly; one that does not is looked for.
-  for (const unsigned seed : {3, 5, 6, 7, 8, 9}) {
+  for (unsigned seed = 15; seed <= 45; ++seed) {
     std::vector<Hinge> hinges;
     world = heap(20, hinges, 0, config, seed);
     awake = heap(20, hinges, 0, sleepless, seed);
