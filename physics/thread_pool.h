@@ -94,4 +94,11 @@ bool any_of(ThreadPool* pool, std::size_t count, std::size_t piece, Test&& test)
   return any;
 }
 
+/// Makes `most` at least `value`, whichever threads do so at the same time.
+inline void raise_to(std::atomic<double>& most, double value) {
+  double known = most;
+  while (known < value && !most.compare_exchange_weak(known, value)) {
+  }
+}
+
 }  // namespace skerry

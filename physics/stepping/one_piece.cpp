@@ -121,9 +121,7 @@ class OnePieceStep {
     share(state_.island_threads, points.size(), kItemsAPiece, [&](std::size_t from, std::size_t to) {
       double least = 0;
       for (std::size_t k = from; k < to; ++k) points[k] = near_points(island_.contacts[k], least);
-      double known = deepest;
-      while (known < -least && !deepest.compare_exchange_weak(known, -least)) {
-      }
+      raise_to(deepest, -least);
     });
     if (!exact_) result_.overlap = std::max(result_.overlap, deepest.load());
   }

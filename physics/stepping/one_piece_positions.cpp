@@ -32,9 +32,11 @@ constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
 // are more, as long as there is work left, or up to so many visits, which take some milliseconds.
 constexpr double kTorn = 0.05, kDeep = 0.05, kSmallWork = 8e5;
 constexpr int kFlowSeparations = 2, kDeepSeparations = 4;
-// How deep points may be pushed that are not among the rows, as a share of the smaller body; where there is
-// much work.
-constexpr double kPushedInto = 0.05, kFinelyPushedInto = 0.001;
+// How deep points may be pushed that are not among the rows, as a share of the smaller body. Where there is
+// much work, what is shifted farther than a share of its radius, by which straight lines bend, is looked at
+// once more.
+constexpr double kPushedInto = 0.05, kFinelyPushedInto = 1e-5, kBends = 0.003;
+constexpr int kFineSeparations = 2;
 // Masses that differ by more than this count as equal where bodies in flow are pushed out of each other.
 constexpr double kUneven = 100;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
@@ -75,6 +77,9 @@ class OnePiecePositions {
     const bool has_work =
         uneven_ && state_.solver->exact && result_.work.visits < std::max(work_, kSmallWork);
     if (deep_ && round < kDeepSeparations && has_work) return true;
+    if (island_.joints.empty() && farthest_ > kBends && round < kFineSeparations &&
+        works_finely(state_, false))
+      return true;
     return round < kFlowSeparations && joints_are_off(state_, island_, to_, kTorn);
   }
 
@@ -131,13 +136,16 @@ class OnePiecePositions {
     if (free && (limited || uneven_)) keep_centre(shift);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
+    std::atomic<double> farthest = 0;
     share_each(state_.island_threads, shift.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       const double way = length_of_shift(state_, body, shift[k]);
+      raise_to(farthest, way / state_.radius[body]);
       shift_body(state_, body, shift[k]);
       note_way(state_, body, way, !exact_);
       note_way_astray(state_, body, way, !exact_);
     });
+    farthest_ = farthest;
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(assembly, shift);
     give_spare(std::move(shift));
@@ -284,6 +292,7 @@ class OnePiecePositions {
   double work_;
   IslandResult& result_;
   bool deep_ = false, uneven_ = false;  ///< overlaps of the last round, and masses
+  double farthest_ = 0;                 ///< largest shift of the last round, as a share of the body's radius
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 // Shares of the smallest half width; the second one where there is much work and no joints pull: else
 // overlaps come from elsewhere, and steps that are made again are in vain.
-constexpr double kOverrun = 0.5, kFineOverrun = 0.005;
+constexpr double kOverrun = 0.5, kFineOverrun = 1e-4;
 
 /// What is noted of a way beyond which the world looks again.
 double forgiven(const WorldState& state, double way, double bound, std::uint32_t body, bool in_flow) {
