@@ -301,7 +301,7 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool*
     if (!step(eta_, work)) return false;
     const double error = linear_error();
     if (!(error < 1e100 * model_.scale())) return false;
-    if (solved) *solved = error <= enough;
+    if (solved) *solved = error <= std::max(enough, options.target * model_.scale());
     if (error <= enough) break;
     if (error > 0.7 * last) {
       if (stale_) {

@@ -66,7 +66,7 @@ class ActiveSet {
   /// then holds the answer. Otherwise `best` may still have improved.
   bool run(const Options& options, const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
   /// Takes proximal steps for the present states without changing them; false if the factor fails.
-  /// @param solved  if given, set to whether the last step solved the linear problem as far as asked
+  /// @param solved  if given, set to whether the last step solved the linear problem to the target
   bool refine(const Options& options, int steps, SolveWork& work, bool* solved = nullptr);
 
   /// Solves the regularised problem w + eta D (lambda - centre) from the present states and impulses, all of
