@@ -10,6 +10,8 @@
 namespace skerry {
 
 constexpr double kUsualFlowWork = 400;
+// Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
+constexpr double kJointWork = 2;
 
 /// What it costs in a large world, by which exact answers are judged dear; 0: nothing flows.
 inline double usual_flow_work(const WorldState& state) {
@@ -21,20 +23,21 @@ inline bool may_flow(const WorldState& state) {
 }
 
 /// What it may cost in this one. In a small world sweeps that are far from an answer, as with a heavy body on
-/// light ones, may go on, and an interior point after them, until a step takes some milliseconds. Not where
-/// there are joints: if these contradict each other, sweeps end nowhere, and more of them shake it more.
-inline double flow_work(const WorldState& state, bool joints) {
+/// light ones, may go on, and an interior point after them, until a step takes some milliseconds. Where there
+/// are joints it is for the interior point alone: if these contradict each other, sweeps end nowhere.
+inline double flow_work(const WorldState& state, std::size_t joints) {
   constexpr double kShared = 4e5;
   const double usual = usual_flow_work(state);
-  if (state.config.flow_work || joints) return usual;
-  return std::max(usual, kShared / static_cast<double>(std::max<std::size_t>(state.bodies.size(), 1)));
+  if (state.config.flow_work) return usual;
+  const double bodies = static_cast<double>(state.bodies.size()) + kJointWork * static_cast<double>(joints);
+  return std::max(usual, kShared / std::max(bodies, 1.0));
 }
 inline double flow_work(const WorldState& state, const Island& island) {
-  return flow_work(state, !island.joints.empty());
+  return flow_work(state, island.joints.size());
 }
 
 /// Whether there is so much that what sweeps leave is small, and overlaps that come from elsewhere count.
-inline bool works_finely(const WorldState& state, bool joints) {
+inline bool works_finely(const WorldState& state, std::size_t joints) {
   constexpr double kFine = 1000;
   return flow_work(state, joints) >= kFine;
 }

@@ -26,8 +26,6 @@
 namespace skerry {
 namespace {
 
-// Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
-constexpr double kJointWork = 2;
 // How deep points end that only the impulses of others close and that join the rows, as a share of the
 // smaller body; beside joints, where an answer costs more and, without much work, another one would not be
 // had.
@@ -71,7 +69,10 @@ class OnePieceStep {
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
     const double work = may_flow(state) ? flow_work(state, island) : kUsualFlowWork;
-    limit_ = more * work * (bodies + kJointWork * static_cast<double>(island.joints.size()));
+    const double with_joints = bodies + kJointWork * static_cast<double>(island.joints.size());
+    limit_ = more * work * with_joints;
+    if (!island.joints.empty() && !state.config.flow_work)
+      swept_limit_ = more * kVelocityShare * kUsualFlowWork * with_joints;
   }
 
   /// @return false, and nothing has happened, if an exact answer, or nearly one, was wanted and there is none
@@ -318,7 +319,7 @@ class OnePieceStep {
       const Velocity& v = after[static_cast<std::size_t>(k)];
       return h_ * (Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]));
     };
-    const bool beside_joints = !island_.joints.empty() && !works_finely(state_, true);
+    const bool beside_joints = !island_.joints.empty() && !works_finely(state_, island_.joints.size());
     return add_deep_points(state_, island_, beside_joints ? kMissedBesideJoints : kMissed, moves, points);
   }
 
@@ -329,7 +330,7 @@ class OnePieceStep {
   template <class Look>
   Solution sweep_velocities(const IslandSystem& system, std::span<const double> warm,
                             const SolveOptions& options, double astray, Look&& look) const {
-    if (state_.solver->exact) return sweep_until_done(system, true, warm, options, {}, look);
+    if (state_.solver->exact) return sweep_until_done(system, true, warm, options, {}, look, swept_limit_);
     Solution solution = state_.solver->solve(system, warm, options, nullptr);
     if (!(solution.residual > astray)) look(solution.lambda);
     return solution;
@@ -465,10 +466,11 @@ class OnePieceStep {
   bool exact_;   ///< no flow
   bool nearly_;  ///< what is nearly exact serves, too: then the island flows
   IslandResult& result_;
-  double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
-  double exact_limit_ = 0;        ///< work for an exact answer
-  double limit_ = 0;              ///< work of the step in flow
-  Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
+  double slow_ = 0;                 ///< what approaches no faster is shaken by the forces of a step [m/s]
+  double exact_limit_ = 0;          ///< work for an exact answer
+  double limit_ = 0;                ///< work of the step in flow
+  double swept_limit_ = kInfinity;  ///< of that for sweeps of velocities
+  Spare<std::vector<Vec2>> lag_;    ///< by body of islands with joints: see `bind_jointed`
 };
 
 bool make_step(WorldState& state, const Island& island, double from, double to, OnePieceStep::Answer answer,

@@ -77,8 +77,7 @@ class OnePiecePositions {
     const bool has_work =
         uneven_ && state_.solver->exact && result_.work.visits < std::max(work_, kSmallWork);
     if (deep_ && round < kDeepSeparations && has_work) return true;
-    if (island_.joints.empty() && farthest_ > kBends && round < kFineSeparations &&
-        works_finely(state_, false))
+    if (island_.joints.empty() && farthest_ > kBends && round < kFineSeparations && works_finely(state_, 0))
       return true;
     return round < kFlowSeparations && joints_are_off(state_, island_, to_, kTorn);
   }
@@ -113,7 +112,8 @@ class OnePiecePositions {
     options.threads = state_.island_threads;
     // A preview saves what is left.
     options.work_limit = (1 - kVelocityShare) * work_;
-    if (state_.solver->exact) options.work_limit = std::max(options.work_limit, work_ - result_.work.visits);
+    if (state_.solver->exact && island_.joints.empty())
+      options.work_limit = std::max(options.work_limit, work_ - result_.work.visits);
     Solution solution = find_shift(*points, *spare, more, options);
     result_.work += solution.work;
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
@@ -203,7 +203,7 @@ class OnePiecePositions {
       const Velocity& s = shift[static_cast<std::size_t>(k)];
       return Vec2{s[0], s[1]} + s[2] * perp(where - state_.bodies.position[body]);
     };
-    const double into = works_finely(state_, !island_.joints.empty()) ? kFinelyPushedInto : kPushedInto;
+    const double into = works_finely(state_, island_.joints.size()) ? kFinelyPushedInto : kPushedInto;
     return add_deep_points(state_, island_, into, moves, points);
   }
 

@@ -45,9 +45,10 @@ inline bool look_at_nothing(const std::vector<double>&) {
 /// @param exact  no preview: in that one they count no setting up, as its solvers do not
 /// @param look   is shown the impulses when `kFirstShare` of the work is done, and again after an interior
 /// point, and says whether to stop there
+/// @param swept  visits of sweeps at most: the rest of the work is for interior points
 template <class Look>
 Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<const double> warm,
-                          const SolveOptions& options, Give give, Look&& look) {
+                          const SolveOptions& options, Give give, Look&& look, double swept = kInfinity) {
   constexpr bool kLooks = !std::is_same_v<std::decay_t<Look>, decltype(&look_at_nothing)>;
   static const SolverEntry& standard = find_solver("pgs");
   Spare<BlockSweeps> sweeps;
@@ -68,6 +69,9 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
   double worst = sweeps->violation();
   bool looked = false;
   double change = 0;
+  const auto has_work = [&] {
+    return solution.work.visits < options.work_limit && solution.iterations * rows < swept;
+  };
   const auto stops = [&] {
     looked = true;
     if (change > kAstray * scale) return false;
@@ -78,7 +82,7 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
     return solution.iterations == kFirstSweeps || solution.work.visits >= kFirstShare * options.work_limit;
   };
   int attempt = kLooks ? kFirstSweeps : kInteriorFrom;
-  while (worst > target && solution.work.visits < options.work_limit) {
+  while (worst > target && has_work()) {
     if (!looked && due() && stops()) break;
     if (solution.iterations == attempt) {
       attempt *= kInteriorAgain;
@@ -102,10 +106,10 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
       ++solution.iterations;
       solution.work.visits += rows;
     } while (count < sweeps->together() && solution.iterations != attempt && (looked || !due()) &&
-             solution.work.visits < options.work_limit);
+             has_work());
     // The change underestimates the violation.
     change = sweep_and_record(*sweeps, count, system, solution.trace.get());
-    const bool done = change <= 0.5 * target || !(solution.work.visits < options.work_limit);
+    const bool done = change <= 0.5 * target || !has_work();
     if (done) worst = sweeps->violation();
   }
   if (!looked) stops();

@@ -99,6 +99,26 @@ TEST(FlowWithJoints, HeapsOfPeopleFallAsleep) {
   EXPECT_GE(exact, 3);
 }
 
+/// A small world has work enough for an interior point, with joints, too.
+TEST(FlowWithJoints, OfAFewPeopleIsNearlyExact) {
+  std::vector<double> residuals;
+  for (const unsigned seed : {1, 2, 3}) {
+    std::vector<Hinge> hinges;
+    World world = heap(5, hinges, 0, {}, seed);
+    for (int step = 0; step < 150; ++step) {
+      const StepReport& report = world.step(kStep);
+      if (report.islands_in_flow > 0) residuals.push_back(report.worst_residual);
+    }
+  }
+  std::sort(residuals.begin(), residuals.end());
+  ASSERT_GT(residuals.size(), 50);
+  const double median = residuals[residuals.size() / 2], most = residuals[residuals.size() * 9 / 10];
+  std::printf("%zu steps in flow, residuals of %.1e, nine in ten below %.1e\n", residuals.size(), median,
+              most);
+  EXPECT_LT(median, 1e-8);
+  EXPECT_LT(most, 1e-4);
+}
+
 TEST(FlowWithJoints, HingesHoldWhereForearmsAreStruck) {
   // Who falls from the top comes with 18 m/s, at which a forearm that is struck turns by two radians in a
   // step.
