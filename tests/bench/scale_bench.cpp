@@ -3,18 +3,21 @@
 // Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description.
 //
 //   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
-//               [--awake] [--fresh] [--overlaps] [--ours] [--turns N] [SCENE...]
+//               [--peer-work N] [--peer-stiff] [--awake] [--fresh] [--overlaps] [--ours]
+//               [--turns N] [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
 // step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
-// deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual
-// of the contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the
-// means are those over the steps that all made. With --turns ours alone is run so often with one thread and
-// with
-// --threads of them in turn: each step takes the least of its times by the clock, as its bits are the same,
-// and the row has the sums and their ratio. With one thread times are processor times, but pairs and narrow
+// deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual of the
+// contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the means
+// are those over the steps that all made. With one thread times are processor times, but pairs and narrow
 // phase are by the clock. Box2D 2.4 runs with its defaults and without its continuous collision; ratios are
 // to both.
+//   --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
+//                   the least of its times by the clock, as its bits are the same; the row has the sums and
+//                   their ratio
+//   --peer-work N   peers make N times their usual iterations (2.4: 8 and 3) or sub-steps (3: 4)
+//   --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -181,6 +184,10 @@ int main(int argc, char** argv) {
       options.solver = next, ++i;
     else if (word == "--flow-work")
       options.flow_work = std::max(0.0, std::atof(next)), ++i;
+    else if (word == "--peer-work")
+      options.peer_work = std::max(1, std::atoi(next)), ++i;
+    else if (word == "--peer-stiff")
+      options.peer_stiff = true;
     else if (word == "--stepper")
       options.stepper = next, ++i;
     else if (word == "--overlaps")

@@ -109,7 +109,7 @@ Run run_box2d(const char* name, const Scene& scene, const Options& options, bool
     return Transform{{at.x, at.y}, Rot::from_angle(bodies[i]->GetAngle())};
   });
   measure(
-      options, row, [&] { world.Step(h, 8, 3); },
+      options, row, [&] { world.Step(h, 8 * options.peer_work, 3 * options.peer_work); },
       [&] {
         collision += world.GetProfile().collide + world.GetProfile().broadphase;
         overlaps.note(row);

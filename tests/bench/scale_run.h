@@ -23,10 +23,12 @@ struct Options {
   std::string solver = "auto";
   std::optional<double> flow_work{};  ///< of ours
   std::string stepper = "time_stepping";
-  bool awake = false;     ///< nothing sleeps
-  bool fresh = false;     ///< nor are islands at rest kept: every step solves everything
-  bool overlaps = false;  ///< measured after every step, which disturbs the times
-  bool by_clock = false;  ///< times are not those of the processor with one thread, too
+  bool awake = false;       ///< nothing sleeps
+  bool fresh = false;       ///< nor are islands at rest kept: every step solves everything
+  bool overlaps = false;    ///< measured after every step, which disturbs the times
+  int peer_work = 1;        ///< so many times a peer's usual iterations or sub-steps
+  bool peer_stiff = false;  ///< with contacts of Box2D 3 so many times as stiff, too
+  bool by_clock = false;    ///< times are not those of the processor with one thread, too
 };
 
 /// What a run of one engine gave.

@@ -45,6 +45,10 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
   b2WorldDef def = b2DefaultWorldDef();
   def.gravity = convert(scene.gravity);
   def.enableSleep = !options.awake;
+  if (options.peer_stiff) {
+    def.contactHertz *= static_cast<float>(options.peer_work);
+    def.maxContactPushSpeed *= static_cast<float>(options.peer_work);
+  }
   const b2WorldId world = b2CreateWorld(&def);
   std::vector<b2BodyId> bodies;
   for (const Item& item : scene.items) bodies.push_back(create(world, item, scene.friction));
@@ -72,7 +76,7 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
     return Transform{{at.x, at.y}, Rot{turn.c, turn.s}};
   });
   measure(
-      options, row, [&] { b2World_Step(world, 1.0f / 60, 4); },
+      options, row, [&] { b2World_Step(world, 1.0f / 60, 4 * options.peer_work); },
       [&] {
         const b2Profile profile = b2World_GetProfile(world);
         collision += profile.pairs + profile.collide;
