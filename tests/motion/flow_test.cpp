@@ -31,7 +31,8 @@ void add_heap(World& world, int count, double speed, bool discs = true) {
   std::uniform_real_distribution<double> noise(-1, 1);
   for (int i = 0; i < count; ++i) {
     const ShapeDef shape = test::rough(discs && i % 3 == 0 ? make_disc(0.5) : make_box({1, 1}), 0.5);
-    test::add(world, {1.3 * (i % 8) + 0.1 * noise(random), 0.8 + 1.3 * (i / 8)}, shape, 1 + i % 2,
+    const int row = i / 8;
+    test::add(world, {1.3 * (i % 8) + 0.1 * noise(random), 0.8 + 1.3 * row}, shape, 1 + i % 2,
               {speed * noise(random), speed * noise(random)}, noise(random));
   }
 }
@@ -177,7 +178,8 @@ struct Pit {
     const int columns = static_cast<int>(width / 1.25);
     for (int i = 0; i < count; ++i) {
       radius.push_back(size(random));
-      const Vec2 at{0.65 + 1.25 * (i % columns) + 0.05 * size(random), 0.65 + 1.25 * (i / columns)};
+      const int row = i / columns;
+      const Vec2 at{0.65 + 1.25 * (i % columns) + 0.05 * size(random), 0.65 + 1.25 * row};
       test::add(world, at, rough(make_disc(radius.back())));
     }
   }
@@ -263,7 +265,8 @@ TEST_P(FlowOfHeavyOnLight, IsBorne) {
     std::uniform_real_distribution<double> noise(-1, 1);
     BodyId last{};
     for (int i = 0; i < param.bodies; ++i) {
-      const Vec2 at{-2.4 + 1.2 * (i % 5) + 0.1 * noise(random), 1 + 1.2 * (i / 5)};
+      const int row = i / 5;
+      const Vec2 at{-2.4 + 1.2 * (i % 5) + 0.1 * noise(random), 1 + 1.2 * row};
       const Shape shape = i % 3 ? make_box({0.8, 0.6 + 0.2 * noise(random)}) : make_disc(0.4);
       const double mass = std::pow(10, 2.5 * noise(random));
       const BodyId body = test::add(world, at, test::rough(shape, 0.5), mass, {}, 0, noise(random));
@@ -320,7 +323,8 @@ TEST(Flow, PushesNothingIntoOthersWhereOverlapsAreTooManyToBeTakenOut) {
   World world = make_world(200, {});
   std::vector<BodyId> bodies;
   for (int i = 0; i < 900; ++i) {
-    const Vec2 at{0.4 * (i / 30), 0.4 * (i % 30 - 14.5)};
+    const int column = i / 30;
+    const Vec2 at{0.4 * column, 0.4 * (i % 30 - 14.5)};
     bodies.push_back(test::add(world, at, test::rough(make_box({0.4, 0.4}), 0.6), 0.16));
   }
   bodies.push_back(test::add(world, {-2.5, 0}, test::rough(make_box({3, 3}), 0.6), 9, {60, 0}));
@@ -364,7 +368,8 @@ World bouncing_heap(double bounce) {
   for (int i = 0; i < 48; ++i) {
     ShapeDef shape = test::rough(make_box({1, 1}), 0.5);
     shape.material.restitution = bounce;
-    test::add(world, {1.3 * (i % 8) + 0.1 * noise(random), 0.8 + 1.3 * (i / 8)}, shape, 1 + i % 2,
+    const int row = i / 8;
+    test::add(world, {1.3 * (i % 8) + 0.1 * noise(random), 0.8 + 1.3 * row}, shape, 1 + i % 2,
               {2 * noise(random), 2 * noise(random)}, noise(random));
   }
   return world;
