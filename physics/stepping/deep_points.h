@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "physics/stepping/touching.h"
+#include "physics/thread_pool.h"
 #include "physics/world_state.h"
 
 namespace skerry {
