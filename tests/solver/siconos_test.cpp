@@ -10,7 +10,6 @@
 #include "physics/solver/lemke.h"
 #include "physics/solver/solver.h"
 #include "tests/support/paths.h"
-#include "tests/support/scale.h"
 
 namespace skerry {
 namespace {
@@ -90,8 +89,6 @@ TEST_F(SiconosProblems, GranularFlowOf2020ContactsHasItsKnownImpulse) {
 }
 
 TEST_F(SiconosProblems, GranularFlowOf7002ContactsIsSolvedToRounding) {
-  // 4 to 8 s in Release; asked for by scale, for the sanitizers make a minute of it.
-  if (test_scale(1000) < 2000) GTEST_SKIP() << "set SKERRY_TEST_SCALE to 2 or more to run it";
   const ContactProblem problem = friction("fc2d_granularflowonwall_07002_00801");
   const Solution answer = find_solver("sparse_contact").solve_contact(problem, {}, {}, nullptr);
   EXPECT_EQ(answer.status, SolveStatus::Solved);
