@@ -395,11 +395,29 @@ struct BlockFactor::Kernels {
       const Block3* L = f.lower_.data();
       for (int k = 0; k < count(f, some); ++k) {
         const int j = column(some, k);
-        int first = s.begin_[at(j)], last = s.begin_[at(j) + 1];
-        if (rows == Rows::Inside) last = first + f.sharing_.inside(j);
-        if (rows == Rows::Outside && !f.sharing_.is_top(j)) first += f.sharing_.inside(j);
+        const int first = s.begin_[at(j)];
+        const int last = rows == Rows::Inside ? first + f.sharing_.inside(j) : s.begin_[at(j) + 1];
         const Vec4 t = x[j].v;
         for (int p = first; p < last; ++p) subtract_av(x[row[p]].v, L[p], t);
+      }
+    }
+  };
+
+  // One part of the rows above the subtrees, whose own columns are solved. A column of an earlier part is
+  // waited for.
+  struct ForwardPart {
+    static SKERRY_ALWAYS_INLINE void run(const BlockFactor& f, BodyVector* x, int part) {
+      const int* row = f.pattern_->row_.data();
+      const Block3* L = f.lower_.data();
+      for (const BlockSharing::Piece& piece : f.sharing_.part(part)) {
+        const int of = f.sharing_.part_of(piece.column);
+        // As a row it has had all columns before it.
+        if (of == part)
+          f.passed_[at(part)].reached(piece.column);
+        else if (of >= 0)
+          f.passed_[at(of)].wait_for(piece.column);
+        const Vec4 t = x[piece.column].v;
+        for (int p = piece.first; p < piece.end; ++p) subtract_av(x[row[p]].v, L[p], t);
       }
     }
   };
@@ -485,6 +503,7 @@ bool BlockFactor::factor(bool general, ThreadPool* threads, const FillColumn& fi
     if (sharing_.threads() != threads->threads()) {
       sharing_.plan(*pattern_, threads->threads());
       finished_ = std::vector<Progress>(sharing_.units());
+      passed_ = std::vector<Progress>(at(threads->threads()));
     }
     if (sharing_.pays()) return factor_by(*threads, fill);
   }
@@ -528,8 +547,10 @@ void BlockFactor::forward(BodyVector* x, ThreadPool* threads) const {
   threads->run(at(sharing_.subtrees()), [&](std::size_t i) {
     forward_some(x, {sharing_.subtree(static_cast<int>(i))}, Rows::Inside);
   });
-  // What they do to the columns above them comes in the order in which one thread would do it.
-  forward_some(x, Some::everything(), Rows::Outside);
+  // What is done to a row above them comes in the order in which one thread would do it.
+  for (Progress& part : passed_) part.reached(-1);
+  threads->run(passed_.size(),
+               [&](std::size_t i) { run_kernel<Kernels::ForwardPart>(*this, x, static_cast<int>(i)); });
 }
 
 void BlockFactor::backward(BodyVector* x, ThreadPool* threads) const {

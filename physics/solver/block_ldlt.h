@@ -84,8 +84,8 @@ class BlockFactor {
 
   /// @pre when reading, `set_pattern` with the same pattern
   void fields(Archive& a) {
-    [[maybe_unused]] auto& [pattern, general, diagonal, lower, upper, column, pivot, sharing, finished] =
-        *this;
+    [[maybe_unused]] auto& [pattern, general, diagonal, lower, upper, column, pivot, sharing, finished,
+                            passed] = *this;
     a(general, diagonal, lower, upper, column, pivot);
   }
 
@@ -102,7 +102,7 @@ class BlockFactor {
     bool all = false;
     static Some everything() { return {{}, true}; }
   };
-  enum class Rows { All, Inside, Outside };  ///< of a column: those of its subtree, or the others
+  enum class Rows { All, Inside };  ///< of a column: all, or those of its subtree
   bool factor(bool general, ThreadPool* threads, const FillColumn& fill);
   bool factor_by(ThreadPool& threads, const FillColumn& fill);
   bool shared_by(ThreadPool* threads) const {
@@ -117,7 +117,8 @@ class BlockFactor {
   std::vector<Block3> diagonal_, lower_, upper_, column_;
   std::vector<std::array<unsigned char, 3>> pivot_;
   BlockSharing sharing_;
-  std::vector<Progress> finished_;  // units of `sharing_`
+  std::vector<Progress> finished_;        // units of `sharing_`
+  mutable std::vector<Progress> passed_;  // columns that each part of the rows is done with, while it solves
 };
 
 }  // namespace skerry

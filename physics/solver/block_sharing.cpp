@@ -29,6 +29,7 @@ void BlockSharing::plan(const BlockPattern& pattern, int threads) {
   if (threads < 2 || pattern.updates() < kWorthSharing) return;
   cut(pattern);
   find_sources(pattern);
+  part_rows(pattern);
 }
 
 // What is below a limit of work is a subtree of its own.
@@ -110,6 +111,47 @@ void BlockSharing::find_sources(const BlockPattern& pattern) {
   source_.resize(at(source_begin_.back()));
   std::vector<int> fill(source_begin_.begin(), source_begin_.end() - 1);
   visit([&](int target, const Source& source) { source_[at(fill[at(target)]++)] = source; });
+}
+
+// Parts with as many blocks each, of rows in their order.
+void BlockSharing::part_rows(const BlockPattern& pattern) {
+  const int n = pattern.nodes();
+  const auto first_outside = [&](int j) {
+    return pattern.begin_[at(j)] + (unit_[at(j)] >= subtrees() ? 0 : inside_[at(j)]);
+  };
+  Spare<std::vector<std::int64_t>> blocks;  // in each row
+  blocks->assign(at(n), 0);
+  std::int64_t total = 0;
+  for (int j = 0; j < n; ++j) {
+    for (int p = first_outside(j); p < pattern.begin_[at(j) + 1]; ++p, ++total)
+      ++(*blocks)[at(pattern.row_[at(p)])];
+  }
+  part_.assign(at(n), -1);
+  std::int64_t before = 0;
+  for (const int j : top_) {
+    part_[at(j)] =
+        total > 0 ? static_cast<int>(std::min<std::int64_t>(before * threads_ / total, threads_ - 1)) : 0;
+    before += (*blocks)[at(j)];
+  }
+  // Twice the same walk: how many there are, then which.
+  const auto visit = [&](auto&& add) {
+    for (int j = 0; j < n; ++j) {
+      const int end = pattern.begin_[at(j) + 1];
+      int p = first_outside(j);
+      if (part_[at(j)] >= 0) add(part_[at(j)], Piece{j, p, p});
+      while (p < end) {
+        const int first = p, part = part_[at(pattern.row_[at(p)])];
+        while (p < end && part_[at(pattern.row_[at(p)])] == part) ++p;
+        add(part, Piece{j, first, p});
+      }
+    }
+  };
+  part_begin_.assign(at(threads_) + 1, 0);
+  visit([&](int part, const Piece&) { ++part_begin_[at(part) + 1]; });
+  std::partial_sum(part_begin_.begin(), part_begin_.end(), part_begin_.begin());
+  piece_.resize(at(part_begin_.back()));
+  std::vector<int> fill(part_begin_.begin(), part_begin_.end() - 1);
+  visit([&](int part, const Piece& piece) { piece_[at(fill[at(part)]++)] = piece; });
 }
 
 }  // namespace skerry

@@ -20,6 +20,10 @@ class BlockSharing {
   struct Source {
     int unit, last, k, count;
   };
+  /// Blocks `first` to `end` - 1 of the pattern, of column `column`, in rows above the subtrees.
+  struct Piece {
+    int column, first, end;
+  };
 
   /// Plans for so many threads; nothing where that would not pay.
   void plan(const BlockPattern& pattern, int threads);
@@ -42,8 +46,15 @@ class BlockSharing {
   /// Number of rows of column `j` that are columns of its subtree; they come first. Of a column above them:
   /// all.
   int inside(int j) const { return inside_[static_cast<std::size_t>(j)]; }
-  /// Whether column `j` is above the subtrees.
-  bool is_top(int j) const { return unit_[static_cast<std::size_t>(j)] >= subtrees(); }
+  /// The columns above the subtrees as rows of L, in as many parts as threads: all pieces of part `i`,
+  /// ascending, with an empty one in front of those of a column whose own row is in the part.
+  std::span<const Piece> part(int i) const {
+    const auto b = static_cast<std::size_t>(part_begin_[static_cast<std::size_t>(i)]),
+               e = static_cast<std::size_t>(part_begin_[static_cast<std::size_t>(i) + 1]);
+    return std::span(piece_).subspan(b, e - b);
+  }
+  /// The part that has the row of column `j`; -1 in a subtree.
+  int part_of(int j) const { return part_[static_cast<std::size_t>(j)]; }
   /// What is subtracted from `top()[i]`, ascending.
   std::span<const Source> sources(int i) const {
     const auto b = static_cast<std::size_t>(source_begin_[static_cast<std::size_t>(i)]),
@@ -54,11 +65,14 @@ class BlockSharing {
  private:
   void cut(const BlockPattern& pattern);
   void find_sources(const BlockPattern& pattern);
+  void part_rows(const BlockPattern& pattern);
 
   int threads_ = 0;
   std::vector<int> begin_{0}, column_, top_, inside_, unit_;
   std::vector<int> source_begin_;
   std::vector<Source> source_;
+  std::vector<int> part_, part_begin_;
+  std::vector<Piece> piece_;
 };
 
 }  // namespace skerry
