@@ -15,6 +15,7 @@
 #include "physics/stepping/mode_choice.h"
 #include "physics/stepping/mode_events.h"
 #include "physics/stepping/mode_impulses.h"
+#include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/runge_kutta.h"
 #include "physics/stepping/time_stepping.h"
@@ -38,6 +39,8 @@ constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 constexpr int kMaxInnerSteps = 4000;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
 constexpr double kUnit = 1;
+// Joints that are off by less of the smaller body's size are where they belong.
+constexpr double kJoined = 1e-8;
 // A trial that comes beyond this has diverged, and forces there say nothing.
 constexpr double kFarthest = 1e100;
 
@@ -147,11 +150,24 @@ class EventStep {
       project_velocities(state_, island_, 0, false, result_);
   }
 
+  /// Whether the user moved something into a body, or away from a joint: the end of a step takes that out.
+  bool is_out_of_place() const {
+    const auto overlaps = [&](std::uint32_t index) {
+      const Manifold& manifold = state_.contacts[index].manifold;
+      for (int i = 0; i < manifold.count; ++i)
+        if (manifold.points[static_cast<std::size_t>(i)].separation < -state_.config.touch_tolerance)
+          return true;
+      return false;
+    };
+    return std::any_of(island_.contacts.begin(), island_.contacts.end(), overlaps) ||
+           joints_are_off(state_, island_, elapsed_, kJoined);
+  }
+
   /// Nothing moves and nothing will: the rest of the step is known.
   bool rest() {
     if (mode_.free() || !parabolic_) return false;
     const double g = external_bound();
-    if (speed_bound(state_, island_) > 1e-11 * h_ * g) return false;
+    if (speed_bound(state_, island_) > 1e-11 * h_ * g || is_out_of_place()) return false;
     const double nothing = std::max(1e-10 * g, rounding_of_balance(state_, island_, forces_.scale));
     for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
       const std::array<double, 3>& a = forces_.acceleration[k];

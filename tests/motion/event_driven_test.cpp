@@ -294,6 +294,24 @@ TEST(EventDriven, StackStandsAndIsNotComputedAgainAtRest) {
 }
 
 // What accelerates by little more than the rounding of the forces does move.
+TEST(EventDriven, WhatRestsGivesWayToWhatIsMovedIntoIt) {
+  World world(by_events());
+  const BodyId table = world.create_body({.type = BodyType::Static, .position = {0, 1}});
+  world.add_shape(table, rough(make_box({4, 0.2}), 0.5));
+  const BodyId hook = world.create_body({.type = BodyType::Static, .position = {9, 5}});
+  const BodyId disc = add(world, {0, 1.6}, rough(make_disc(0.5), 0.5));
+  const BodyId weight = add(world, {9, 4}, rough(make_disc(0.5), 0.5));
+  world.create_joint({.a = hook, .b = weight, .anchor_a = {9, 5}});
+  for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+  ASSERT_EQ(world.velocity(disc), Vec2{});
+  ASSERT_EQ(world.velocity(weight), Vec2{});
+  world.set_pose(table, {0, 1.1}, 0);
+  world.set_pose(hook, {9, 5.1}, 0);
+  for (int i = 0; i < 2; ++i) world.step(1.0 / 60);
+  EXPECT_NEAR(world.position(disc).y, 1.7, 1e-9);
+  EXPECT_NEAR(world.position(weight).y, 4.1, 1e-9);
+}
+
 TEST(EventDriven, SmallForcesMoveWhatIsAtRestBesideHeavyLoads) {
   World world(by_events());
   ShapeDef box = rough(make_box({1, 1}), 0);
