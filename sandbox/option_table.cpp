@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "physics/text.h"
 #include "sandbox/errors.h"
 
 namespace skerry::sandbox {
@@ -22,23 +23,49 @@ OptionRow& OptionRow::required() {
   return *this;
 }
 
+namespace {
+
+/// A number for which `test` holds. CLI11's own checks write bounds with six decimals, 1e-14 as 0.
+/// @param what  it has to be, for the message @param name  for `--help`
+template <class Test>
+CLI::Validator number_that(const std::string& what, const std::string& name, const Test& test) {
+  const auto check = [what, test](const std::string& word) -> std::string {
+    double value = 0;
+    if (CLI::detail::lexical_cast(word, value) && test(value)) return {};
+    return "expected " + what + ", got " + word;
+  };
+  return {check, name};
+}
+
+template <class Number>
+CLI::Validator number_within(Number least, Number most) {
+  const std::string low = to_text(least), high = to_text(most);
+  return number_that("a number from " + low + " to " + high, "in [" + low + " - " + high + "]",
+                     [least, most](double value) {
+                       return value >= static_cast<double>(least) && value <= static_cast<double>(most);
+                     });
+}
+
+}  // namespace
+
 OptionRow& OptionRow::positive() {
-  option_->check(CLI::PositiveNumber);
+  option_->check(number_that("a number above 0", "POSITIVE", [](double value) { return value > 0; }));
   return *this;
 }
 
 OptionRow& OptionRow::non_negative() {
-  option_->check(CLI::NonNegativeNumber);
+  option_->check(
+      number_that("a number of at least 0", "NONNEGATIVE", [](double value) { return value >= 0; }));
   return *this;
 }
 
 OptionRow& OptionRow::range(int least, int most) {
-  option_->check(CLI::Range(least, most));
+  option_->check(number_within(least, most));
   return *this;
 }
 
 OptionRow& OptionRow::range(double least, double most) {
-  option_->check(CLI::Range(least, most));
+  option_->check(number_within(least, most));
   return *this;
 }
 
