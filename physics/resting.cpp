@@ -54,9 +54,10 @@ std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
     // How the step is made depends on what acts, whatever it amounts to at rest, and on the steps before it.
     hash.add(static_cast<std::uint32_t>(s.drag[i].any()));
     const StepMemory& memory = s.step_memory[i];
-    for (const int value :
-         {memory.busy, memory.flow, memory.light_failures, memory.light_wait, memory.near_rest, memory.held})
+    for (const int value : {memory.busy, memory.flow, memory.light_failures, memory.light_wait,
+                            memory.near_rest, memory.held, memory.stopped})
       hash.add(static_cast<std::uint32_t>(value));
+    hash.add(memory.slow);
     hash.add(memory.inner_step);
   }
   for (const std::uint32_t index : island.contacts) {

@@ -69,9 +69,10 @@ inline void fields(Archive& a, Skips& v) {
 inline void fields(Archive& a, WorldConfig& v) {
   auto& [gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, flow_work,
          contact_margin, touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep,
-         skips, threads] = v;
+         sleep_speed, skips, threads] = v;
   a(gravity, broad_phase, broad_phase_options, solver, impact_law, stepper, solve, flow_work, contact_margin,
-    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, skips, threads);
+    touch_tolerance, rest_speed, accuracy, max_impacts_per_step, reuse_resting, sleep, sleep_speed, skips,
+    threads);
 }
 inline void fields(Archive& a, Observe& v) {
   auto& [contacts, systems, solve_traces, stage_times, paths] = v;
@@ -145,8 +146,8 @@ inline void fields(Archive& a, RestingIsland& v) {
   a(key, report, friction_rows, memory_keys, strayed);
 }
 inline void fields(Archive& a, StepMemory& v) {
-  auto& [busy, flow, light_failures, light_wait, near_rest, held, inner_step] = v;
-  a(busy, flow, light_failures, light_wait, near_rest, held, inner_step);
+  auto& [busy, flow, light_failures, light_wait, near_rest, held, stopped, slow, inner_step] = v;
+  a(busy, flow, light_failures, light_wait, near_rest, held, stopped, slow, inner_step);
 }
 inline void fields(Archive& a, PathPiece& v) {
   auto& [body, generation, begin, length, c] = v;
@@ -250,15 +251,15 @@ inline void fields(WorldArchives a, WorldState& v) {
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
          thickness, stray_guess, free_bodies, drag, prescribed, field, shapes, free_shapes, joints,
          free_joints, broad_phase, pool, island_threads, island_builder, islands, graph_bodies, graph_joints,
-         links, contacts, memories, resting, step_memory, step_paths, sleepers, ledger, field_threads,
-         graph_known, table_changed, joints_changed, paths_known, springs, awake, kinematic, touched, last_h,
-         rests, kept, active, active_joints, acceleration, angular_acceleration, paths, reach, travelled, way,
-         allowance, strayed, flight, rerouted, start_box, local_index, backup, joint_start, pairs,
-         box_updates, shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] =
-      v;
+         links, contacts, memories, resting, step_memory, support, step_paths, sleepers, ledger,
+         field_threads, graph_known, table_changed, joints_changed, paths_known, springs, awake, kinematic,
+         touched, last_h, rests, kept, active, active_joints, acceleration, angular_acceleration, paths,
+         reach, travelled, way, allowance, strayed, flight, rerouted, start_box, local_index, backup,
+         joint_start, pairs, box_updates, shape_moved, loose_shapes, scratch, solver, impact_law, stepper,
+         report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, thickness,
-           stray_guess, free_bodies, touched, reach, drag);
+           stray_guess, support, free_bodies, touched, reach, drag);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
   a.contacts(contacts);

@@ -26,6 +26,7 @@ void check(const WorldConfig& config) {
   require_at_least_zero(config.contact_margin, "contact_margin");
   require_at_least_zero(config.touch_tolerance, "touch_tolerance");
   require_at_least_zero(config.rest_speed, "rest_speed");
+  require_at_least_zero(config.sleep_speed, "sleep_speed");
   require_at_least_zero(config.solve.work_limit, "solve.work_limit");
   require_at_least_zero(config.flow_work.value_or(0), "flow_work");
   require_accuracy(config.accuracy);

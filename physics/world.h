@@ -75,6 +75,11 @@ struct WorldConfig {
   /// Islands that are at rest to the bit leave the working set until something touches, moves or loads them;
   /// no bit of the motion depends on it. Needs `reuse_resting`.
   bool sleep = true;
+  /// An island in which for half a second nothing has been faster than this [m/s] (ends of its bodies
+  /// included) is stopped as it is, and sleeps, as in game engines, until something touches, moves or loads
+  /// it: for heaps in which something goes on swinging or creeping, which never rest exactly. It is reported
+  /// inexact, with what the best forces leave. 0: only what rests, or nearly does, is stopped.
+  double sleep_speed = 0;
   Skips skips{};    ///< other work left out
   int threads = 1;  ///< for pairs, manifolds and islands, 1 to 256; results are the same bits for any number
 };

@@ -57,6 +57,7 @@ std::uint32_t slot(const WorldState& s, JointId id) {
 void touch(WorldState& s, std::uint32_t body) {
   s.touched.push_back(body);
   s.rests[body] = 0;
+  s.step_memory[body].slow = 0;
   s.ledger.mark(body);
   if (s.sleepers.none()) return;
   s.sleepers.wake(s, {&body, 1});

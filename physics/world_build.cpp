@@ -62,6 +62,7 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.prescribed.emplace_back();
   s.paths.emplace_back();
   s.step_memory.emplace_back();
+  s.support.push_back(0);
   return static_cast<std::uint32_t>(b.position.size() - 1);
 }
 

@@ -8,6 +8,7 @@
 #include "physics/contact_batch.h"
 #include "physics/narrowphase/chain.h"
 #include "physics/share_islands.h"
+#include "physics/stepping/coming_to_rest.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
@@ -317,7 +318,9 @@ void Step::step_islands() {
   // Islands share nothing that is written, so their order does not matter.
   const auto step = [&](std::size_t k) {
     SteppedIsland& island = s_.islands[to_step[k]];
-    s_.stepper->step(s_, island.island, h_, island.result);
+    if (!stop_if_slow(s_, island.island, h_, island.result))
+      s_.stepper->step(s_, island.island, h_, island.result);
+    note_slowness(s_, island.island, h_, island.result);
     note_parted(s_, island.island, h_, island.result);
   };
   if (s_.field && s_.field_threads == FieldThreads::One) {

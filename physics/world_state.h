@@ -162,6 +162,7 @@ struct WorldState {
   std::vector<IslandMemory> memories;   ///< sorted by key
   std::vector<RestingIsland> resting;   ///< sorted by key
   std::vector<StepMemory> step_memory;  ///< by body
+  std::vector<std::uint64_t> support;   ///< by body, of those that are `StepMemory::stopped`: what holds it
   std::vector<PathPiece> step_paths;    ///< of the last step, by body, then in the order of time
   Sleepers sleepers;
   Ledger ledger;

@@ -79,7 +79,8 @@ struct DemoOptions {
   std::optional<std::uint64_t> steps{};
   std::optional<double> accuracy{};  ///< `WorldConfig::accuracy`
   std::optional<double> budget{};  ///< of an island and a step, millions of `SolveWork::visits`; 0: unlimited
-  std::optional<double> flow_work{};  ///< `WorldConfig::flow_work`
+  std::optional<double> flow_work{};    ///< `WorldConfig::flow_work`
+  std::optional<double> sleep_speed{};  ///< `WorldConfig::sleep_speed` [m/s]
   int threads = 1;
   std::optional<std::string> solver{}, broad_phase{}, impact_law{}, stepper{};
   std::vector<std::pair<std::string, std::string>> parameters{};  ///< name, value as typed

@@ -38,7 +38,7 @@ int demo(lua_State* L) {
   const Args args(
       L, "demo",
       {"title", "lesson", "seconds", "dt", "view", "gravity", "friction", "restitution", "rolling_resistance",
-       "solver", "broad_phase", "impact_law", "stepper", "accuracy", "budget", "flow_work"});
+       "solver", "broad_phase", "impact_law", "stepper", "accuracy", "budget", "flow_work", "sleep_speed"});
   if (script.world) throw std::invalid_argument("demo: called a second time");
   script.title = args.text("title").value_or("");
   if (script.title.empty()) throw std::invalid_argument("demo: title expected a string, got nothing");
@@ -68,6 +68,8 @@ int demo(lua_State* L) {
     config.solve.work_limit = 1e6 * *budget;
   if (const auto work = given.flow_work ? given.flow_work : args.number_from("flow_work", 0))
     config.flow_work = *work;
+  if (const auto speed = given.sleep_speed ? given.sleep_speed : args.number_from("sleep_speed", 0))
+    config.sleep_speed = *speed;
   script.world.emplace(config);
   return 0;
 }

@@ -128,6 +128,7 @@ std::string json_report(const Demo& demo, const std::string& command_line) {
                     {"stepper", config.stepper},
                     {"budget", config.solve.work_limit / 1e6},
                     {"flow_work", config.flow_work ? Json(*config.flow_work) : Json(nullptr)},
+                    {"sleep_speed", config.sleep_speed},
                     {"accuracy", config.accuracy ? Json(*config.accuracy) : Json(nullptr)},
                     {"gravity", pair(config.gravity)}};
   Json parameters = Json::object();

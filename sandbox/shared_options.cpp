@@ -75,6 +75,12 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
            "small world, whose bodies share 4e5; 0: as exact as the rest)")
       .non_negative()
       .group(group);
+  table
+      .add("--sleep-speed", demo.sleep_speed,
+           "What has been slower than this for half a second is stopped and sleeps, as in game engines [m/s] "
+           "(default 0: only what rests)")
+      .non_negative()
+      .group(group);
   table.add("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
       .range(1, 256)
       .group(group);

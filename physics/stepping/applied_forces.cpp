@@ -16,16 +16,34 @@ bool has_varying_forces(const WorldState& state, const Island& island) {
                                     [&](std::uint32_t i) { return state.drag[i].any(); });
 }
 
-bool meets_prescribed_motion(const WorldState& state, const Island& island) {
-  if (state.kinematic.empty()) return false;
-  const auto told = [&](std::uint32_t body) { return body != BodyId::kNone && state.prescribed[body]; };
+namespace {
+
+/// Whether a contact or joint of the island has a body for which `test` holds.
+template <class Test>
+bool meets(const Island& island, const WorldState& state, const Test& test) {
   return std::any_of(island.contacts.begin(), island.contacts.end(),
                      [&](std::uint32_t i) {
-                       return told(state.contacts[i].body_a) || told(state.contacts[i].body_b);
+                       return test(state.contacts[i].body_a) || test(state.contacts[i].body_b);
                      }) ||
          std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
-           return told(state.joints[i].def.a.index) || told(state.joints[i].def.b.index);
+           return test(state.joints[i].def.a.index) || test(state.joints[i].def.b.index);
          });
+}
+
+}  // namespace
+
+bool meets_prescribed_motion(const WorldState& state, const Island& island) {
+  return !state.kinematic.empty() && meets(island, state, [&](std::uint32_t body) {
+    return body != BodyId::kNone && state.prescribed[body];
+  });
+}
+
+bool meets_motion(const WorldState& state, const Island& island) {
+  const BodyArrays& all = state.bodies;
+  return !state.kinematic.empty() && meets(island, state, [&](std::uint32_t body) {
+    return body != BodyId::kNone && all.type[body] == BodyType::Kinematic &&
+           (state.prescribed[body] || all.velocity[body] != Vec2{} || all.omega[body] != 0);
+  });
 }
 
 namespace {

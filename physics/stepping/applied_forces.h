@@ -19,6 +19,9 @@ bool has_varying_forces(const WorldState& state, const Island& island);
 /// Whether a contact or joint of the island has a body with a prescribed motion.
 bool meets_prescribed_motion(const WorldState& state, const Island& island);
 
+/// Whether a contact or joint of the island has a kinematic body that moves.
+bool meets_motion(const WorldState& state, const Island& island);
+
 /// Largest acceleration that the applied forces give any point of the island's bodies [m/s^2].
 double largest_acceleration(const WorldState& state, const Island& island);
 

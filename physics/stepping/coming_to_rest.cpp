@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/hash.h"
 #include "physics/solver/associated_path.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -14,6 +15,7 @@
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece_joints.h"
+#include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/path.h"
 #include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
@@ -36,8 +38,30 @@ constexpr int kPatience = 96;
 constexpr double kJointed = 1e-2;
 // Of what gaps are closed with, in steps of flow; and by so much joints are off then, of that size.
 constexpr double kClosingWork = 10, kJoined = 1e-8;
+// For so long an island has to be slow before it is stopped for that [s].
+constexpr double kSlowFor = 0.5;
 // What may be left of the speed that gravity gives in a step: of exact rest, and of what is held.
 constexpr double kStill = 1e-9, kHeld = 1e-2;
+
+/// Fastest motion of a body with the velocities of some, its ends included [m/s].
+template <class VelocityOf>
+double fastest_of(const WorldState& state, const Island& island, const VelocityOf& velocity) {
+  double most = 0;
+  for (std::size_t k = 0; k < island.bodies.size(); ++k) {
+    const Velocity v = velocity(k);
+    const double speed = std::hypot(v[0], v[1]) + state.radius[island.bodies[k]] * std::abs(v[2]);
+    if (!(speed <= most)) most = speed;
+  }
+  return most;
+}
+
+double fastest_now(const WorldState& state, const Island& island) {
+  const BodyArrays& all = state.bodies;
+  return fastest_of(state, island, [&](std::size_t k) {
+    const std::uint32_t i = island.bodies[k];
+    return Velocity{all.velocity[i].x, all.velocity[i].y, all.omega[i]};
+  });
+}
 
 class ComingToRest {
  public:
@@ -52,7 +76,7 @@ class ComingToRest {
       if (!(fastest() <= gravity_)) near = 0;
       return RestLook::None;
     }
-    if (meets_prescribed_motion(state_, island_) || is_free(state_, island_)) return RestLook::None;
+    if (meets_motion(state_, island_) || is_free(state_, island_)) return RestLook::None;
     if (joints_are_off(state_, island_, 0, kJointed)) return RestLook::None;
     find_forces(kClosed);
     const bool exact = is_exact() && !joints_are_off(state_, island_, 0, kClosed);
@@ -70,36 +94,51 @@ class ComingToRest {
       speed = std::max({fastest(), left_, widest_gap() / h_});
       stop(false);
     }
+    report(speed / gravity_);
+    return RestLook::Rests;
+  }
+
+  /// Stops the island, with what sweeps from the last forces find in the work of a step in flow.
+  /// @param again  that was done in the last step: nothing changes
+  void stop_slow(bool again) {
+    gravity_ = std::max(h_ * largest_acceleration(state_, island_), state_.config.sleep_speed);
+    Spare<std::vector<Velocity>> after;
+    aim(kNearlyClosed, *after);
+    Spare<std::vector<double>> last;
+    last_impulses(*last);
+    if (again) {
+      solution_.lambda = *last;
+    } else {
+      SolveOptions options = state_.config.solve;
+      options.threads = state_.island_threads;
+      options.work_limit = flow_work(state_, island_) * static_cast<double>(island_.bodies.size());
+      StageTimer timer(state_, result_, Stage::Solve);
+      solution_ = sweep_until_done(rows_->system, true, *last, options, {}, look_at_nothing);
+      result_.work += solution_.work;
+    }
+    weigh(*after);
+    const double speed = std::max({fastest(), left_, widest_gap() / h_, widest_joint() / h_});
+    if (again)
+      hold();
+    else
+      stop(false);
+    result_.step_memory = {.stopped = 1, .slow = kSlowFor};
+    report(speed / gravity_);
+  }
+
+ private:
+  void report(double residual) {
     result_.report.method = solution_.method;
     result_.report.iterations = solution_.iterations;
     result_.report.rows = rows_->system.size();
     for (const RowOrigin& origin : rows_->origin) result_.friction_rows += origin.kind == RowKind::Friction;
-    note_status(result_, SolveStatus::Inexact, speed / gravity_);
+    note_status(result_, residual <= kStill ? SolveStatus::Solved : SolveStatus::Inexact, residual);
     if (state_.observe.systems)
       keep_trace(state_, island_, 0, rows_->system, solution_.lambda, solution_.status, solution_.method,
                  solution_.residual, false, nullptr, result_);
-    return RestLook::Rests;
   }
 
- private:
-  /// Fastest motion of a body with the velocities of some, its ends included [m/s].
-  template <class VelocityOf>
-  double fastest(const VelocityOf& velocity) const {
-    double most = 0;
-    for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
-      const Velocity v = velocity(k);
-      const double speed = std::hypot(v[0], v[1]) + state_.radius[island_.bodies[k]] * std::abs(v[2]);
-      if (!(speed <= most)) most = speed;
-    }
-    return most;
-  }
-  double fastest() const {
-    const BodyArrays& all = state_.bodies;
-    return fastest([&](std::size_t k) {
-      const std::uint32_t i = island_.bodies[k];
-      return Velocity{all.velocity[i].x, all.velocity[i].y, all.omega[i]};
-    });
-  }
+  double fastest() const { return fastest_now(state_, island_); }
 
   /// Of the points that carry load, overlaps left out [m].
   double widest_gap() const {
@@ -112,36 +151,65 @@ class ComingToRest {
     return widest;
   }
 
+  /// Error of a joint [m or rad].
+  double widest_joint() const {
+    double widest = 0;
+    for (const RowOrigin& origin : rows_->origin)
+      if (origin.kind == RowKind::Joint) widest = std::max(widest, std::abs(origin.error));
+    return widest;
+  }
+
   /// Forces that hold what touches, as well as can be, and what is left of the motion.
   /// @param closed  gaps that count as none, of the smaller body's size
   void find_forces(double closed) {
     const int before = rows_->system.size();
-    assemble_closed(closed);
-    IslandSystem& system = rows_->system;
     Spare<std::vector<Velocity>> after;
-    after->assign(island_.bodies.size(), Velocity{});
-    add_free_motion(state_, island_, h_, *after);
-    for (int i = 0; i < system.size(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const RowOrigin& origin = rows_->origin[k];
-      const double target = origin.joint ? aim_actuator(origin, h_, k, system).value_or(0) : 0;
-      system.b[k] = target - row_velocity(*rows_, i, *after);
-      Row& row = system.rows[k];
-      if (origin.kind == RowKind::Friction)
-        row.mu = std::max(row.mu, state_.contacts[origin.index].static_friction);
-    }
+    aim(closed, *after);
     // The same rows have the same forces, where nothing has moved.
-    if (closed > 0 && searched_ && system.size() == before) return;
+    if (closed > 0 && searched_ && rows_->system.size() == before) return;
     searched_ = true;
     SolveOptions options = state_.config.solve;
     options.threads = state_.island_threads;
     {
       StageTimer timer(state_, result_, Stage::Solve);
-      solution_ = find_rest(system, options);
+      solution_ = find_rest(rows_->system, options);
     }
     result_.work += solution_.work;
-    apply_impulses(system, solution_.lambda, *after);
-    left_ = fastest([&](std::size_t k) { return (*after)[k]; });
+    weigh(*after);
+  }
+
+  /// Rows of what counts as closed, and what it takes to stop them. @param after  becomes what their bodies
+  /// do from rest without them
+  void aim(double closed, std::vector<Velocity>& after) {
+    assemble_closed(closed);
+    IslandSystem& system = rows_->system;
+    after.assign(island_.bodies.size(), Velocity{});
+    add_free_motion(state_, island_, h_, after);
+    for (int i = 0; i < system.size(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const RowOrigin& origin = rows_->origin[k];
+      const double target = origin.joint ? aim_actuator(origin, h_, k, system).value_or(0) : 0;
+      system.b[k] = target - row_velocity(*rows_, i, after);
+      Row& row = system.rows[k];
+      if (origin.kind == RowKind::Friction)
+        row.mu = std::max(row.mu, state_.contacts[origin.index].static_friction);
+    }
+  }
+
+  /// What the forces of the solution leave. @param after  what bodies do without them
+  void weigh(std::vector<Velocity>& after) {
+    apply_impulses(rows_->system, solution_.lambda, after);
+    left_ = fastest_of(state_, island_, [&](std::size_t k) { return after[k]; });
+  }
+
+  /// Of each row, over a step.
+  void last_impulses(std::vector<double>& impulses) const {
+    impulses.resize(rows_->origin.size());
+    for (std::size_t i = 0; i < impulses.size(); ++i) {
+      const RowOrigin& origin = rows_->origin[i];
+      impulses[i] = origin.joint ? state_.joints[origin.index].row_force[origin.point] * h_
+                                 : last_impulse(state_.contacts[origin.index], origin, h_);
+    }
   }
 
   bool are_near() const { return solution_.residual <= kHeld && left_ <= kHeld * gravity_; }
@@ -209,6 +277,24 @@ class ComingToRest {
     return true;
   }
 
+  /// They stand still already, and their forces act on.
+  void hold() {
+    for (const std::uint32_t index : island_.contacts) {
+      for (PointMemory& memory : state_.contacts[index].points) {
+        memory.total_normal = memory.normal_impulse;
+        memory.total_friction = memory.friction_impulse;
+      }
+    }
+    for (const std::uint32_t slot : island_.joints) {
+      JointRecord& joint = state_.joints[slot];
+      for (int k = 0; k < kMaxJointRows; ++k) joint.row_impulse[k] = h_ * joint.row_force[k];
+    }
+    if (state_.observe.paths)
+      record_hermite(state_, island_.bodies, 0, h_, path_ends(state_, island_.bodies), result_);
+    ++result_.substeps;
+    result_.report.flowing = true;
+  }
+
   /// Gaps and overlaps of what carries load, and errors of joints. @return whether none are left
   bool close_gaps() {
     const double limit = result_.work_limit;
@@ -262,6 +348,107 @@ bool is_held(const WorldState& state, const Island& island) {
   return std::all_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t i) {
     return state.step_memory[i].held != 0 && state.bodies.velocity[i] == Vec2{} && state.bodies.omega[i] == 0;
   });
+}
+
+namespace {
+
+/// Whether a contact touches, or carries load.
+bool bears(const WorldState& state, const Contact& contact) {
+  for (int i = 0; i < contact.manifold.count; ++i)
+    if (is_touching(state, contact.manifold.points[i]) ||
+        contact.points[static_cast<std::size_t>(i)].normal_impulse > 0)
+      return true;
+  return false;
+}
+
+/// Hashes of what each body of an island lies on while it does not move: where it is, what acts on it, what
+/// touches it and what it is joined to, in any order and whichever island that is in.
+void hash_support(const WorldState& state, const Island& island, std::vector<std::uint64_t>& of_body) {
+  const BodyArrays& all = state.bodies;
+  of_body.resize(island.bodies.size());
+  for (std::size_t k = 0; k < of_body.size(); ++k) {
+    const std::uint32_t i = island.bodies[k];
+    Fnv1a hash;
+    for (const double value :
+         {all.position[i].x, all.position[i].y, all.angle[i], all.inverse_mass[i], state.acceleration[i].x,
+          state.acceleration[i].y, state.angular_acceleration[i]})
+      hash.add(value);
+    of_body[k] = hash.value();
+  }
+  const auto add = [&](std::uint32_t body, std::uint32_t other, Fnv1a hash) {
+    if (body == BodyId::kNone || state.local_index[body] < 0) return;
+    if (other != BodyId::kNone)
+      for (const double value : {all.position[other].x, all.position[other].y, all.angle[other]})
+        hash.add(value);
+    of_body[static_cast<std::size_t>(state.local_index[body])] += hash.value();
+  };
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    if (!bears(state, contact)) continue;
+    Fnv1a hash;
+    hash.add(std::uint64_t{contact.shape_a} << 32 | contact.shape_b);
+    hash.add(std::uint64_t{state.shapes[contact.shape_a].generation} << 32 |
+             state.shapes[contact.shape_b].generation);
+    add(contact.body_a, contact.body_b, hash);
+    add(contact.body_b, contact.body_a, hash);
+  }
+  for (const std::uint32_t slot : island.joints) {
+    const JointRecord& joint = state.joints[slot];
+    Fnv1a hash;
+    hash.add(std::uint64_t{slot} << 32 | joint.generation);
+    for (const double value : {joint.def.motor_speed.value_or(0), joint.def.motor_limit}) hash.add(value);
+    add(joint.def.a.index, joint.def.b.index, hash);
+    add(joint.def.b.index, joint.def.a.index, hash);
+  }
+}
+
+/// Whether it is one that may be stopped for being slow: not what is told to move, or is pushed by the user,
+/// or has nothing to stop on.
+bool may_be_slow(const WorldState& state, const Island& island) {
+  const auto is_pushed = [&](std::uint32_t i) {
+    return state.bodies.force[i] != Vec2{} || state.bodies.torque[i] != 0;
+  };
+  return !state.field && std::none_of(island.bodies.begin(), island.bodies.end(), is_pushed) &&
+         !meets_motion(state, island) && !is_free(state, island);
+}
+
+}  // namespace
+
+bool stop_if_slow(WorldState& state, const Island& island, double h, IslandResult& result) {
+  const double most = state.config.sleep_speed;
+  if (!(most > 0)) return false;
+  for (const std::uint32_t i : island.bodies)
+    if (state.step_memory[i].slow < kSlowFor) return false;
+  if (!may_be_slow(state, island)) return false;
+  Spare<std::vector<std::uint64_t>> support;
+  hash_support(state, island, *support);
+  const double speed = fastest_now(state, island);
+  bool again = speed == 0;
+  for (std::size_t k = 0; again && k < island.bodies.size(); ++k) {
+    const std::uint32_t i = island.bodies[k];
+    again = state.step_memory[i].stopped != 0 && state.support[i] == (*support)[k];
+  }
+  if (!again && !(speed > 0 && speed <= most)) return false;
+  result.report.stepper = "time_stepping";
+  ComingToRest(state, island, h, result).stop_slow(again);
+  // New forces are other support.
+  if (!again) hash_support(state, island, *support);
+  for (std::size_t k = 0; k < island.bodies.size(); ++k) state.support[island.bodies[k]] = (*support)[k];
+  return true;
+}
+
+void note_slowness(const WorldState& state, const Island& island, double h, IslandResult& result) {
+  const double most = state.config.sleep_speed;
+  if (!(most > 0) || result.step_memory.stopped != 0) return;
+  result.step_memory.slow = 0;
+  const double speed = fastest_now(state, island);
+  if (!(speed > 0 && speed <= most) || result.in_flight || !may_be_slow(state, island)) return;
+  double before = kSlowFor;
+  for (const std::uint32_t i : island.bodies) {
+    const StepMemory& memory = state.step_memory[i];
+    before = std::min(before, memory.stopped != 0 ? 0 : memory.slow);
+  }
+  result.step_memory.slow = std::min(before + h, kSlowFor);
 }
 
 RestLook come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result) {

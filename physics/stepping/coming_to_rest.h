@@ -31,6 +31,14 @@ enum class RestLook : std::uint8_t {
 /// @return but for `Rests` nothing has happened
 RestLook come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result);
 
+/// With `WorldConfig::sleep_speed`: stops an island as it is in which nothing was faster than that for half a
+/// second, and holds it with the best forces there are; the step is inexact, and says by how much, but the
+/// same each time until something changes what holds it. What rests exactly goes on doing so.
+/// @return false, and nothing has happened, for others
+bool stop_if_slow(WorldState& state, const Island& island, double h, IslandResult& result);
+/// Counts for how long nothing of it has been faster, behind its step.
+void note_slowness(const WorldState& state, const Island& island, double h, IslandResult& result);
+
 /// Whether the last step held it so, with less than exact forces, and nothing has moved it since.
 bool is_held(const WorldState& state, const Island& island);
 

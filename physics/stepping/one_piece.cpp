@@ -236,12 +236,11 @@ class OnePieceStep {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) return;
       const Contact& contact = state_.contacts[origin.index];
-      const PointMemory& memory = contact.points[origin.point];
       const double target = origin.kind == RowKind::Normal ? least_speed(assembly, i, contact, before) : 0;
       system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
-      if (origin.kind == RowKind::Friction && memory.sticking)
+      if (origin.kind == RowKind::Friction && contact.points[origin.point].sticking)
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
-      warm[i] = memory.h > 0 ? impulse_of(memory, origin.kind) * (h_ / memory.h) : 0;
+      warm[i] = last_impulse(contact, origin, h_);
     });
   }
 
@@ -334,12 +333,6 @@ class OnePieceStep {
     Solution solution = state_.solver->solve(system, warm, options, nullptr);
     if (!(solution.residual > astray)) look(solution.lambda);
     return solution;
-  }
-
-  static double impulse_of(const PointMemory& memory, RowKind kind) {
-    return kind == RowKind::Normal     ? memory.normal_impulse
-           : kind == RowKind::Friction ? memory.friction_impulse
-                                       : memory.rolling_impulse;
   }
 
   /// Impulses for the report and for the next step. Rows are in the order of the contacts, whose memory is

@@ -37,6 +37,16 @@ inline void remember_impulse(const RowOrigin& origin, double mu, double lambda, 
   memory.sticking = memory.normal_impulse > 0 && std::abs(lambda) < mu * memory.normal_impulse * (1 - 1e-12);
 }
 
+/// That impulse of the last step, for one of length `h` [s].
+inline double last_impulse(const Contact& contact, const RowOrigin& origin, double h) {
+  const PointMemory& memory = contact.points[static_cast<std::size_t>(origin.point)];
+  if (!(memory.h > 0)) return 0;
+  const double impulse = origin.kind == RowKind::Normal     ? memory.normal_impulse
+                         : origin.kind == RowKind::Friction ? memory.friction_impulse
+                                                            : memory.rolling_impulse;
+  return impulse * (h / memory.h);
+}
+
 /// Forces of an island in flow, kept while exact ones are looked for: an attempt in pieces lets go of what is
 /// open by a hair, and a deep heap that begins with the forces of that sinks in before sweeps have pressed it
 /// together again.

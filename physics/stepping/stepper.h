@@ -34,7 +34,9 @@ struct StepMemory {
   int light_wait = 0;      ///< calls for which none is tried again
   int near_rest = 0;       ///< steps for which forces that are not quite exact could have held it
   int held = 0;            ///< 1: stopped in flow, and held by such forces
-  double inner_step = 0;   ///< length of the last step that error control chose [s]; 0: none yet
+  int stopped = 0;         ///< 1: because it was slow, and held as it is
+  double slow = 0;  ///< for so long nothing of the island was faster than `WorldConfig::sleep_speed` [s]
+  double inner_step = 0;  ///< length of the last step that error control chose [s]; 0: none yet
 
   bool operator==(const StepMemory&) const = default;
 };

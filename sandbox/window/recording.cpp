@@ -17,7 +17,7 @@ namespace skerry::sandbox {
 namespace {
 
 constexpr std::string_view kKind = "session";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::string_view kTags[] = {"demo", "inpt", "stat"};
 constexpr std::array<const char*, 6> kValueNames{"x", "y", "angle", "velocity x", "velocity y", "omega"};
 
@@ -34,9 +34,10 @@ void fields(Archive& a, std::pair<std::string, std::string>& v) {
 }
 
 void archive_options(Archive& a, DemoOptions& v) {
-  [[maybe_unused]] auto& [seed, dt, seconds, steps, accuracy, budget, flow_work, threads, solver, broad_phase,
-                          impact_law, stepper, parameters, print] = v;
-  a(seed, dt, seconds, steps, accuracy, budget, flow_work, threads, solver, broad_phase, impact_law, stepper);
+  [[maybe_unused]] auto& [seed, dt, seconds, steps, accuracy, budget, flow_work, sleep_speed, threads, solver,
+                          broad_phase, impact_law, stepper, parameters, print] = v;
+  a(seed, dt, seconds, steps, accuracy, budget, flow_work, sleep_speed, threads, solver, broad_phase,
+    impact_law, stepper);
   std::size_t count = parameters.size();
   a.count(count);
   parameters.resize(count);

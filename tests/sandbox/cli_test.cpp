@@ -122,7 +122,24 @@ TEST_F(CommandLine, AccuracyIsTakenFromTheCommandLineBeforeTheScript) {
     steps[i] = json["stepping"]["inner_steps"].get<std::uint64_t>();
   }
   EXPECT_GT(steps[1], steps[0]);
-  EXPECT_EQ(run({"run", swinging, "--accuracy", "2"}).code, kUsage);
+  const auto refused = run({"run", swinging, "--accuracy", "2"});
+  EXPECT_EQ(refused.code, kUsage);
+  EXPECT_THAT(refused.err, HasSubstr("--accuracy: expected a number from 1e-14 to 0.01, got 2"));
+}
+
+TEST_F(CommandLine, SleepSpeedStopsWhatIsSlow) {
+  const std::string rolling =
+      folder_.write("roll.lua",
+                    "demo{ title = 'T', seconds = 1, sleep_speed = 0.01 }\n"
+                    "ground{}\n"
+                    "local d = disc{ at = {0, 0.5}, radius = 0.5, velocity = {0.02, 0}, omega = -0.04 }\n"
+                    "expect('rolls on', function() return d.vx end, { equals = 0.02, within = 1e-6 })\n");
+  EXPECT_EQ(run({"run", rolling}).code, kGood);
+  const auto stopped = run({"run", rolling, "--sleep-speed", "0.05"});
+  EXPECT_EQ(stopped.code, kCheckFailed) << stopped.out << stopped.err;
+  const auto refused = run({"run", rolling, "--sleep-speed", "-1"});
+  EXPECT_EQ(refused.code, kUsage);
+  EXPECT_THAT(refused.err, HasSubstr("--sleep-speed: expected a number of at least 0, got -1"));
 }
 
 TEST_F(CommandLine, ReportAndSeriesHoldTheRun) {

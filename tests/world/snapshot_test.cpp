@@ -19,7 +19,6 @@ namespace {
 
 using test::add;
 using test::add_ground;
-using test::add_row;
 using test::rough;
 using test::smooth;
 
@@ -316,7 +315,7 @@ TEST(Snapshot, ForeignFilesAreRefusedWithTheReasonAndTheOffset) {
   EXPECT_NE(refusal(bytes).find("of kind"), std::string::npos) << refusal(bytes);
   bytes = good;
   bytes[19] = std::byte{16};
-  EXPECT_EQ(refusal(bytes), "offset 19: version 16, this program reads version 18");
+  EXPECT_EQ(refusal(bytes), "offset 19: version 16, this program reads version 19");
   bytes = good;
   bytes.back() ^= std::byte{1};
   EXPECT_NE(refusal(bytes).find("section repo is damaged"), std::string::npos) << refusal(bytes);
