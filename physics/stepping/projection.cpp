@@ -39,6 +39,8 @@ constexpr std::size_t kManyRows = 64;
 // is many; and the share of the error that they may leave, which Newton's iteration takes out.
 constexpr int kClosedRounds = 10;
 constexpr double kFewChanges = 0.05, kShareLeft = 0.1;
+// Errors above this that a solve leaves are no rounding [m or rad].
+constexpr double kContradiction = 1e-6;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024;
 
@@ -276,6 +278,18 @@ double share_of_shifts(const WorldState& state, const Island& island, const std:
   return farthest > most ? most / farthest : 1;
 }
 
+/// Whether shifts leave more than half of the largest error, and much: the rows contradict each other.
+bool leaves_errors(const Assembly& assembly, const std::vector<Velocity>& shift, double error) {
+  const double most = std::max(0.5 * error, kContradiction);
+  for (int i = 0; i < assembly.system.size(); ++i) {
+    const double left = assembly.origin[static_cast<std::size_t>(i)].error +
+                        row_velocity(assembly, i, shift) - assembly.drive[static_cast<std::size_t>(i)];
+    const bool holds = assembly.system.rows[static_cast<std::size_t>(i)].lower < 0;
+    if ((holds ? std::abs(left) : -left) > most) return true;
+  }
+  return false;
+}
+
 /// Loaded contacts that hold bodies back are let open: what landed in other geometry than it was solved for
 /// cannot be pulled shut. @return whether there were
 bool let_go_of_held_back(WorldState& state, const Assembly& assembly, const std::vector<double>& lambda) {
@@ -304,7 +318,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
                            IslandResult& result) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
-  bool held_back = false;
+  bool held_back = false, pulls = true;
   Spare<PositionScratch> scratch;
   std::vector<Velocity>& shift = scratch->shift;
   AssemblyRequest request;
@@ -326,7 +340,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     for (std::size_t i = 0; i < assembly.system.rows.size(); ++i) {
       Row& row = assembly.system.rows[i];
       const RowOrigin& origin = assembly.origin[i];
-      if (row.kind == RowKind::Normal && carried_load(state, origin)) {
+      if (pulls && row.kind == RowKind::Normal && carried_load(state, origin)) {
         row.kind = RowKind::Joint;
         row.lower = -kInfinity;
       }
@@ -336,6 +350,12 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       solve_rows(state, SolvePurpose::Positions, assembly.system, floor, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
     apply_impulses(assembly.system, scratch->lambda, shift);
+    // What the user put between bodies that lie on each other cannot be taken out while they stay together.
+    if (pulls && !island.contacts.empty() && leaves_errors(assembly, shift, error)) {
+      pulls = false;
+      last = kInfinity;
+      continue;
+    }
     const double share = share_of_shifts(state, island, shift, error);
     if (share < 1 && !held_back && let_go_of_held_back(state, assembly, scratch->lambda)) {
       held_back = true;

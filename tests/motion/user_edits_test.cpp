@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+//
+// What the user does to bodies at rest: puts one into another, gives one more shapes, moves or takes away
+// what they lie or hang on. Overlaps go, and joints close, whichever stepper it is.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/support/scale.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+
+constexpr double kStep = 1.0 / 60;
+
+class UserEdits : public testing::TestWithParam<const char*> {};
+
+TEST_P(UserEdits, WhatIsPutBetweenBodiesAtRestPushesThemApart) {
+  WorldConfig config;
+  config.stepper = GetParam();
+  World world(config);
+  add_ground(world, rough(make_disc(1), 0.5));
+  add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+  const BodyId upper = add(world, {0, 1.5}, rough(make_box({1, 1}), 0.5));
+  for (int i = 0; i < 60; ++i) world.step(kStep);
+  const BodyId wedge = add(world, {0, 1}, rough(make_box({0.9, 0.3}), 0.5));
+  for (int i = 0; i < 120; ++i) world.step(kStep);
+  EXPECT_LT(world.report().worst_penetration, 1e-9);
+  EXPECT_NEAR(world.position(wedge).y, 1.15, 1e-6);
+  EXPECT_NEAR(world.position(upper).y, 1.8, 1e-6);
+  // And what grows into another.
+  world.add_shape(wedge, rough(make_box({0.9, 0.1}, {0, 0.2}), 0.5));
+  for (int i = 0; i < 120; ++i) world.step(kStep);
+  EXPECT_LT(world.report().worst_penetration, 1e-9);
+  EXPECT_NEAR(world.position(upper).y, 1.9, 1e-6);
+}
+
+TEST_P(UserEdits, LeaveNoOverlapsAndNoOpenJoints) {
+  const auto trials = static_cast<unsigned>(test_scale(40));
+  for (unsigned seed = 1; seed <= trials; ++seed) {
+    std::mt19937 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * (random() / 4294967296.0);
+    };
+    WorldConfig config;
+    config.stepper = GetParam();
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.5));
+    const BodyId table = world.create_body({.type = BodyType::Static, .position = {0, 1}});
+    world.add_shape(table, rough(make_box({6, 0.2}), 0.5));
+    std::vector<BodyId> bodies;
+    double top = 1.1;
+    const unsigned high = 2 + random() % 4;
+    for (unsigned i = 0; i < high; ++i) {
+      const double size = uniform(0.4, 0.9);
+      const Shape shape = i + 1 == high && random() % 4 == 0 ? make_disc(size / 2) : make_box({size, size});
+      bodies.push_back(add(world, {uniform(-0.1, 0.1), top + size / 2}, rough(shape, 0.5), uniform(0.5, 2)));
+      top += size;
+    }
+    bodies.push_back(add(world, {2, 1.4}, rough(make_box({0.6, 0.6}), 0.5)));
+    bodies.push_back(add(world, {5, 0.3}, rough(make_box({0.6, 0.6}), 0.5)));
+    const BodyId hook = world.create_body({.type = BodyType::Static, .position = {-6, 5}});
+    const BodyId weight = add(world, {-6, 3.5}, rough(make_disc(0.4), 0.5));
+    const bool rod = random() % 2 == 0;
+    const Vec2 hold = rod ? Vec2{-6, 3.5} : Vec2{-6, 5};
+    world.create_joint({.kind = rod ? JointKind::Distance : JointKind::Revolute,
+                        .a = hook,
+                        .b = weight,
+                        .anchor_a = {-6, 5},
+                        .anchor_b = hold});
+    bodies.push_back(weight);
+    for (int i = 0; i < 120; ++i) world.step(kStep);
+
+    const BodyId picked = bodies[random() % bodies.size()];
+    const Vec2 way{uniform(-0.4, 0.4), uniform(-0.4, 0.4)};
+    const auto edit = random() % 5;
+    if (edit == 0) world.set_pose(hook, world.position(hook) + way, 0);
+    if (edit == 1) add(world, world.position(picked) + way, rough(make_disc(0.2), 0.5));
+    if (edit == 2) world.set_pose(picked, world.position(picked) + way, 0);
+    if (edit == 3 && picked != weight) world.add_shape(picked, rough(make_box({0.3, 0.3}, way), 0.5));
+    if (edit == 4) world.destroy(table);
+    for (int i = 0; i < 300; ++i) world.step(kStep);
+    EXPECT_LT(world.report().worst_penetration, 1e-6) << "seed " << seed << ", edit " << edit;
+    EXPECT_NEAR(length(world.position(weight) - world.position(hook)), 1.5, 1e-6)
+        << "seed " << seed << ", edit " << edit;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(By, UserEdits, testing::Values("time_stepping", "event_driven", "auto"),
+                         [](const auto& given) { return std::string(given.param); });
+
+}  // namespace
+}  // namespace skerry
