@@ -3,6 +3,7 @@
 // The sweeps of a step in one piece (physics/stepping/one_piece.h), for velocities and for positions.
 #pragma once
 
+#include <array>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -32,6 +33,10 @@ inline constexpr double kFirstShare = 0.6;
 // from an answer.
 inline constexpr double kAstray = 0.1;
 
+// Violation of the impulses to begin with, as a share of the largest free velocity, from which on it is
+// looked at whether they are of any use.
+inline constexpr double kWild = 100;
+
 /// Shares by which rows of joints and contacts give (`BlockSweeps::soften`).
 struct Give {
   double joints = 0, contacts = 0;
@@ -39,6 +44,26 @@ struct Give {
 
 inline bool look_at_nothing(const std::vector<double>&) {
   return false;
+}
+
+/// Whether impulses leave more energy than none would, by the quadratic that frictionless answers minimise:
+/// those of a piece that was cut short say nothing about a whole step, and sweeps from there would take
+/// thousands to forget them.
+inline bool are_worse_than_none(const IslandSystem& system, std::span<const double> impulses) {
+  Spare<std::vector<double>> lambda;
+  lambda->assign(impulses.begin(), impulses.end());
+  Spare<std::vector<std::array<double, 3>>> change;
+  change->assign(system.bodies.size(), {});
+  apply_impulses(system, *lambda, *change);
+  double energy = 0;
+  for (std::size_t i = 0; i < lambda->size(); ++i) {
+    const Row& row = system.rows[i];
+    double u = system.compliance.empty() ? 0 : system.compliance[i] * (*lambda)[i];
+    if (row.a >= 0) u += along(row.Ja, (*change)[static_cast<std::size_t>(row.a)]);
+    if (row.b >= 0) u += along(row.Jb, (*change)[static_cast<std::size_t>(row.b)]);
+    energy += (*lambda)[i] * (0.5 * u - system.b[i]);
+  }
+  return !(energy <= 0);
 }
 
 /// Sweeps, which at this price leave no more than cleverer methods do (tests/bench/solver.md).
@@ -67,6 +92,11 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
   double target = options.tolerance * scale;
   solution.work.visits = exact ? kSetUp * rows : 0;
   double worst = sweeps->violation();
+  const bool jointed = !system.rows.empty() && system.rows.front().kind != RowKind::Normal;
+  if (jointed && !warm.empty() && !(worst <= kWild * scale) && are_worse_than_none(system, warm)) {
+    sweeps->set({});
+    worst = sweeps->violation();
+  }
   bool looked = false;
   double change = 0;
   const auto has_work = [&] {

@@ -39,6 +39,9 @@ constexpr std::size_t kManyRows = 64;
 // is many; and the share of the error that they may leave, which Newton's iteration takes out.
 constexpr int kClosedRounds = 10;
 constexpr double kFewChanges = 0.05, kShareLeft = 0.1;
+// Where a shift makes errors larger, a share of it is tried, so many times.
+constexpr double kShorter = 0.25;
+constexpr int kShorterShifts = 3;
 // Errors above this that a solve leaves are no rounding [m or rad].
 constexpr double kContradiction = 1e-6;
 // Contacts that a thread takes at a time.
@@ -305,26 +308,70 @@ bool let_go_of_held_back(WorldState& state, const Assembly& assembly, const std:
   return any;
 }
 
+/// Where a body is.
+struct Place {
+  Vec2 position;
+  double angle;
+  Rot rotation;
+};
+
 /// What a projection of positions needs for a moment.
 struct PositionScratch {
   std::vector<std::uint8_t> points;
   std::vector<Velocity> shift;
   std::vector<double> lambda;
+  std::vector<Place> before;  ///< the last shift, of the bodies of the island
 };
 
+void keep_places(const WorldState& state, const Island& island, std::vector<Place>& places) {
+  const BodyArrays& all = state.bodies;
+  places.clear();
+  for (const std::uint32_t i : island.bodies)
+    places.push_back({all.position[i], all.angle[i], all.rotation[i]});
+}
+
+void go_back(WorldState& state, const Island& island, const std::vector<Place>& places) {
+  BodyArrays& all = state.bodies;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const std::uint32_t i = island.bodies[k];
+    all.position[i] = places[k].position;
+    all.angle[i] = places[k].angle;
+    all.rotation[i] = places[k].rotation;
+  }
+}
+
+void shift_bodies(WorldState& state, const Island& island, const std::vector<Velocity>& shift) {
+  BodyArrays& all = state.bodies;
+  for (std::size_t k = 0; k < shift.size(); ++k) {
+    const std::uint32_t body = island.bodies[k];
+    all.position[body] += Vec2{shift[k][0], shift[k][1]};
+    if (shift[k][2] != 0) {
+      all.angle[body] += shift[k][2];
+      all.rotation[body] = Rot::from_angle(all.angle[body]);
+    }
+    note_shift(state, body, shift[k]);
+  }
+}
+
 /// Newton's iteration of `project_positions`. @return whether `assembly` has the rows where the bodies are
-/// now. @pre needs_projection
+/// now. @param left  becomes a bound on the largest error there @pre needs_projection
 bool move_onto_constraints(WorldState& state, const Island& island, double elapsed, Assembly& assembly,
-                           IslandResult& result) {
+                           IslandResult& result, double& left) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
   bool held_back = false, pulls = true;
+  int shorter = 0;
   Spare<PositionScratch> scratch;
   std::vector<Velocity>& shift = scratch->shift;
   AssemblyRequest request;
   request.points = &scratch->points;
   request.rope_slack = state.config.contact_margin;
   request.elapsed = elapsed;
+  const auto try_shift = [&] {
+    shift_bodies(state, island, shift);
+    result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
+  };
+  left = 0;
   for (int round = 0; round < 5 && (round == 0 || needs_projection(state, island)); ++round) {
     find_near_points(state, island, scratch->points);
     assemble(state, island, request, assembly);
@@ -333,6 +380,22 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       extent = std::max({extent, std::abs(all.position[body].x), std::abs(all.position[body].y)});
     }
     const double error = position_error(state, assembly), floor = position_floor(state, {extent, extent});
+    if (error > last && error > kContradiction) {
+      // Rows that contradict each other, or bodies that turn far: what made it worse is undone.
+      go_back(state, island, scratch->before);
+      left = last;
+      if (shorter == kShorterShifts) {
+        result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
+        return false;
+      }
+      ++shorter;
+      --round;
+      for (Velocity& one : shift)
+        for (double& component : one) component *= kShorter;
+      try_shift();
+      continue;
+    }
+    left = error;
     // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding.
     if (error <= floor || error > 0.5 * last) return true;
     last = error;
@@ -362,20 +425,12 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       last = kInfinity;
       continue;
     }
-    for (std::size_t k = 0; k < shift.size(); ++k) {
-      const std::uint32_t body = island.bodies[k];
-      // In a jam of heavy and light bodies, what is straight for a moment would take some right through
-      // others.
-      if (share < 1)
-        for (double& component : shift[k]) component *= share;
-      all.position[body] += Vec2{shift[k][0], shift[k][1]};
-      if (shift[k][2] != 0) {
-        all.angle[body] += shift[k][2];
-        all.rotation[body] = Rot::from_angle(all.angle[body]);
-      }
-      note_shift(state, body, shift[k]);
-    }
-    result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
+    // In a jam of heavy and light bodies, what is straight for a moment would take some right through others.
+    if (share < 1)
+      for (Velocity& one : shift)
+        for (double& component : one) component *= share;
+    keep_places(state, island, scratch->before);
+    try_shift();
   }
   return false;
 }
@@ -389,7 +444,8 @@ bool project_positions(WorldState& state, const Island& island, double elapsed, 
   // contact feels.
   const bool free = is_free(state, island);
   const double momentum = free ? rigid_motion(state, island).momentum : 0;
-  const bool current = move_onto_constraints(state, island, elapsed, rows, result);
+  double left = 0;
+  const bool current = move_onto_constraints(state, island, elapsed, rows, result, left);
   if (free) give_spin(state, island, momentum - rigid_motion(state, island).momentum);
   return current && only_holds(state, island);
 }
