@@ -167,14 +167,7 @@ double World::spring_energy() const {
   if (state_->springs == 0) return 0;
   double sum = 0;
   for (const JointRecord& joint : state_->joints) {
-    if (!joint.alive || !(joint.def.stiffness > 0)) continue;
-    JointRows rows;
-    const int count = joint_geometry(joint, joint_end(*state_, joint.def.a.index),
-                                     joint_end(*state_, joint.def.b.index), rows);
-    for (int k = 0; k < count; ++k) {
-      const JointRow& row = rows[static_cast<std::size_t>(k)];
-      if (row.kind == JointRowKind::Spring) sum += 0.5 * row.stiffness * row.error * row.error;
-    }
+    if (joint.alive) sum += skerry::spring_energy(*state_, joint);
   }
   return sum;
 }

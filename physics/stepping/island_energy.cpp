@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -74,6 +75,34 @@ bool is_driven(const WorldState& state, const Island& island) {
   });
 }
 
+/// True if joints may bring any amount of energy.
+bool has_no_bound(const WorldState& state, const Island& island) {
+  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
+    const JointDef& def = state.joints[i].def;
+    const auto told = [&](BodyId body) {
+      return body && state.bodies.type[body.index] == BodyType::Kinematic;
+    };
+    return (def.motor_speed && def.motor_limit == kInfinity) || told(def.a) || told(def.b);
+  });
+}
+
+/// In the springs of an island [J].
+double energy_of_springs(const WorldState& state, const Island& island) {
+  double sum = 0;
+  for (const std::uint32_t i : island.joints) sum += spring_energy(state, state.joints[i]);
+  return sum;
+}
+
+/// What motors can bring in a time `h` [J]: they push only what is slower than they want.
+double most_of_motors(const WorldState& state, const Island& island, double h) {
+  double sum = 0;
+  for (const std::uint32_t i : island.joints) {
+    const JointDef& def = state.joints[i].def;
+    if (def.motor_speed) sum += h * def.motor_limit * std::abs(*def.motor_speed);
+  }
+  return sum;
+}
+
 /// The motion of bodies against each other; against the ground, if they touch it. When it is scaled all
 /// contacts keep their velocity zero or opening, joints hold, and a free island keeps its momenta.
 struct InnerMotion {
@@ -109,6 +138,7 @@ IslandEnergy::IslandEnergy(const WorldState& state, const Island& island) {
     kinetic_ += 0.5 * all.mass[i] * length_squared(all.velocity[i]) +
                 0.5 * all.inertia[i] * all.omega[i] * all.omega[i];
   }
+  springs_ = energy_of_springs(state, island);
 }
 
 double IslandEnergy::gain(const WorldState& state, const Island& island) const {
@@ -125,9 +155,10 @@ double IslandEnergy::gain(const WorldState& state, const Island& island) const {
   return std::abs(gain) > 1e-15 * kinetic ? gain : 0;
 }
 
-void IslandEnergy::take_gain(WorldState& state, const Island& island) const {
-  if (is_driven(state, island) || ground_moves(state, island) || has_varying_forces(state, island)) return;
-  const double gained = gain(state, island);
+void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) const {
+  if (has_no_bound(state, island) || ground_moves(state, island) || has_varying_forces(state, island)) return;
+  const double gained =
+      gain(state, island) + (energy_of_springs(state, island) - springs_) - most_of_motors(state, island, h);
   if (!(gained > 0)) return;
   const InnerMotion inner(state, island);
   if (inner.energy > 0) inner.scale(state, island, std::sqrt(std::max(0.0, 1 - gained / inner.energy)));

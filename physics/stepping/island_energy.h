@@ -31,10 +31,11 @@ RigidMotion rigid_motion(const WorldState& state, const Island& island);
 class IslandEnergy {
  public:
   IslandEnergy(const WorldState& state, const Island& island);
-  /// Takes what was gained beyond the work of the external forces out of the motion of the bodies against
-  /// each other (against the ground, if they touch it), by one factor for all of them. Does nothing where
-  /// moving ground may have brought energy.
-  void take_gain(WorldState& state, const Island& island) const;
+  /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
+  /// the motion of the bodies against each other (against the ground, if they touch it), by one factor for
+  /// all of them. Does nothing where moving ground, or a motor without limit, may have brought energy.
+  /// @param h  time since then [s]
+  void take_gain(WorldState& state, const Island& island, double h) const;
   /// Gives a projection that was small against the motion the energy from before it and the `work` of its
   /// friction [J], in the same way but in both directions: the midpoint rule keeps the energy of what does
   /// not rub, and so does the whole piece then. Does nothing where moving ground, motors or springs may have
@@ -50,7 +51,7 @@ class IslandEnergy {
     double angle;
   };
   Spare<std::vector<Place>> start_;
-  double kinetic_ = 0;
+  double kinetic_ = 0, springs_ = 0;
 };
 
 }  // namespace skerry

@@ -107,7 +107,7 @@ class OnePieceStep {
       advance(before, after, pushed);
       take_overlaps_out(state_, island_, from_ + h_, exact_, limit_, result_);
       StageTimer timer(state_, result_, Stage::Apply);
-      energy.take_gain(state_, island_);
+      energy.take_gain(state_, island_, h_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     }
     ++result_.substeps;
@@ -200,7 +200,10 @@ class OnePieceStep {
         if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
       }
     });
-    if (!island_.joints.empty()) bind_jointed(state_, island_, h_, pushed, *lag_);
+    if (!island_.joints.empty()) {
+      keep_spin(before, after);
+      bind_jointed(state_, island_, h_, pushed, *lag_);
+    }
     note_status(result_, solution.status, solution.residual);
     result_.report.method = solution.method;
     result_.report.iterations = solution.iterations;
@@ -242,6 +245,39 @@ class OnePieceStep {
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
       warm[i] = last_impulse(contact, origin, h_);
     });
+  }
+
+  /// A joint that is open pulls two bodies at two points, and so turns them: a free island has the angular
+  /// momentum that it had.
+  void keep_spin(const std::vector<Velocity>& before, std::vector<Velocity>& after) const {
+    if (exact_ || !is_free(state_, island_)) return;
+    Spare<std::vector<Velocity>> free;
+    *free = before;
+    add_free_motion(state_, island_, h_, *free);
+    const BodyArrays& all = state_.bodies;
+    Vec2 centre;
+    double mass = 0, inertia = 0, missing = 0;
+    for (const std::uint32_t i : island_.bodies) {
+      mass += all.mass[i];
+      centre += all.mass[i] * all.position[i];
+    }
+    centre = centre / mass;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const std::uint32_t i = island_.bodies[k];
+      const Velocity &from = (*free)[k], &to = after[k];
+      const Vec2 arm = all.position[i] - centre;
+      inertia += all.inertia[i] + all.mass[i] * length_squared(arm);
+      missing += all.inertia[i] * (from[2] - to[2]) +
+                 all.mass[i] * cross(arm, Vec2{from[0] - to[0], from[1] - to[1]});
+    }
+    if (!(inertia > 0)) return;
+    const double turn = missing / inertia;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      const Vec2 v = turn * perp(all.position[island_.bodies[k]] - centre);
+      after[k][0] += v.x;
+      after[k][1] += v.y;
+      after[k][2] += turn;
+    }
   }
 
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,

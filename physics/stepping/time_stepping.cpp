@@ -169,7 +169,7 @@ class IslandStep {
                                           : 0;
         if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
-        if (energy) energy->take_gain(state_, island_);
+        if (energy) energy->take_gain(state_, island_, hit);
       }
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;

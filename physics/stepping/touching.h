@@ -33,6 +33,20 @@ inline JointEnd joint_end(const WorldState& state, std::uint32_t body, double el
   return {all.position[body], all.rotation[body], all.angle[body], all.velocity[body], all.omega[body]};
 }
 
+/// Energy in the spring of a joint, 0 without one [J].
+inline double spring_energy(const WorldState& state, const JointRecord& joint) {
+  if (!(joint.def.stiffness > 0)) return 0;
+  JointRows rows;
+  const int count =
+      joint_geometry(joint, joint_end(state, joint.def.a.index), joint_end(state, joint.def.b.index), rows);
+  double sum = 0;
+  for (int k = 0; k < count; ++k) {
+    const JointRow& row = rows[static_cast<std::size_t>(k)];
+    if (row.kind == JointRowKind::Spring) sum += 0.5 * row.stiffness * row.error * row.error;
+  }
+  return sum;
+}
+
 /// Gaps up to this count as closed: the world's tolerance, or what rounding leaves of coordinates this large
 /// [m].
 inline double touch_tolerance(const WorldState& state, Vec2 where) {

@@ -220,8 +220,43 @@ TEST(FlowWithJoints, KeepsMomentaWhereNothingIsFixed) {
     for (int k = 0; k < 4; ++k) add_ragdoll(world, {1.9 * k, 2.8 * row}, {0, 0}, hinges);
   }
   test::add(world, {-6, 3}, test::rough(make_box({4, 4}), 0.5), 50, {15, 0});
-  // A hinge that is off by d turns its bodies by d times its impulse.
-  EXPECT_GT(test::expect_free_motion(world, kStep, 60, 2e-3), 10);
+  // A hinge that is off by d turns its bodies by d times its impulse: the island is turned back. What is left
+  // is that what is pushed goes h v1, and other bodies h (v0 + v1) / 2.
+  EXPECT_GT(test::expect_free_motion(world, kStep, 60, 2e-4), 10);
+}
+
+TEST(FlowWithJoints, PeopleMadeInsideEachOtherDoNotExplode) {
+  // Before wild forces were dropped as a start, 30 of 40 groups ended up at 1e3 to 1e26 m.
+  for (const char* stepper : {"time_stepping", "auto"}) {
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+      SCOPED_TRACE(std::string(stepper) + ", seed " + std::to_string(seed));
+      std::mt19937 random(seed);
+      const auto uniform = [&](double low, double high) {
+        return low + (high - low) * (random() / 4294967296.0);
+      };
+      WorldConfig config;
+      config.stepper = stepper;
+      World world(config);
+      test::add_ground(world, test::rough(make_box({1, 1}), 0.5));
+      std::vector<Hinge> hinges;
+      std::vector<BodyId> limbs;
+      const unsigned people = 2 + random() % 4;
+      for (unsigned k = 0; k < people; ++k) {
+        const test::Ragdoll one =
+            test::add_ragdoll(world, {uniform(-1, 1), 1.6 + uniform(0, 1)}, {0, 0}, 0.5);
+        limbs.insert(limbs.end(), one.limbs.begin(), one.limbs.end());
+        hinges.insert(hinges.end(), one.hinges.begin(), one.hinges.end());
+      }
+      double fastest = 0;
+      for (int k = 0; k < 200; ++k) {
+        world.step(kStep);
+        for (const BodyId limb : limbs) fastest = std::max(fastest, length(world.velocity(limb)));
+      }
+      EXPECT_LT(fastest, 40);
+      EXPECT_LT(worst_gap(world, hinges), 0.3);
+      for (const BodyId limb : limbs) EXPECT_LT(length(world.position(limb)), 10);
+    }
+  }
 }
 
 TEST(FlowWithJoints, GivesTheSameBitsForAnyThreadsAndBroadPhase) {
