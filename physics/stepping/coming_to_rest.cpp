@@ -423,12 +423,13 @@ bool stop_if_slow(WorldState& state, const Island& island, double h, IslandResul
   Spare<std::vector<std::uint64_t>> support;
   hash_support(state, island, *support);
   const double speed = fastest_now(state, island);
-  bool again = speed == 0;
-  for (std::size_t k = 0; again && k < island.bodies.size(); ++k) {
+  bool again = speed == 0, stopped = false;
+  for (std::size_t k = 0; k < island.bodies.size(); ++k) {
     const std::uint32_t i = island.bodies[k];
-    again = state.step_memory[i].stopped != 0 && state.support[i] == (*support)[k];
+    stopped |= state.step_memory[i].stopped != 0;
+    again &= state.step_memory[i].stopped != 0 && state.support[i] == (*support)[k];
   }
-  if (!again && !(speed > 0 && speed <= most)) return false;
+  if (!again && (stopped || !(speed <= most))) return false;
   result.report.stepper = "time_stepping";
   ComingToRest(state, island, h, result).stop_slow(again);
   // New forces are other support.
@@ -442,7 +443,9 @@ void note_slowness(const WorldState& state, const Island& island, double h, Isla
   if (!(most > 0) || result.step_memory.stopped != 0) return;
   result.step_memory.slow = 0;
   const double speed = fastest_now(state, island);
-  if (!(speed > 0 && speed <= most) || result.in_flight || !may_be_slow(state, island)) return;
+  // Where flow takes all energy out nothing moves, and yet it goes on.
+  const bool moves = speed > 0 || result.report.flowing;
+  if (!moves || !(speed <= most) || result.in_flight || !may_be_slow(state, island)) return;
   double before = kSlowFor;
   for (const std::uint32_t i : island.bodies) {
     const StepMemory& memory = state.step_memory[i];
