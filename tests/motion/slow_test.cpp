@@ -212,7 +212,9 @@ TEST(SlowHeaps, PeopleFallAsleepSooner) {
       for (int k = 0; k < 20; ++k) {
         const double lean = 0.1 * std::sin(7.0 * k + seed);
         for (const auto& hinge :
-             test::add_ragdoll(world, {2.4 * (k % 2) - 1.2 + lean, 2 + 2.8 * (k / 2)}, {0, -3}, 0.6).hinges)
+             test::add_ragdoll(world, {2.4 * (k % 2) - 1.2 + lean, 2 + 2.8 * std::floor(0.5 * k)}, {0, -3},
+                               0.6)
+                 .hinges)
           world.set_motor(hinge.joint, 0, 0.005);
       }
       int step = 0;

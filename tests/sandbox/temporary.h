@@ -46,7 +46,7 @@ struct Outcome {
   std::string out, err;
 };
 
-inline Outcome run(std::vector<std::string> arguments) {
+inline Outcome run(const std::vector<std::string>& arguments) {
   std::ostringstream out;
   std::ostringstream err;
   const int code = run_command_line(arguments, out, err, false);
