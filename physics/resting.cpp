@@ -5,6 +5,7 @@
 
 #include "physics/hash.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/point_memory.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -105,15 +106,7 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
   result.at_rest = true;
   result.substeps = 1;
   for (std::size_t k = 0; k < island.bodies.size(); ++k) s.strayed[island.bodies[k]] = found->strayed[k];
-  for (const std::uint32_t index : island.contacts) {
-    for (PointMemory& memory : s.contacts[index].points) {
-      memory.total_normal = memory.normal_impulse;
-      memory.total_friction = memory.friction_impulse;
-    }
-  }
-  for (const std::uint32_t i : island.joints) {
-    for (int k = 0; k < kMaxJointRows; ++k) s.joints[i].row_impulse[k] = h * s.joints[i].row_force[k];
-  }
+  repeat_forces(s, island, h);
   for (const std::uint64_t memory_key : found->memory_keys) {
     const auto memory =
         std::lower_bound(s.memories.begin(), s.memories.end(), memory_key,

@@ -279,16 +279,7 @@ class ComingToRest {
 
   /// They stand still already, and their forces act on.
   void hold() {
-    for (const std::uint32_t index : island_.contacts) {
-      for (PointMemory& memory : state_.contacts[index].points) {
-        memory.total_normal = memory.normal_impulse;
-        memory.total_friction = memory.friction_impulse;
-      }
-    }
-    for (const std::uint32_t slot : island_.joints) {
-      JointRecord& joint = state_.joints[slot];
-      for (int k = 0; k < kMaxJointRows; ++k) joint.row_impulse[k] = h_ * joint.row_force[k];
-    }
+    repeat_forces(state_, island_, h_);
     if (state_.observe.paths)
       record_hermite(state_, island_.bodies, 0, h_, path_ends(state_, island_.bodies), result_);
     ++result_.substeps;

@@ -47,6 +47,20 @@ inline double last_impulse(const Contact& contact, const RowOrigin& origin, doub
   return impulse * (h / memory.h);
 }
 
+/// Nothing moves: the forces of the last step act on for one of length `h` [s].
+inline void repeat_forces(WorldState& state, const Island& island, double h) {
+  for (const std::uint32_t index : island.contacts) {
+    for (PointMemory& memory : state.contacts[index].points) {
+      memory.total_normal = memory.normal_impulse;
+      memory.total_friction = memory.friction_impulse;
+    }
+  }
+  for (const std::uint32_t slot : island.joints) {
+    JointRecord& joint = state.joints[slot];
+    for (int k = 0; k < kMaxJointRows; ++k) joint.row_impulse[k] = h * joint.row_force[k];
+  }
+}
+
 /// Forces of an island in flow, kept while exact ones are looked for: an attempt in pieces lets go of what is
 /// open by a hair, and a deep heap that begins with the forces of that sinks in before sweeps have pressed it
 /// together again.

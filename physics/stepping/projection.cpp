@@ -340,23 +340,10 @@ void go_back(WorldState& state, const Island& island, const std::vector<Place>& 
   }
 }
 
-void shift_bodies(WorldState& state, const Island& island, const std::vector<Velocity>& shift) {
-  BodyArrays& all = state.bodies;
-  for (std::size_t k = 0; k < shift.size(); ++k) {
-    const std::uint32_t body = island.bodies[k];
-    all.position[body] += Vec2{shift[k][0], shift[k][1]};
-    if (shift[k][2] != 0) {
-      all.angle[body] += shift[k][2];
-      all.rotation[body] = Rot::from_angle(all.angle[body]);
-    }
-    note_shift(state, body, shift[k]);
-  }
-}
-
 /// Newton's iteration of `project_positions`. @return whether `assembly` has the rows where the bodies are
-/// now. @param left  becomes a bound on the largest error there @pre needs_projection
+/// now. @pre needs_projection
 bool move_onto_constraints(WorldState& state, const Island& island, double elapsed, Assembly& assembly,
-                           IslandResult& result, double& left) {
+                           IslandResult& result) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
   bool held_back = false, pulls = true;
@@ -368,10 +355,12 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
   request.rope_slack = state.config.contact_margin;
   request.elapsed = elapsed;
   const auto try_shift = [&] {
-    shift_bodies(state, island, shift);
+    for (std::size_t k = 0; k < shift.size(); ++k) {
+      shift_body(state, island.bodies[k], shift[k]);
+      note_shift(state, island.bodies[k], shift[k]);
+    }
     result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
   };
-  left = 0;
   for (int round = 0; round < 5 && (round == 0 || needs_projection(state, island)); ++round) {
     find_near_points(state, island, scratch->points);
     assemble(state, island, request, assembly);
@@ -383,7 +372,6 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     if (error > last && error > kContradiction) {
       // Rows that contradict each other, or bodies that turn far: what made it worse is undone.
       go_back(state, island, scratch->before);
-      left = last;
       if (shorter == kShorterShifts) {
         result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
         return false;
@@ -395,7 +383,6 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       try_shift();
       continue;
     }
-    left = error;
     // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding.
     if (error <= floor || error > 0.5 * last) return true;
     last = error;
@@ -444,8 +431,7 @@ bool project_positions(WorldState& state, const Island& island, double elapsed, 
   // contact feels.
   const bool free = is_free(state, island);
   const double momentum = free ? rigid_motion(state, island).momentum : 0;
-  double left = 0;
-  const bool current = move_onto_constraints(state, island, elapsed, rows, result, left);
+  const bool current = move_onto_constraints(state, island, elapsed, rows, result);
   if (free) give_spin(state, island, momentum - rigid_motion(state, island).momentum);
   return current && only_holds(state, island);
 }

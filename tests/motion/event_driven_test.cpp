@@ -293,7 +293,6 @@ TEST(EventDriven, StackStandsAndIsNotComputedAgainAtRest) {
   for (int i = 0; i < 10; ++i) EXPECT_LE(length(world.position(boxes[i]) - Vec2{0, i + 0.5}), 1e-9);
 }
 
-// What accelerates by little more than the rounding of the forces does move.
 TEST(EventDriven, WhatRestsGivesWayToWhatIsMovedIntoIt) {
   World world(by_events());
   const BodyId table = world.create_body({.type = BodyType::Static, .position = {0, 1}});
@@ -312,6 +311,7 @@ TEST(EventDriven, WhatRestsGivesWayToWhatIsMovedIntoIt) {
   EXPECT_NEAR(world.position(weight).y, 4.1, 1e-9);
 }
 
+// What accelerates by little more than the rounding of the forces does move.
 TEST(EventDriven, SmallForcesMoveWhatIsAtRestBesideHeavyLoads) {
   World world(by_events());
   ShapeDef box = rough(make_box({1, 1}), 0);
