@@ -25,11 +25,6 @@ bool impulses_unchanged(const Contact& contact) {
   return true;
 }
 
-bool moves_by_itself(const WorldState& s, std::uint32_t body) {
-  return s.bodies.type[body] == BodyType::Kinematic &&
-         (s.prescribed[body] || s.bodies.velocity[body] != Vec2{} || s.bodies.omega[body] != 0);
-}
-
 }  // namespace
 
 bool stood_still(const WorldState& s, const Island& island) {
@@ -91,7 +86,7 @@ bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& 
   for (const std::uint32_t index : island.contacts) {
     const Contact& c = s.contacts[index];
     // Other poses, of fixed bodies too, mean other geometry.
-    if (!c.manifold_reused || moves_by_itself(s, c.body_a) || moves_by_itself(s, c.body_b)) return false;
+    if (!c.manifold_reused || moves_as_told(s, c.body_a) || moves_as_told(s, c.body_b)) return false;
   }
   const std::uint64_t key = resting_key(s, island, h);
   const auto found =

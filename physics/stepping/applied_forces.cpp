@@ -38,12 +38,15 @@ bool meets_prescribed_motion(const WorldState& state, const Island& island) {
   });
 }
 
-bool meets_motion(const WorldState& state, const Island& island) {
+bool moves_as_told(const WorldState& state, std::uint32_t body) {
   const BodyArrays& all = state.bodies;
-  return !state.kinematic.empty() && meets(island, state, [&](std::uint32_t body) {
-    return body != BodyId::kNone && all.type[body] == BodyType::Kinematic &&
-           (state.prescribed[body] || all.velocity[body] != Vec2{} || all.omega[body] != 0);
-  });
+  return body != BodyId::kNone && all.type[body] == BodyType::Kinematic &&
+         (state.prescribed[body] || all.velocity[body] != Vec2{} || all.omega[body] != 0);
+}
+
+bool meets_motion(const WorldState& state, const Island& island) {
+  return !state.kinematic.empty() &&
+         meets(island, state, [&](std::uint32_t body) { return moves_as_told(state, body); });
 }
 
 namespace {

@@ -19,7 +19,10 @@ bool has_varying_forces(const WorldState& state, const Island& island);
 /// Whether a contact or joint of the island has a body with a prescribed motion.
 bool meets_prescribed_motion(const WorldState& state, const Island& island);
 
-/// Whether a contact or joint of the island has a kinematic body that moves.
+/// Whether a body is kinematic and moves, or is told how to.
+bool moves_as_told(const WorldState& state, std::uint32_t body);
+
+/// Whether a contact or joint of the island has one that does.
 bool meets_motion(const WorldState& state, const Island& island);
 
 /// Largest acceleration that the applied forces give any point of the island's bodies [m/s^2].
