@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
@@ -54,6 +55,11 @@ namespace {
 // come and go, joints stay.
 constexpr double kSmallCorrection = 1e-3;
 constexpr double kSmallForJoints = 0.25;
+// Share of the energy that moves, above which a gain is no error of a smooth motion.
+constexpr double kMuch = 0.01;
+// What is gained is taken out at the end of a step; energy beyond so many times what there is moves bodies
+// where they should not be before that.
+constexpr double kWild = 1.5;
 
 /// True if a kinematic body or a conveyor may bring energy.
 bool ground_moves(const WorldState& state, const Island& island) {
@@ -86,6 +92,11 @@ bool has_no_bound(const WorldState& state, const Island& island) {
   });
 }
 
+/// True if energy may come from elsewhere.
+bool is_unbounded(const WorldState& state, const Island& island) {
+  return has_no_bound(state, island) || ground_moves(state, island) || has_varying_forces(state, island);
+}
+
 /// In the springs of an island [J].
 double energy_of_springs(const WorldState& state, const Island& island) {
   double sum = 0;
@@ -114,6 +125,10 @@ struct InnerMotion {
       const double w = all.omega[i] - rigid.omega;
       energy += 0.5 * all.mass[i] * length_squared(v) + 0.5 * all.inertia[i] * w * w;
     }
+  }
+
+  void take(WorldState& state, const Island& island, double gained) const {
+    if (energy > 0) scale(state, island, std::sqrt(std::max(0.0, 1 - gained / energy)));
   }
 
   void scale(WorldState& state, const Island& island, double s) const {
@@ -155,13 +170,46 @@ double IslandEnergy::gain(const WorldState& state, const Island& island) const {
   return std::abs(gain) > 1e-15 * kinetic ? gain : 0;
 }
 
+double IslandEnergy::unexplained_gain(const WorldState& state, const Island& island, double h) const {
+  if (is_unbounded(state, island)) return 0;
+  return gain(state, island) + (energy_of_springs(state, island) - springs_) -
+         most_of_motors(state, island, h);
+}
+
 void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) const {
-  if (has_no_bound(state, island) || ground_moves(state, island) || has_varying_forces(state, island)) return;
-  const double gained =
-      gain(state, island) + (energy_of_springs(state, island) - springs_) - most_of_motors(state, island, h);
+  const double gained = unexplained_gain(state, island, h);
+  if (gained > 0) InnerMotion(state, island).take(state, island, gained);
+}
+
+void IslandEnergy::take_much(WorldState& state, const Island& island, double h) const {
+  const double gained = unexplained_gain(state, island, h);
   if (!(gained > 0)) return;
-  const InnerMotion inner(state, island);
-  if (inner.energy > 0) inner.scale(state, island, std::sqrt(std::max(0.0, 1 - gained / inner.energy)));
+  double moved = kinetic_ + springs_;
+  for (const std::uint32_t i : island.bodies)
+    moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
+  if (gained > kMuch * moved) InnerMotion(state, island).take(state, island, gained);
+}
+
+void IslandEnergy::bound(WorldState& state, const Island& island, double h,
+                         std::vector<Velocity>& after) const {
+  if (is_unbounded(state, island)) return;
+  const BodyArrays& all = state.bodies;
+  double available = kinetic_ + springs_ + most_of_motors(state, island, h), kinetic = 0;
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const std::uint32_t i = island.bodies[k];
+    const Vec2 v{after[k][0], after[k][1]};
+    const double omega = after[k][2];
+    kinetic += 0.5 * (all.mass[i] * length_squared(v) + all.inertia[i] * omega * omega);
+    available += h * (all.mass[i] * dot(state.acceleration[i], v) +
+                      all.inertia[i] * state.angular_acceleration[i] * omega);
+  }
+  if (!(kinetic > kWild * available)) return;
+  Spare<std::vector<Velocity>> before;
+  island_velocities(state, island, *before);
+  store_velocities(state, island, after);
+  InnerMotion(state, island).take(state, island, kinetic - available);
+  island_velocities(state, island, after);
+  store_velocities(state, island, *before);
 }
 
 void IslandEnergy::keep(WorldState& state, const Island& island, double work) const {

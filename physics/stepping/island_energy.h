@@ -8,6 +8,7 @@
 #include "physics/islands/island_builder.h"
 #include "physics/math.h"
 #include "physics/spare.h"
+#include "physics/stepping/island_rows.h"
 
 namespace skerry {
 
@@ -36,6 +37,14 @@ class IslandEnergy {
   /// all of them. Does nothing where moving ground, or a motor without limit, may have brought energy.
   /// @param h  time since then [s]
   void take_gain(WorldState& state, const Island& island, double h) const;
+  /// The same, where it is more than a hundredth of the energy that moved: pieces of a step are of second
+  /// order, and what they are off by comes and goes.
+  void take_much(WorldState& state, const Island& island, double h) const;
+  /// Bounds velocities with which bodies are to move on for a time `h` [s], where they have far more energy
+  /// than there is: that of the motion and of springs, and the work of external forces on the way and of
+  /// motors. Joints that contradict each other, or are far from where they were, may want any. By one factor,
+  /// as in `take_gain`.
+  void bound(WorldState& state, const Island& island, double h, std::vector<Velocity>& after) const;
   /// Gives a projection that was small against the motion the energy from before it and the `work` of its
   /// friction [J], in the same way but in both directions: the midpoint rule keeps the energy of what does
   /// not rub, and so does the whole piece then. Does nothing where moving ground, motors or springs may have
@@ -45,6 +54,9 @@ class IslandEnergy {
  private:
   /// What was gained beyond the work of the external forces [J].
   double gain(const WorldState& state, const Island& island) const;
+  /// What was gained beyond the work of the external forces, of springs, and of motors at most, in a time `h`
+  /// [J]; 0 where it may have come from elsewhere.
+  double unexplained_gain(const WorldState& state, const Island& island, double h) const;
 
   struct Place {
     Vec2 position;

@@ -18,6 +18,7 @@
 #include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/path.h"
 #include "physics/stepping/point_memory.h"
+#include "physics/stepping/projection.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -89,10 +90,12 @@ class OnePieceStep {
   }
 
  private:
-  void move_on(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+  void move_on(const std::vector<Velocity>& before, std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
     result_.report.flowing = !exact_;
     result_.one_piece = exact_;
+    const IslandEnergy energy(state_, island_);
+    if (!island_.joints.empty() && !exact_) energy.bound(state_, island_, h_, after);
     std::vector<PathEnd> start;
     if (state_.observe.paths) {
       start = path_ends(state_, island_.bodies);
@@ -103,7 +106,6 @@ class OnePieceStep {
     // Where the step is made again, nothing has to move before.
     result_.unmoved = foresee(before, after, pushed);
     if (!result_.unmoved) {
-      const IslandEnergy energy(state_, island_);
       advance(before, after, pushed);
       take_overlaps_out(state_, island_, from_ + h_, exact_, limit_, result_);
       StageTimer timer(state_, result_, Stage::Apply);
@@ -254,30 +256,12 @@ class OnePieceStep {
     Spare<std::vector<Velocity>> free;
     *free = before;
     add_free_motion(state_, island_, h_, *free);
-    const BodyArrays& all = state_.bodies;
-    Vec2 centre;
-    double mass = 0, inertia = 0, missing = 0;
-    for (const std::uint32_t i : island_.bodies) {
-      mass += all.mass[i];
-      centre += all.mass[i] * all.position[i];
-    }
-    centre = centre / mass;
-    for (std::size_t k = 0; k < after.size(); ++k) {
-      const std::uint32_t i = island_.bodies[k];
-      const Velocity &from = (*free)[k], &to = after[k];
-      const Vec2 arm = all.position[i] - centre;
-      inertia += all.inertia[i] + all.mass[i] * length_squared(arm);
-      missing += all.inertia[i] * (from[2] - to[2]) +
-                 all.mass[i] * cross(arm, Vec2{from[0] - to[0], from[1] - to[1]});
-    }
-    if (!(inertia > 0)) return;
-    const double turn = missing / inertia;
-    for (std::size_t k = 0; k < after.size(); ++k) {
-      const Vec2 v = turn * perp(all.position[island_.bodies[k]] - centre);
-      after[k][0] += v.x;
-      after[k][1] += v.y;
-      after[k][2] += turn;
-    }
+    store_velocities(state_, island_, *free);
+    const double momentum = rigid_motion(state_, island_).momentum;
+    store_velocities(state_, island_, after);
+    give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
+    island_velocities(state_, island_, after);
+    store_velocities(state_, island_, before);
   }
 
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,

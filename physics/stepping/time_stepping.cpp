@@ -152,8 +152,9 @@ class IslandStep {
       spent += forces.act ? points : points / kFlightShare;
       if (state_.observe.paths) remember_start(last, after);
       const double start = elapsed_;
+      const bool jointed = !island_.joints.empty();
       const std::optional<IslandEnergy> energy =
-          last ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
+          last || jointed ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
       advance(hit, length, before, after, last);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
@@ -169,7 +170,10 @@ class IslandStep {
                                           : 0;
         if (carried) carried->keep(state_, island_, work);
         // The plastic end of a step is of first order and lifts what it lets sink in.
-        if (energy) energy->take_gain(state_, island_, hit);
+        if (energy && last) energy->take_gain(state_, island_, hit);
+        // Joints that contradict each other may want any velocity.
+        else if (energy)
+          energy->take_much(state_, island_, hit);
       }
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;

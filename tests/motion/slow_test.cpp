@@ -215,7 +215,7 @@ TEST(SlowHeaps, PeopleFallAsleepSooner) {
              test::add_ragdoll(world, {2.4 * (k % 2) - 1.2 + lean, 2 + 2.8 * std::floor(0.5 * k)}, {0, -3},
                                0.6)
                  .hinges)
-          world.set_motor(hinge.joint, 0, 0.005);
+          world.set_motor(hinge.joint, 0, 0.002);
       }
       int step = 0;
       while (step < kSteps && world.report().bodies_asleep < 220) {
