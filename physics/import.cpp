@@ -8,6 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "physics/text.h"
+
 namespace skerry {
 namespace {
 
@@ -50,7 +52,7 @@ class Words {
     const double value = real(what);
     if (value != std::floor(value) || value < static_cast<double>(low) || value > static_cast<double>(high)) {
       fail(std::string(what) + ": expected an integer from " + std::to_string(low) + " to " +
-           std::to_string(high) + ", got " + std::to_string(value));
+           std::to_string(high) + ", got " + to_text(value));
     }
     return static_cast<long>(value);
   }
@@ -175,8 +177,7 @@ ContactProblem read_friction_problem(std::istream& in, const std::string& name) 
     friction.kind = RowKind::Friction;
     friction.normal = static_cast<int>(2 * c);
     friction.mu = words.real("friction coefficient");
-    if (friction.mu < 0)
-      words.fail("friction coefficient must not be negative, got " + std::to_string(friction.mu));
+    if (friction.mu < 0) words.fail("friction coefficient must not be negative, got " + to_text(friction.mu));
     problem.rows.push_back(normal);
     problem.rows.push_back(friction);
   }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "physics/import.h"
+#include "physics/text.h"
 
 namespace skerry {
 namespace {
@@ -53,7 +54,7 @@ class Parser {
   int integer(const Value& value) const {
     const double x = number(value);
     if (!(std::abs(x) < 2e9) || x != std::floor(x))
-      fail("expected an integer, got " + std::to_string(x), value.line);
+      fail("expected an integer, got " + to_text(x), value.line);
     return static_cast<int>(x);
   }
 

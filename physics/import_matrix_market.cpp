@@ -9,6 +9,7 @@
 
 #include "physics/export.h"
 #include "physics/import.h"
+#include "physics/text.h"
 
 namespace skerry {
 namespace {
@@ -85,12 +86,12 @@ std::vector<Row> read_rows(const PartFiles& files, Eigen::Index n) {
       };
       const double kind = entry(0), normal = entry(1);
       if (!(kind >= 0 && kind <= static_cast<double>(RowKind::Motor)) || kind != std::floor(kind)) {
-        files.fail(MatrixPart::rows, "row " + std::to_string(i + 1) + ": no kind " + std::to_string(kind));
+        files.fail(MatrixPart::rows, "row " + std::to_string(i + 1) + ": no kind " + to_text(kind));
       }
       if (!(normal >= 0 && normal <= static_cast<double>(i)) || normal != std::floor(normal)) {
         files.fail(MatrixPart::rows, "row " + std::to_string(i + 1) +
                                          ": the row that scales its bounds must be " +
-                                         "an earlier one, got " + std::to_string(normal));
+                                         "an earlier one, got " + to_text(normal));
       }
       row.kind = static_cast<RowKind>(kind);
       row.normal = static_cast<int>(normal) - 1;
@@ -114,7 +115,7 @@ IslandSystem read_island(const PartFiles& files, const Matrix& J, const Matrix& 
   }
   const auto inverse = [&](Eigen::Index i) {
     const double mass = M.coeff(i, i);
-    if (!(mass >= 0)) files.fail(MatrixPart::M, "masses must not be negative, got " + std::to_string(mass));
+    if (!(mass >= 0)) files.fail(MatrixPart::M, "masses must not be negative, got " + to_text(mass));
     return mass > 0 ? 1 / mass : 0;
   };
   for (Eigen::Index k = 0; k < J.cols(); k += 3) system.bodies.push_back({inverse(k), inverse(k + 2)});

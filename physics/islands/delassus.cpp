@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/text.h"
+
 namespace skerry {
 namespace {
 
@@ -160,7 +162,7 @@ void validate(const ContactProblem& problem) {
     for (Matrix::InnerIterator it(problem.W, j); it; ++it) {
       if (std::isfinite(it.value())) continue;
       throw std::invalid_argument("W(" + std::to_string(it.row()) + ", " + std::to_string(j) +
-                                  ") must be finite, got " + std::to_string(it.value()));
+                                  ") must be finite, got " + to_text(it.value()));
     }
   }
   // The rest is the same as for an island; Jacobians are not looked at here.

@@ -9,6 +9,7 @@
 #include "physics/islands/path_lanes.h"
 #include "physics/islands/planar.h"
 #include "physics/spare.h"
+#include "physics/text.h"
 
 namespace skerry {
 namespace {
@@ -209,7 +210,7 @@ SKERRY_AVX2 bool judge_path_lanes(const IslandSystem& system, const std::vector<
 }
 
 [[noreturn]] void reject(std::size_t row, const char* what, double value) {
-  throw std::invalid_argument("row " + std::to_string(row) + ": " + what + ", got " + std::to_string(value));
+  throw std::invalid_argument("row " + std::to_string(row) + ": " + what + ", got " + to_text(value));
 }
 
 bool all_finite(const std::array<double, 3>& J) {
@@ -368,8 +369,7 @@ void validate(const IslandSystem& system) {
     for (const double value : {system.bodies[k].linear, system.bodies[k].angular}) {
       if (std::isfinite(value) && value >= 0) continue;
       throw std::invalid_argument("body " + std::to_string(k) +
-                                  ": inverse mass must be finite and not negative, got " +
-                                  std::to_string(value));
+                                  ": inverse mass must be finite and not negative, got " + to_text(value));
     }
   }
   for (std::size_t i = 0; i < n; ++i) {

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/text.h"
+
 namespace skerry {
 namespace {
 
@@ -23,8 +25,7 @@ IncrementalLdlt::Added IncrementalLdlt::add(std::span<const double> column, doub
   bool finite = std::isfinite(diagonal);
   for (const double value : column) finite = finite && std::isfinite(value);
   if (!finite)
-    throw std::invalid_argument("column and diagonal must be finite, diagonal is " +
-                                std::to_string(diagonal));
+    throw std::invalid_argument("column and diagonal must be finite, diagonal is " + to_text(diagonal));
 
   std::vector<double> row(column.begin(), column.end());
   double pivot = border(row, diagonal);

@@ -150,16 +150,10 @@ class EventStep {
       project_velocities(state_, island_, 0, false, result_);
   }
 
-  /// Whether the user moved something into a body, or away from a joint: the end of a step takes that out.
+  /// Whether the user put something into a body, or away from a joint: the end of a step takes that out.
   bool is_out_of_place() const {
-    const auto overlaps = [&](std::uint32_t index) {
-      const Manifold& manifold = state_.contacts[index].manifold;
-      for (int i = 0; i < manifold.count; ++i)
-        if (manifold.points[static_cast<std::size_t>(i)].separation < -state_.config.touch_tolerance)
-          return true;
-      return false;
-    };
-    return std::any_of(island_.contacts.begin(), island_.contacts.end(), overlaps) ||
+    return std::any_of(island_.contacts.begin(), island_.contacts.end(),
+                       [&](std::uint32_t i) { return overlaps(state_, state_.contacts[i]); }) ||
            joints_are_off(state_, island_, elapsed_, kJoined);
   }
 
@@ -222,6 +216,7 @@ class EventStep {
     clear_forces(state_, island_, h_);
     elapsed_ = first < left ? elapsed_ + first : h_;
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
+    if (is_out_of_place()) arrive();
     if (end.limit != nullptr)
       note(MotionEventKind::Limit, elapsed_, end.limit->def.a, end.limit->def.b);
     else if (end.landing != nullptr)

@@ -31,12 +31,12 @@ class FlightQueue {
               IslandResult& result)
       : state_(state), island_(island), from_(from), to_(to), note_events_(note_events), result_(result) {}
 
-  /// True if every pair that touches is about to bounce or parts.
+  /// True if every pair that touches is about to bounce or parts, and none overlaps.
   bool applies() const {
     if (island_.bodies.size() < kFewestBodies || !island_.joints.empty()) return false;
     const bool flies = std::all_of(island_.contacts.begin(), island_.contacts.end(), [this](std::uint32_t i) {
       const Contact& contact = state_.contacts[i];
-      return parts(contact, from_) || approaches(contact, from_);
+      return (parts(contact, from_) || approaches(contact, from_)) && !overlaps(state_, contact);
     });
     return flies && !has_varying_forces(state_, island_) && !meets_prescribed_motion(state_, island_);
   }

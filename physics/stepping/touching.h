@@ -58,6 +58,15 @@ inline bool is_touching(const WorldState& state, const ManifoldPoint& point) {
   return point.separation <= touch_tolerance(state, point.position);
 }
 
+/// Whether a point of a contact is farther in than rounding explains.
+inline bool overlaps(const WorldState& state, const Contact& contact) {
+  for (int i = 0; i < contact.manifold.count; ++i) {
+    const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
+    if (point.separation < -touch_tolerance(state, point.position)) return true;
+  }
+  return false;
+}
+
 /// Size of a body of the island at hand; infinite for others [m].
 inline double size_in_island(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;

@@ -43,6 +43,21 @@ TEST_P(UserEdits, WhatIsPutBetweenBodiesAtRestPushesThemApart) {
   EXPECT_NEAR(world.position(upper).y, 1.9, 1e-6);
 }
 
+TEST_P(UserEdits, WhatFliesIsTakenApart) {
+  // Few, and so many that they would fly by their own clocks; they part by themselves, but slowly.
+  for (const int count : {2, 40}) {
+    WorldConfig config = test::weightless();
+    config.stepper = GetParam();
+    World world(config);
+    for (int k = 0; k < count; ++k)
+      add(world, {0.7 * k, 0}, rough(k % 3 == 0 ? make_box({1, 1}) : make_disc(0.5), 0.5), 1, {0.01 * k, 0});
+    const double energy = world.kinetic_energy();
+    for (int i = 0; i < 10; ++i) world.step(kStep);
+    EXPECT_LT(world.report().worst_penetration, 1e-9) << count;
+    EXPECT_LE(world.kinetic_energy(), energy * (1 + 1e-9)) << count;
+  }
+}
+
 TEST_P(UserEdits, LeaveNoOverlapsAndNoOpenJoints) {
   const auto trials = static_cast<unsigned>(test_scale(40));
   for (unsigned seed = 1; seed <= trials; ++seed) {
