@@ -286,7 +286,7 @@ class ComingToRest {
     result_.report.flowing = true;
   }
 
-  /// Gaps and overlaps of what carries load, and errors of joints. @return whether none are left
+  /// Gaps of what carries load, overlaps, and errors of joints. @return whether none are left
   bool close_gaps() {
     const double limit = result_.work_limit;
     result_.work_limit = result_.work.visits +
@@ -300,7 +300,7 @@ class ComingToRest {
         if (contact.points[static_cast<std::size_t>(i)].normal_impulse > 0 &&
             !(std::abs(contact.manifold.points[i].separation) <= state_.config.touch_tolerance))
           return true;
-      return false;
+      return overlaps(state_, contact);
     };
     return std::none_of(island_.contacts.begin(), island_.contacts.end(), is_open) &&
            !joints_are_off(state_, island_, h_, kJoined);

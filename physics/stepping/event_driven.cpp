@@ -16,6 +16,7 @@
 #include "physics/stepping/mode_events.h"
 #include "physics/stepping/mode_impulses.h"
 #include "physics/stepping/one_piece_joints.h"
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/runge_kutta.h"
 #include "physics/stepping/time_stepping.h"
@@ -422,6 +423,7 @@ void step_island_by_events(WorldState& state, const Island& island, double h, Is
 bool try_island_by_events(WorldState& state, const Island& island, double h, int most_events,
                           IslandResult& result) {
   if (fly_freely(state, island, h, result)) return true;
+  if (is_crowded(state, island)) return false;
   const IslandBackup backup(state, island);
   result.report.stepper = "event_driven";
   if (EventStep(state, island, h, result).run(most_events)) return true;

@@ -180,7 +180,7 @@ class OnePieceStep {
     choose_points(*points);
     set_up(*points, before, after, *spare, *warm);
     SolveOptions options = state_.config.solve;
-    options.work_limit = !exact_            ? kVelocityShare * limit_
+    options.work_limit = !exact_            ? velocity_work(spare->system)
                          : may_flow(state_) ? exact_limit_
                                             : work_left(state_, result_);
     options.trace = state_.observe.systems && state_.observe.solve_traces;
@@ -216,6 +216,12 @@ class OnePieceStep {
     }
     give_spare(std::move(solution.lambda));
     return true;
+  }
+
+  /// What sweeps of velocities may cost [visits].
+  double velocity_work(const IslandSystem& system) const {
+    const double least = state_.config.flow_work ? 0 : work_of_sweeps(system, kLeastSweeps);
+    return std::max(kVelocityShare * limit_, least);
   }
 
   /// Rows of the chosen points, what they want, and the impulses of the last step.

@@ -23,10 +23,8 @@ namespace {
 
 // Overlaps below these shares of the smaller body stay: in flow, and where all is exact.
 constexpr double kOverlapFloor = 1e-7, kFineOverlapFloor = 1e-9;
-// What joints and contacts beside them give of a shift of positions, as shares of what one alone would want,
-// and how far it may move a jointed body, as a share of its size: where a jam leaves no room for both, it
-// stays bounded, and limbs rather slip through each other than out of their joints.
-constexpr double kJointGive = 0.01, kContactGive = 0.1, kFarthestShift = 0.5;
+// How far a shift may move a jointed body, as a share of its size.
+constexpr double kFarthestShift = 0.5;
 // In flow joints that are off by this share of a body's size are closed before all else, and there is a
 // second round where they still are: shifts are straight lines. Where contacts of uneven masses were, there
 // are more, as long as there is work left, or up to so many visits, which take some milliseconds.
@@ -114,6 +112,8 @@ class OnePiecePositions {
     options.work_limit = (1 - kVelocityShare) * work_;
     if (state_.solver->exact && island_.joints.empty())
       options.work_limit = std::max(options.work_limit, work_ - result_.work.visits);
+    if (!state_.config.flow_work)
+      options.work_limit = std::max(options.work_limit, work_of_sweeps(spare->system, kLeastShiftSweeps));
     Solution solution = find_shift(*points, *spare, more, options);
     result_.work += solution.work;
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
@@ -171,7 +171,7 @@ class OnePiecePositions {
   Solution find_shift(std::vector<std::uint8_t>& points, Assembly& assembly,
                       std::optional<Spare<MorePositionRows>>& more, SolveOptions options) {
     const bool standard = state_.solver->exact;
-    const Give give = island_.joints.empty() ? Give{} : Give{kJointGive, kContactGive};
+    const Give give = island_.joints.empty() ? Give{} : kShiftGive;
     if (exact_) return sweep_until_done(assembly.system, standard, {}, options, give, look_at_nothing);
     bool missed = false;
     const auto look = [&](const std::vector<double>& lambda) {

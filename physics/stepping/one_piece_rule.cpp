@@ -38,6 +38,8 @@ constexpr double kBusy = 50;
 // The same of a large one that flowed in the last step: attempts are many there, and mostly vain. Most, as
 // long as that is no more visits than the number behind it, and least.
 constexpr double kMostBusyInFlow = 15, kBusyVisits = 2e6, kBusyInFlow = 2;
+// Points of islands that are crowded: at least, and of each body.
+constexpr std::size_t kCrowd = 1000, kCrowdOfBody = 24;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256;
 
@@ -111,6 +113,15 @@ double slow_speed(const WorldState& state, const Island& island, double h) {
   return h * largest_acceleration(state, island) + state.config.rest_speed;
 }
 
+bool is_crowded(const WorldState& state, const Island& island) {
+  const std::size_t least = std::max(kCrowd, kCrowdOfBody * island.bodies.size());
+  if (2 * island.contacts.size() <= least || !may_flow(state, island)) return false;
+  std::size_t points = 0;
+  for (const std::uint32_t i : island.contacts)
+    points += static_cast<std::size_t>(state.contacts[i].manifold.count);
+  return points > least;
+}
+
 bool was_in_flow(const WorldState& state, const Island& island) {
   return std::any_of(island.bodies.begin(), island.bodies.end(),
                      [&](std::uint32_t i) { return state.step_memory[i].flow > 0; });
@@ -123,10 +134,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   const int usual = few_points(static_cast<int>(island.joints.size()));
   const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
   OnePieceRule rule;
-  if (flow == kParted && may_flow(state, island) && has_parted(state, island, 0)) {
-    rule.flows = true;
-    return rule;
-  }
+  rule.flows = is_crowded(state, island) ||
+               (flow == kParted && may_flow(state, island) && has_parted(state, island, 0));
+  if (rule.flows) return rule;
   bool bounces = false;
   const int all = points_that_flow(state, island, bounces);
   if (all > usual) {

@@ -36,6 +36,11 @@ struct OnePieceRule {
 /// most; with a solver that is not exact all of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
+/// True if so many bodies are in each other that most contacts say what others do, as where many were made at
+/// one place: more than 1000 points, and more than 24 a body. Where it may, such an island flows whatever it
+/// does and whoever steps it, as exact answers to thousands of rows that contradict each other cost seconds.
+bool is_crowded(const WorldState& state, const Island& island);
+
 /// True if a body of the island flowed in the last step.
 bool was_in_flow(const WorldState& state, const Island& island);
 

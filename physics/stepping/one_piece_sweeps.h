@@ -20,6 +20,9 @@ namespace skerry {
 inline constexpr double kVelocityShare = 0.8;
 // Packing an island for the sweeps, in sweeps.
 inline constexpr double kSetUp = 5;
+// Sweeps over velocities, and over positions, that are made whatever they cost, where the user has not said
+// what they may: bodies that are all in each other have many times as many rows as they have work.
+inline constexpr double kLeastSweeps = 8, kLeastShiftSweeps = 4;
 // Sweeps before an interior point goes on from where they came, and how many times as many before it does
 // again.
 inline constexpr int kInteriorFrom = 20, kInteriorAgain = 5;
@@ -41,6 +44,15 @@ inline constexpr double kWild = 100;
 struct Give {
   double joints = 0, contacts = 0;
 };
+/// What joints and contacts beside them give of a shift of positions, as shares of what one alone would want:
+/// where a jam leaves no room for both, it stays bounded, and limbs rather slip through each other than out
+/// of their joints.
+inline constexpr Give kShiftGive{.joints = 0.01, .contacts = 0.1};
+
+/// Work [visits] for so many sweeps over an island.
+inline double work_of_sweeps(const IslandSystem& system, double sweeps) {
+  return (kSetUp + sweeps) * static_cast<double>(system.rows.size());
+}
 
 inline bool look_at_nothing(const std::vector<double>&) {
   return false;

@@ -10,6 +10,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -44,6 +45,8 @@ constexpr double kShorter = 0.25;
 constexpr int kShorterShifts = 3;
 // Errors above this that a solve leaves are no rounding [m or rad].
 constexpr double kContradiction = 1e-6;
+// Sweeps for a shift where no answer is found.
+constexpr double kSweptShift = 40;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024;
 
@@ -308,6 +311,22 @@ bool let_go_of_held_back(WorldState& state, const Assembly& assembly, const std:
   return any;
 }
 
+/// A shift that takes out some of the overlaps, by so many sweeps: of rows that contradict each other an
+/// exact answer is none.
+void sweep_rows(WorldState& state, const Island& island, const IslandSystem& system, IslandResult& result,
+                std::vector<double>& lambda, std::vector<Velocity>& shift) {
+  SolveOptions options;
+  options.work_limit = work_of_sweeps(system, kSweptShift);
+  options.threads = state.island_threads;
+  Solution solution = sweep_until_done(system, true, {}, options, island.joints.empty() ? Give{} : kShiftGive,
+                                       look_at_nothing);
+  result.work += solution.work;
+  lambda.swap(solution.lambda);
+  give_spare(std::move(solution.lambda));
+  shift.assign(island.bodies.size(), Velocity{});
+  apply_impulses(system, lambda, shift);
+}
+
 /// Where a body is.
 struct Place {
   Vec2 position;
@@ -406,6 +425,9 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       last = kInfinity;
       continue;
     }
+    // Nor is there any shift that takes all of it out, where it is wedged, or none is found in a crowd.
+    if (!pulls && leaves_errors(assembly, shift, error))
+      sweep_rows(state, island, assembly.system, result, scratch->lambda, shift);
     const double share = share_of_shifts(state, island, shift, error);
     if (share < 1 && !held_back && let_go_of_held_back(state, assembly, scratch->lambda)) {
       held_back = true;
