@@ -33,6 +33,7 @@ TEST_P(Crowds, ComeApartAndSinkNowhere) {
   World world(config);
   add_ground(world, rough(make_disc(1), 0.5));
   std::vector<BodyId> bodies;
+  bodies.reserve(static_cast<std::size_t>(crowd.count));
   for (int k = 0; k < crowd.count; ++k) bodies.push_back(add(world, {0, 2}, rough(crowd.shape(k), 0.5)));
   double most = 0;
   for (int i = 0; i < 40; ++i) most = std::max(most, world.step(kStep).work.visits);
@@ -65,6 +66,7 @@ TEST(CrowdOfDiscs, ACoincidentColumnOfDiscsIsNoRest) {
   World world;
   add_ground(world, rough(make_disc(1), 0.5));
   std::vector<BodyId> discs;
+  discs.reserve(200);
   for (int k = 0; k < 200; ++k) discs.push_back(add(world, {0, 2}, rough(make_disc(0.5), 0.5)));
   for (int i = 0; i < 300; ++i) world.step(kStep);
   EXPECT_LT(world.report().worst_penetration, 1e-6);
