@@ -19,6 +19,7 @@
 // With different e the answer is drawn towards the plastic one where it would gain.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "physics/solver/impact_laws.h"
@@ -27,6 +28,9 @@
 
 namespace skerry::impact {
 namespace {
+
+// Visits a row for the question whether contacts can open.
+constexpr double kOpeningWork = 3000;
 
 /// Rows of one kind by body, one body after the other.
 struct RowsOfBodies {
@@ -121,7 +125,8 @@ class Neighbourhood {
 
 /// Could all contacts open at once? True when some motion w has J w >= 1 for every contact and J w = 0 for
 /// every joint; its least-energy form is a complementarity problem that has a solution exactly then.
-bool can_all_open(const ImpactProblem& problem) {
+/// @param work  what it cost is added to it
+bool can_all_open(const ImpactProblem& problem, SolveWork& work) {
   ImpactResult scratch;
   const std::vector<int> rows = unilateral_rows(problem.system);
   std::vector<double> targets(rows.size());
@@ -130,8 +135,12 @@ bool can_all_open(const ImpactProblem& problem) {
   }
   ImpactProblem still = problem;
   std::fill(still.drive.begin(), still.drive.end(), 0);
+  // Where there is none, the search for it would take all the work there is.
+  const double enough = kOpeningWork * static_cast<double>(rows.size());
+  if (!(still.work_limit > 0 && still.work_limit < enough)) still.work_limit = enough;
   const Velocities rest(problem.velocity.size(), {0, 0, 0});
   const std::vector<double> lambda = unilateral(still, rows, rest, targets, scratch);
+  work += scratch.work;
   Velocities w = rest;
   for (std::size_t k = 0; k < rows.size(); ++k) apply_row(problem.system, rows[k], lambda[k], w);
   for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -161,10 +170,10 @@ bool has_run_away(const ImpactProblem& problem, const Velocities& x, double most
 }
 
 /// The elastic phase. Returns x, adds to `lambda`; contacts that cannot open are locked (they stop
-/// plastically). Ends early, with more than `most` energy or contacts that contradict each other, where
-/// ground that moves squeezes bodies.
-Velocities reflect(const ImpactProblem& problem, double most, std::vector<double>& lambda,
-                   ImpactResult& result) {
+/// plastically). Nothing where bodies are squeezed: with more than `most` energy or contacts that contradict
+/// each other, by ground that moves; with rows that still do so after many rounds, by joints.
+std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std::vector<double>& lambda,
+                                  ImpactResult& result) {
   const IslandSystem& system = problem.system;
   Spare<ReflectionVectors> vectors;
   Neighbourhood near(system, *vectors);
@@ -187,7 +196,7 @@ Velocities reflect(const ImpactProblem& problem, double most, std::vector<double
   const int contacts = static_cast<int>(candidates.size());
   const int first_check = 4 * contacts + 50;
   int next_check = first_check;
-  bool separable = false;
+  std::optional<bool> separable;
   std::vector<double>& recent = vectors->recent;
   recent.assign(system.rows.size(), 0);
 
@@ -220,7 +229,7 @@ Velocities reflect(const ImpactProblem& problem, double most, std::vector<double
       ++result.reflections;
     }
     for (const int i : approaching) active[i] = 0;
-    if (most < kInfinity && has_run_away(problem, x, most, result)) break;
+    if (most < kInfinity && has_run_away(problem, x, most, result)) return {};
 
     // Only contacts of bodies whose velocity changed can have begun to approach.
     candidates.clear();
@@ -233,21 +242,20 @@ Velocities reflect(const ImpactProblem& problem, double most, std::vector<double
     candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
 
     if (round < next_check) continue;
+    if (result.residual > kContradiction) return {};
     next_check = round + first_check;
-    double largest = 0;
-    for (const int i : rows_of(system, RowKind::Normal)) {
-      largest = std::max(largest, recent[i] * std::sqrt(inverse_mass(system, i)));
-    }
-    if (!separable) {
-      separable = can_all_open(problem);
+    // Places do not change in an impact.
+    if (!separable) separable = can_all_open(problem, result.work);
+    if (!*separable) {
       // Balls wedged between walls would bounce for ever: contacts that carried the most lose their
       // elasticity.
-      if (!separable) {
-        for (const int i : rows_of(system, RowKind::Normal)) {
-          if (!locked[i] && recent[i] * std::sqrt(inverse_mass(system, i)) > 1e-3 * largest) {
-            locked[i] = 1;
-            ++result.locked;
-          }
+      double largest = 0;
+      for (const int i : rows_of(system, RowKind::Normal))
+        largest = std::max(largest, recent[i] * std::sqrt(inverse_mass(system, i)));
+      for (const int i : rows_of(system, RowKind::Normal)) {
+        if (!locked[i] && recent[i] * std::sqrt(inverse_mass(system, i)) > 1e-3 * largest) {
+          locked[i] = 1;
+          ++result.locked;
         }
       }
     }
@@ -337,13 +345,13 @@ ImpactResult apply_reflections(const ImpactProblem& problem) {
   std::vector<double> elastic(system.rows.size(), 0);
   if (e_max > 0) {
     const double most = most_energy(problem);
-    Velocities x = reflect(problem, most, elastic, result);
-    if (most < kInfinity && has_run_away(problem, x, most, result)) {
+    std::optional<Velocities> x = reflect(problem, most, elastic, result);
+    if (!x) {
       // What is squeezed does not bounce.
       e_max = 0;
     } else if (e_min >= 1 && result.locked == 0 && result.status == SolveStatus::Solved) {
       result.lambda = std::move(elastic);
-      result.velocity = std::move(x);
+      result.velocity = std::move(*x);
       add_friction(problem, result);
       return result;
     }

@@ -7,6 +7,7 @@
 #include "physics/solver/impact_law.h"
 #include "physics/solver/impact_tools.h"
 #include "physics/spare.h"
+#include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
@@ -133,7 +134,11 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     plastic.work += impact.work;
     impact = std::move(plastic);
   }
+  // Joints that contradict each other may want any velocity.
+  std::optional<IslandEnergy> energy;
+  if (!island.joints.empty() && !state.impact_law->may_create_energy) energy.emplace(state, island);
   store_velocities(state, island, impact.velocity);
+  if (energy) energy->take_much(state, island, 0);
   for (int i = 0; i < problem.system.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];
     if (origin.joint) {

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "physics/solver/impact_law.h"
+#include "physics/solver/solver.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -263,6 +264,30 @@ TEST(Impact, BallBetweenTwoWallsEndsInsteadOfBouncingForEver) {
   world.step(1.0 / 60);
   EXPECT_NEAR(world.velocity(ball).x, 0, 1e-6);
   EXPECT_NEAR(world.velocity(ball).y, 0.3, 1e-12);
+}
+
+TEST(Impact, WhatJointsSqueezeDoesNotBounceForEver) {
+  // One joint holds the body, another one pulls it on: no velocity is an answer, and any lets it approach.
+  ImpactProblem problem;
+  problem.system.bodies = {{1, 0}};
+  problem.system.positions = {{0, 0}};
+  for (const RowKind kind : {RowKind::Joint, RowKind::Joint, RowKind::Normal}) {
+    Row row;
+    row.kind = kind;
+    row.b = 0;
+    row.Jb = {1, 0, 0};
+    if (kind == RowKind::Joint) row.lower = -kInfinity;
+    problem.system.rows.push_back(row);
+  }
+  problem.system.b = {0, 0, 0};
+  problem.drive = {0, 1, 0};
+  problem.restitution = {0, 0, 0.9};
+  problem.velocity = {{-1, 0, 0}};
+  problem.solver = &find_solver("auto");
+  const ImpactResult result = find_impact_law("reflections").apply(problem);
+  EXPECT_LT(result.reflections, 1000);
+  EXPECT_NE(result.status, SolveStatus::Solved);
+  EXPECT_LE(std::abs(result.velocity[0][0]), 1.1);
 }
 
 TEST(Impact, RandomChainsEndKeepMomentumAndNeverGainEnergy) {
