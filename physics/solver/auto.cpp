@@ -198,7 +198,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   const auto settles = [&](std::span<const double> start) {
     note(solution, kDependent);
     const DependentRows found = solve_dependent_rows(system, start, options, solution);
-    if (found == DependentRows::Solved) solution.method = "body_space";
+    if (found == DependentRows::Solved) solution.method = "dependent_rows";
     return found != DependentRows::Unknown;
   };
   if (jams && smooth && settles(warm_start)) return solution;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "physics/solver/impact_law.h"
 #include "physics/solver/impact_tools.h"

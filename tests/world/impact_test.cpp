@@ -120,6 +120,7 @@ TEST(Cradle, RestitutionBelowOneMixesElasticAndPlasticAnswers) {
   // All five touch: the plastic share 1 - e is spread evenly, the elastic one goes to the last.
   World world(weightless());
   std::vector<BodyId> discs;
+  discs.reserve(5);
   for (int i = 0; i < 5; ++i) {
     discs.push_back(
         add(world, {static_cast<double>(i), 0}, smooth(make_disc(0.5), 0.9), 1, {i == 0 ? 1.0 : 0.0, 0}));
