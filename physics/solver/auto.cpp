@@ -27,8 +27,9 @@ constexpr double kExactShare = 0.6, kConvexShare = 0.25, kSweepShare = 0.1;
 // Rounds of the convex step, and the residual relative to the last round's above which it is given up.
 constexpr int kConvexRounds = 20;
 constexpr double kConvexProgress = 0.8;
-// Visits a row that a few jammed bodies may cost: 99 of 100 answers to random mechanisms take less than 200.
-constexpr double kJammedWork = 3000;
+// Visits a row within which few bodies with joints mostly have their answer (99 of 100 in random mechanisms
+// take less than 200), and those that jammed ones may cost.
+constexpr double kSoon = 300, kJammedWork = 3000;
 // Rows up to which complementary pivoting ends within seconds.
 constexpr std::size_t kPivotingRows = 2000;
 // A relative residual above which another start of the sweeps is tried.
@@ -193,29 +194,34 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     if (try_small_states(system, warm_start, options, solution)) return solution;
   }
 
-  // Joints of few bodies that have no answer so far depend on each other or jam.
-  const bool jams = system.rows.size() <= kDependentRows && system.rows.front().kind != RowKind::Normal;
-  const auto settles = [&](std::span<const double> start) {
-    note(solution, kDependent);
-    const DependentRows found = solve_dependent_rows(system, start, options, solution);
-    if (found == DependentRows::Solved) solution.method = "dependent_rows";
-    return found != DependentRows::Unknown;
-  };
-  if (jams && smooth && settles(warm_start)) return solution;
-  if (jams && options.work_limit > 0) {
-    most = std::min(most, kJammedWork * static_cast<double>(system.rows.size()));
-    rest.work_limit = kExactShare * most;
-  }
-
   if (system.rows.size() <= kForgottenRows) memory = nullptr;
   if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
   AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
   std::unique_ptr<SolverMemory> fresh;  // of the rounds below
-  const SolveWork vain = solution.work;
-  solution = solve_body_space(system, warm_start, rest, kept ? &kept->body_space : nullptr);
-  solution.work += vain;
-  if (solution.status == SolveStatus::Solved) return solution;
-  if (jams && !smooth && settles(solution.lambda)) return solution;
+  const auto search = [&](const SolveOptions& within) {
+    Solution found = solve_body_space(system, warm_start, within, kept ? &kept->body_space : nullptr);
+    if (solution.lambda.empty()) {
+      found.work += solution.work;
+      solution = std::move(found);
+    } else {
+      take_better(solution, std::move(found));
+    }
+    return solution.status == SolveStatus::Solved;
+  };
+  // Joints of few bodies that have no answer soon depend on each other or jam.
+  if (system.rows.size() <= kDependentRows && system.rows.front().kind != RowKind::Normal) {
+    const auto rows = static_cast<double>(system.rows.size());
+    SolveOptions soon = rest;
+    soon.work_limit = std::min(most > 0 ? rest.work_limit : kInfinity, kSoon * rows);
+    if (search(soon)) return solution;
+    note(solution, kDependent);
+    const DependentRows found = solve_dependent_rows(system, solution.lambda, options, solution);
+    if (found == DependentRows::Solved) solution.method = "dependent_rows";
+    if (found != DependentRows::Unknown) return solution;
+    if (most > 0) most = std::min(most, kJammedWork * rows);
+    rest.work_limit = kExactShare * most;
+  }
+  if (search(rest)) return solution;
 
   // What is left of the budget; each rung is granted a share of its own, whatever the ones before took.
   const auto remaining = [&](double share) {
