@@ -166,7 +166,7 @@ class DependentRowsSolve {
       } else if (state(i) == RowState::Free && !is_open(i)) {
         along(i, static_cast<Index>(free.size())) = 1;
         free.push_back(i);
-      } else if (!is_open(i) && row(i).mu > 0) {
+      } else if (!is_open(i) && row(i).mu > 0 && size_[normal] > 0) {
         const Index place = std::find(free.begin(), free.end(), normal) - free.begin();
         along(i, place) = (state(i) == RowState::Lower ? -row(i).mu : row(i).mu) * size_[i] / size_[normal];
         slips_ = true;

@@ -130,6 +130,29 @@ TEST(DependentRows, NumbersThatAreNoneAreNoAnswer) {
   for (const double z : solution.lambda) EXPECT_EQ(z, 0);
 }
 
+TEST(DependentRows, FrictionOfAContactThatMovesNothingIsNone) {
+  // A wheel that only turns, on a contact under its axle, which carries nothing and so does not rub; what
+  // lifts one of its two edges beside it has its answer all the same.
+  SceneBuilder builder({.friction = 0.5});
+  builder.body({0, 0}, 1, 0.1);
+  builder.body({3, 0}, 1, 0.1);
+  builder.pin(-1, 1, {3, 0});
+  builder.contact(-1, 0, {0, -1}, {0, 1});
+  builder.body({6, 0}, 1, 0.1);
+  builder.contact(-1, 2, {5.6, -0.4}, {0, 1});
+  builder.contact(-1, 2, {6.4, -0.4}, {0, 1});
+  Scene scene = builder.finish();
+  scene.system.bodies[0].linear = 0;
+  scene.system.b = {0.2, -0.1, 0, 0.3, 0.5, 0, -0.4, 0};
+  Solution solution;
+  EXPECT_EQ(solve_dependent_rows(scene.system, {}, {}, solution), DependentRows::Solved);
+  EXPECT_EQ(solution.lambda[2], 0);
+  EXPECT_EQ(solution.lambda[3], 0);
+  EXPECT_GT(solution.lambda[4], 0);
+  EXPECT_EQ(solution.lambda[6], 0);
+  EXPECT_LE(natural_map_residual(scene.system, solution.lambda), 1e-12);
+}
+
 TEST(DependentRows, TheLadderStopsThere) {
   // What is jammed by joints costs a bounded number of visits, whatever the ladder may.
   Scene scene = row_of_pins(2, 0);
