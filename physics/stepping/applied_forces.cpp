@@ -51,6 +51,8 @@ bool meets_motion(const WorldState& state, const Island& island) {
 
 namespace {
 
+// Velocities beyond this [m/s, rad/s] are no answers: products of such numbers still fit a double.
+constexpr double kFastest = 1e100;
 // Nothing is left of a velocity after this many times in which drag takes most of it.
 constexpr double kSteepest = 1e12;
 
@@ -140,6 +142,55 @@ DampedMotion damped_motion(const WorldState& state, std::uint32_t body, const Jo
     a = (a - r[c / 2] / h * velocity_before[c]) * (c < 2 ? out.linear : out.angular);
   }
   return out;
+}
+
+void take_forces(WorldState& state, const Island& island, double elapsed, double h,
+                 const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                 std::vector<InverseMass>& damping) {
+  damping.resize(before.size());
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const std::uint32_t body = island.bodies[k];
+    std::array<double, 3> mid{}, path{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      mid[c] = 0.5 * (before[k][c] + after[k][c]);
+      path[c] = 0.25 * h * (before[k][c] + mid[c]);
+    }
+    const double angle = state.bodies.angle[body] + path[2];
+    const JointEnd middle{state.bodies.position[body] + Vec2{path[0], path[1]},
+                          Rot::from_angle(angle),
+                          angle,
+                          {mid[0], mid[1]},
+                          mid[2]};
+    const DampedMotion damped = damped_motion(state, body, middle, elapsed + 0.5 * h, before[k], h);
+    damping[k] = {damped.linear, damped.angular};
+    state.acceleration[body] = {damped.acceleration[0], damped.acceleration[1]};
+    state.angular_acceleration[body] = damped.acceleration[2];
+  }
+}
+
+void take_drag_of_impulses(WorldState& state, const Island& island, double h,
+                           const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                           const std::vector<InverseMass>& damping) {
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const std::uint32_t body = island.bodies[k];
+    Vec2& a = state.acceleration[body];
+    double& alpha = state.angular_acceleration[body];
+    // v1 = v0 + h a + damping M^-1 J' lambda; without drag the last product would have no factor.
+    const double linear = (1 - 1 / damping[k].linear) / h, angular = (1 - 1 / damping[k].angular) / h;
+    a += linear * (Vec2{after[k][0] - before[k][0], after[k][1] - before[k][1]} - h * a);
+    alpha += angular * (after[k][2] - before[k][2] - h * alpha);
+  }
+}
+
+bool are_lost(WorldState& state, const Island& island, const std::vector<Velocity>& after) {
+  bool any = false;
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const Velocity& v = after[k];
+    if (std::abs(v[0]) < kFastest && std::abs(v[1]) < kFastest && std::abs(v[2]) < kFastest) continue;
+    state.bodies.velocity[island.bodies[k]] = {kInfinity, kInfinity};
+    any = true;
+  }
+  return any;
 }
 
 double largest_acceleration(const WorldState& state, const Island& island) {

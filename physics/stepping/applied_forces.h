@@ -4,9 +4,11 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "physics/islands/island_builder.h"
 #include "physics/joint_rows.h"
+#include "physics/stepping/island_rows.h"
 
 namespace skerry {
 
@@ -54,5 +56,23 @@ struct DampedMotion {
 /// @param velocity_before  where the time `h` [s] begins
 DampedMotion damped_motion(const WorldState& state, std::uint32_t body, const JointEnd& motion,
                            double elapsed, const std::array<double, 3>& velocity_before, double h);
+
+/// The forces of the middle of a time `h` [s] in which the island's velocities change evenly from `before` to
+/// `after`: they become the accelerations of the world's state.
+/// @param elapsed  since the beginning of the step [s]
+/// @param damping  becomes what drag makes of the inverse masses, as factors by body
+void take_forces(WorldState& state, const Island& island, double elapsed, double h,
+                 const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                 std::vector<InverseMass>& damping);
+
+/// Accelerations that `take_forces` found are without contacts and joints. What these did to the velocities
+/// met drag, too: it becomes part of the accelerations, so that m a is the force that did work.
+void take_drag_of_impulses(WorldState& state, const Island& island, double h,
+                           const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                           const std::vector<InverseMass>& damping);
+
+/// True if velocities left the numbers, as under a field that is too steep for the step: the world contains
+/// bodies whose velocities are no numbers, and nothing is to be found on their ways.
+bool are_lost(WorldState& state, const Island& island, const std::vector<Velocity>& after);
 
 }  // namespace skerry

@@ -66,7 +66,7 @@ double fastest_now(const WorldState& state, const Island& island) {
 class ComingToRest {
  public:
   ComingToRest(WorldState& state, const Island& island, double h, IslandResult& result)
-      : state_(state), island_(island), h_(h), result_(result) {}
+      : state_(state), island_(island), h_(h), result_(result), varying_(has_varying_forces(state, island)) {}
 
   /// @param every  steps from one look to the next; 0: it was held in the last step
   RestLook run(int every) {
@@ -78,6 +78,8 @@ class ComingToRest {
     }
     if (meets_motion(state_, island_) || is_free(state_, island_)) return RestLook::None;
     if (joints_are_off(state_, island_, 0, kJointed)) return RestLook::None;
+    if (varying_) gravity_ = h_ * forces_of_rest();
+    if (!(gravity_ > 0)) return RestLook::None;
     find_forces(kClosed);
     const bool exact = is_exact() && !joints_are_off(state_, island_, 0, kClosed);
     // It would have gone on a little.
@@ -94,6 +96,7 @@ class ComingToRest {
       speed = std::max({fastest(), left_, widest_gap() / h_});
       stop(false);
     }
+    if (varying_) begin_at_rest();
     report(speed / gravity_);
     return RestLook::Rests;
   }
@@ -101,7 +104,8 @@ class ComingToRest {
   /// Stops the island, with what sweeps from the last forces find in the work of a step in flow.
   /// @param again  that was done in the last step: nothing changes
   void stop_slow(bool again) {
-    gravity_ = std::max(h_ * largest_acceleration(state_, island_), state_.config.sleep_speed);
+    const double largest = varying_ ? forces_of_rest() : largest_acceleration(state_, island_);
+    gravity_ = std::max(h_ * largest, state_.config.sleep_speed);
     Spare<std::vector<Velocity>> after;
     aim(kNearlyClosed, *after);
     Spare<std::vector<double>> last;
@@ -123,10 +127,34 @@ class ComingToRest {
     else
       stop(false);
     result_.step_memory = {.stopped = 1, .slow = kSlowFor};
+    if (varying_) begin_at_rest();
     report(speed / gravity_);
   }
 
  private:
+  /// Accelerations become those of bodies that do not move, on which no drag acts. @return the largest one
+  double forces_of_rest() {
+    const BodyArrays& all = state_.bodies;
+    for (const std::uint32_t i : island_.bodies) {
+      const std::array<double, 3> a =
+          applied_acceleration(state_, i, {all.position[i], all.rotation[i], all.angle[i], {}, 0}, 0);
+      state_.acceleration[i] = {a[0], a[1]};
+      state_.angular_acceleration[i] = a[2];
+    }
+    return largest_acceleration(state_, island_);
+  }
+
+  /// They become those with which the next step begins, by which it is known that nothing changed.
+  void begin_at_rest() {
+    const BodyArrays& all = state_.bodies;
+    for (const std::uint32_t i : island_.bodies) {
+      const JointEnd end{all.position[i], all.rotation[i], all.angle[i], {}, 0};
+      const std::array<double, 3> a = damped_motion(state_, i, end, 0, {}, h_).acceleration;
+      state_.acceleration[i] = {a[0], a[1]};
+      state_.angular_acceleration[i] = a[2];
+    }
+  }
+
   void report(double residual) {
     result_.report.method = solution_.method;
     result_.report.iterations = solution_.iterations;
@@ -326,6 +354,7 @@ class ComingToRest {
   const Island& island_;
   double h_;
   IslandResult& result_;
+  bool varying_;
   double gravity_ = 0;  ///< what it does in a step [m/s]
   Spare<Assembly> rows_;
   bool searched_ = false;
@@ -446,7 +475,7 @@ void note_slowness(const WorldState& state, const Island& island, double h, Isla
 }
 
 RestLook come_to_rest(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (has_varying_forces(state, island) || !state.solver->exact) return RestLook::None;
+  if (!state.solver->exact) return RestLook::None;
   if (is_held(state, island)) return ComingToRest(state, island, h, result).run(0);
   const double more = std::sqrt(std::max(1.0, static_cast<double>(island.bodies.size()) / kUsualBodies));
   const int every = static_cast<int>(kEvery * more);

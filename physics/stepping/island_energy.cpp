@@ -92,11 +92,6 @@ bool has_no_bound(const WorldState& state, const Island& island) {
   });
 }
 
-/// True if energy may come from elsewhere.
-bool is_unbounded(const WorldState& state, const Island& island) {
-  return has_no_bound(state, island) || ground_moves(state, island) || has_varying_forces(state, island);
-}
-
 /// In the springs of an island [J].
 double energy_of_springs(const WorldState& state, const Island& island) {
   double sum = 0;
@@ -146,7 +141,7 @@ struct InnerMotion {
 
 }  // namespace
 
-IslandEnergy::IslandEnergy(const WorldState& state, const Island& island) {
+IslandEnergy::IslandEnergy(const WorldState& state, const Island& island, bool known) : known_(known) {
   const BodyArrays& all = state.bodies;
   for (const std::uint32_t i : island.bodies) {
     start_->push_back({all.position[i], all.angle[i]});
@@ -168,6 +163,11 @@ double IslandEnergy::gain(const WorldState& state, const Island& island) const {
   }
   gain += kinetic;
   return std::abs(gain) > 1e-15 * kinetic ? gain : 0;
+}
+
+bool IslandEnergy::is_unbounded(const WorldState& state, const Island& island) const {
+  return has_no_bound(state, island) || ground_moves(state, island) ||
+         (!known_ && has_varying_forces(state, island));
 }
 
 double IslandEnergy::unexplained_gain(const WorldState& state, const Island& island, double h) const {

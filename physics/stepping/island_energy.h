@@ -31,7 +31,8 @@ RigidMotion rigid_motion(const WorldState& state, const Island& island);
 /// The energy of an island at one moment, kept to see whether what follows creates any.
 class IslandEnergy {
  public:
-  IslandEnergy(const WorldState& state, const Island& island);
+  /// @param known  forces that depend on the state are: by `take_forces` and `take_drag_of_impulses`
+  IslandEnergy(const WorldState& state, const Island& island, bool known = false);
   /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
   /// the motion of the bodies against each other (against the ground, if they touch it), by one factor for
   /// all of them. Does nothing where moving ground, or a motor without limit, may have brought energy.
@@ -57,6 +58,8 @@ class IslandEnergy {
   /// What was gained beyond the work of the external forces, of springs, and of motors at most, in a time `h`
   /// [J]; 0 where it may have come from elsewhere.
   double unexplained_gain(const WorldState& state, const Island& island, double h) const;
+  /// True if energy may come from elsewhere.
+  bool is_unbounded(const WorldState& state, const Island& island) const;
 
   struct Place {
     Vec2 position;
@@ -64,6 +67,7 @@ class IslandEnergy {
   };
   Spare<std::vector<Place>> start_;
   double kinetic_ = 0, springs_ = 0;
+  bool known_;
 };
 
 }  // namespace skerry

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "physics/spare.h"
+#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/deep_points.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
@@ -63,6 +64,7 @@ class OnePieceStep {
         h_(to - from),
         exact_(answer != Answer::Swept),
         nearly_(answer == Answer::NearlyExact && may_flow(state)),
+        varying_(has_varying_forces(state, island)),
         result_(result) {
     slow_ = slow_speed(state, island, h_);
     const auto bodies = static_cast<double>(island.bodies.size());
@@ -81,8 +83,9 @@ class OnePieceStep {
     std::vector<Velocity> before = island_velocities(state_, island_);
     std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
     std::vector<std::uint8_t> pushed = take_spare<std::vector<std::uint8_t>>();
-    const bool solved = solve(before, after, pushed);
-    if (solved) move_on(before, after, pushed);
+    const bool lost = varying_ && !foresee_forces(before, after);
+    const bool solved = lost || solve(before, after, pushed);
+    if (solved && !lost && !(varying_ && are_lost(state_, island_, after))) move_on(before, after, pushed);
     give_spare(std::move(before));
     give_spare(std::move(after));
     give_spare(std::move(pushed));
@@ -90,11 +93,23 @@ class OnePieceStep {
   }
 
  private:
+  /// Forces that depend on the state are those of the middle of the free motion that they give.
+  /// @return false where that leaves the numbers
+  bool foresee_forces(const std::vector<Velocity>& before, std::vector<Velocity>& after) {
+    after = before;
+    take_forces(state_, island_, from_, h_, before, after, *damping_);
+    add_free_motion(state_, island_, h_, after);
+    if (are_lost(state_, island_, after)) return false;
+    take_forces(state_, island_, from_, h_, before, after, *damping_);
+    return true;
+  }
+
   void move_on(const std::vector<Velocity>& before, std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
     result_.report.flowing = !exact_;
     result_.one_piece = exact_;
-    const IslandEnergy energy(state_, island_);
+    if (varying_) take_drag_of_impulses(state_, island_, h_, before, after, *damping_);
+    const IslandEnergy energy(state_, island_, true);
     if (!island_.joints.empty() && !exact_) energy.bound(state_, island_, h_, after);
     std::vector<PathEnd> start;
     if (state_.observe.paths) {
@@ -241,6 +256,10 @@ class OnePieceStep {
     request.ahead = h_;
     assemble(state_, island_, request, assembly);
     IslandSystem& system = assembly.system;
+    for (std::size_t k = 0; varying_ && k < system.bodies.size(); ++k) {
+      system.bodies[k].linear *= (*damping_)[k].linear;
+      system.bodies[k].angular *= (*damping_)[k].angular;
+    }
     warm.resize(system.rows.size());
     aim_joints(state_, from_, h_, after, assembly, warm);
     share_each(state_.island_threads, system.rows.size(), kItemsAPiece, [&](std::size_t i) {
@@ -484,12 +503,14 @@ class OnePieceStep {
   double from_, h_;
   bool exact_;   ///< no flow
   bool nearly_;  ///< what is nearly exact serves, too: then the island flows
+  bool varying_;
   IslandResult& result_;
   double slow_ = 0;                 ///< what approaches no faster is shaken by the forces of a step [m/s]
   double exact_limit_ = 0;          ///< work for an exact answer
   double limit_ = 0;                ///< work of the step in flow
   double swept_limit_ = kInfinity;  ///< of that for sweeps of velocities
   Spare<std::vector<Vec2>> lag_;    ///< by body of islands with joints: see `bind_jointed`
+  Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
 };
 
 bool make_step(WorldState& state, const Island& island, double from, double to, OnePieceStep::Answer answer,

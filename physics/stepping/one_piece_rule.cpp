@@ -31,7 +31,7 @@ constexpr int kManyPoints = 100;
 constexpr double kDisplaced = 0.01;
 // The same that exact steps never leave where they find the places of the bodies.
 constexpr double kApart = 1e-5;
-// Restitution up to which a pile may flow: balls that keep more of their speed are no pile.
+// Restitution up to which a pile flows by its motion: balls that keep more of their speed are no pile.
 constexpr double kMostBounce = 0.5;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
@@ -48,30 +48,32 @@ int few_points(int joints) {
   return std::max(kFewPoints - joints, kFewestPoints);
 }
 
-bool may_flow(const WorldState& state, const Island& island) {
-  return may_flow(state) && !state.config.accuracy && !has_varying_forces(state, island);
+bool flow_serves(const WorldState& state) {
+  return may_flow(state) && !state.config.accuracy;
 }
 
-/// Points of the island, or 0 where something bounces well or depends on the state.
-/// @param bounces  set to whether anything bounces
-int points_that_flow(const WorldState& state, const Island& island, bool& bounces) {
+/// How much an island bounces at most.
+enum class Bounce { None, Some, Well };
+
+/// Points of the island, or 0 where they are too few to flow.
+/// @param bounce  set to how much any of them bounces
+int points_that_flow(const WorldState& state, const Island& island, Bounce& bounce) {
   std::atomic<int> points = 0;
-  std::atomic<bool> some_bounce = false, well = false;
+  std::atomic<bool> some = false, well = false;
   share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
     int count = 0;
     double most = 0;
-    for (std::size_t k = from; k < to && !(most > kMostBounce); ++k) {
+    for (std::size_t k = from; k < to; ++k) {
       const Contact& contact = state.contacts[island.contacts[k]];
       most = std::max(most, contact.restitution);
       count += contact.manifold.count;
     }
     points += count;
-    if (most > 0) some_bounce = true;
+    if (most > 0) some = true;
     if (most > kMostBounce) well = true;
   });
-  bounces = bounces || some_bounce;
-  if (well) return 0;
-  return points > kFewestPoints && may_flow(state, island) ? points.load() : 0;
+  bounce = well ? Bounce::Well : some ? Bounce::Some : Bounce::None;
+  return points > kFewestPoints && flow_serves(state) ? points.load() : 0;
 }
 
 /// @param elapsed  since the beginning of the step [s]
@@ -115,7 +117,7 @@ double slow_speed(const WorldState& state, const Island& island, double h) {
 
 bool is_crowded(const WorldState& state, const Island& island) {
   const std::size_t least = std::max(kCrowd, kCrowdOfBody * island.bodies.size());
-  if (2 * island.contacts.size() <= least || !may_flow(state, island)) return false;
+  if (2 * island.contacts.size() <= least || !flow_serves(state)) return false;
   std::size_t points = 0;
   for (const std::uint32_t i : island.contacts)
     points += static_cast<std::size_t>(state.contacts[i].manifold.count);
@@ -134,11 +136,12 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   const int usual = few_points(static_cast<int>(island.joints.size()));
   const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
   OnePieceRule rule;
-  rule.flows = is_crowded(state, island) ||
-               (flow == kParted && may_flow(state, island) && has_parted(state, island, 0));
+  rule.flows =
+      is_crowded(state, island) || (flow == kParted && flow_serves(state) && has_parted(state, island, 0));
   if (rule.flows) return rule;
-  bool bounces = false;
-  const int all = points_that_flow(state, island, bounces);
+  Bounce bounce = Bounce::None;
+  const int all = points_that_flow(state, island, bounce);
+  rule.bounces_well = bounce == Bounce::Well;
   if (all > usual) {
     const double step = usual_flow_work(state) * static_cast<double>(island.bodies.size());
     rule.work_limit = flow > 0 && all > kManyPoints
@@ -161,9 +164,11 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
     landings += some.landings;
   });
   if (points <= few) return rule;
-  rule.flows = flow > 0 ? fast > kLeave * points || landings > kFewLandings
-                        : fast > kEnter * points || landings > kLandings;
-  if (bounces) return rule;
+  // What bounces well flows only where exact steps proved to be dear.
+  rule.flows = flow > 0            ? fast > kLeave * points || landings > kFewLandings
+               : rule.bounces_well ? false
+                                   : fast > kEnter * points || landings > kLandings;
+  if (bounce != Bounce::None) return rule;
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
   rule.large = points > kManyPoints && island.joints.empty();
   return rule;

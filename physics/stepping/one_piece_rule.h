@@ -15,9 +15,10 @@ inline constexpr int kMustFlow = 3;
 inline constexpr int kParted = 4;
 
 struct OnePieceRule {
-  bool flows = false;  ///< with a bounded amount of work
-  bool light = false;  ///< exactly, where that can be had; tried first
-  bool large = false;  ///< so are impacts; where no exact answer can be had, it flows
+  bool flows = false;         ///< with a bounded amount of work
+  bool light = false;         ///< exactly, where that can be had; tried first
+  bool large = false;         ///< so are impacts; where no exact answer can be had, it flows
+  bool bounces_well = false;  ///< it flows only where exact steps are dear, however often they were cut
   /// Work in visits after which exact forces are given up; 0 if it may not flow.
   double work_limit = 0;
 };
@@ -32,8 +33,8 @@ struct OnePieceRule {
 /// without joints. Joints count with the points for the 30, beside more than 8 points; an island that flowed
 /// goes on while joints are off by a hundredth of a body's size. Joints that an exact step could not keep
 /// together, those of a chain without slack between two walls, flow with or without contacts. Islands with
-/// restitution above 0.5 or forces that depend on the state are neither, those that bounce at all flow at
-/// most; with a solver that is not exact all of more than 8 points flow.
+/// restitution above 0.5 flow only where an exact step costs more than `work_limit`, those that bounce at all
+/// are not lightly disturbed; with a solver that is not exact all of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// True if so many bodies are in each other that most contacts say what others do, as where many were made at

@@ -45,28 +45,8 @@ class PieceSolve {
     const double h = piece_.h;
     after = before;
     Spare<std::vector<InverseMass>> damping;
-    damping->resize(before.size());
     for (int pass = 0; pass < 3; ++pass) {
-      for (std::size_t k = 0; k < after.size(); ++k) {
-        const std::uint32_t body = island_.bodies[k];
-        std::array<double, 3> mid{}, path{};
-        for (std::size_t c = 0; c < 3; ++c) {
-          mid[c] = 0.5 * (before[k][c] + after[k][c]);
-          path[c] = 0.25 * h * (before[k][c] + mid[c]);
-        }
-        const double angle = state_.bodies.angle[body] + path[2];
-        const JointEnd middle{state_.bodies.position[body] + Vec2{path[0], path[1]},
-                              Rot::from_angle(angle),
-                              angle,
-                              {mid[0], mid[1]},
-                              mid[2]};
-        const DampedMotion damped =
-            damped_motion(state_, body, middle, piece_.elapsed + 0.5 * h, before[k], h);
-        const std::array<double, 3>& a = damped.acceleration;
-        (*damping)[k] = {damped.linear, damped.angular};
-        state_.acceleration[body] = {a[0], a[1]};
-        state_.angular_acceleration[body] = a[2];
-      }
+      take_forces(state_, island_, piece_.elapsed, h, before, after, *damping);
       // The first guess needs no contact forces: the second pass has them.
       if (pass == 0) {
         add_free_motion(state_, island_, h, after);
@@ -74,6 +54,7 @@ class PieceSolve {
         solve_once(before, after, &*damping);
         if (found_.given_up) return;
       }
+      if (are_lost(state_, island_, after)) return;
     }
   }
 

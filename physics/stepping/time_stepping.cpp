@@ -42,8 +42,6 @@ constexpr int kFewPieces = 4;
 // fourteenth of g h. That doubles every so many pieces, up to g h itself.
 constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
 constexpr double kBouncePiecesADoubling = 4;
-// Velocities beyond this [m/s, rad/s] are no answers: products of such numbers still fit a double.
-constexpr double kFastest = 1e100;
 // Ends of sliding that cut a step; further ones are of first order.
 constexpr int kMostStops = 4;
 // A piece in which nothing rests needs no solve and costs this much less.
@@ -132,13 +130,13 @@ class IslandStep {
       const Piece part{elapsed_, length, resting_, last, stops_ < kMostStops, varying_, told_};
       PieceForces forces = solve_piece(state_, island_, part, before, after, result_);
       if (forces.given_up) return elapsed_;
-      if (is_lost(after)) return to;
+      if (are_lost(state_, island_, after)) return to;
       double hit = last ? length : next_hit(length, before, after);
       // Points that would go down from where they are join the solve; each round adds at least one.
       while (sinking_) {
         forces = solve_piece(state_, island_, part, before, after, result_);
         if (forces.given_up) return elapsed_;
-        if (is_lost(after)) return to;
+        if (are_lost(state_, island_, after)) return to;
         hit = next_hit(length, before, after);
       }
       // The end of sliding is an end of the piece.
@@ -192,25 +190,12 @@ class IslandStep {
   }
 
   /// The rest of a step that was cut too often, with landings plastic. @return false, and nothing has
-  /// happened, where joints and forces that depend on the state want a piece like the others
+  /// happened, where joints want a piece like the others
   bool end_in_one_piece(double to) {
-    if (!island_.joints.empty() || varying_ || state_.config.accuracy) return false;
+    if (!island_.joints.empty() || state_.config.accuracy) return false;
     if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
     if (may_flow(state_)) step_island_in_flow(state_, island_, elapsed_, to, result_);
     return may_flow(state_);
-  }
-
-  /// True if velocities left the numbers, as under a field that is too steep for the step: the world contains
-  /// bodies whose velocities are no numbers, and nothing is to be found on their ways.
-  bool is_lost(const std::vector<Velocity>& after) {
-    bool any = false;
-    for (std::size_t k = 0; k < after.size(); ++k) {
-      const Velocity& v = after[k];
-      if (std::abs(v[0]) < kFastest && std::abs(v[1]) < kFastest && std::abs(v[2]) < kFastest) continue;
-      state_.bodies.velocity[island_.bodies[k]] = {kInfinity, kInfinity};
-      any = true;
-    }
-    return any;
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.
@@ -409,7 +394,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   std::optional<KeptForces> forces;
   if (rule.work_limit > 0 && was_in_flow(state, island)) forces.emplace(state, island);
   const double there = IslandStep(state, island, rule, result).run(0, h);
-  result.step_memory.flow = std::max(restlessness(result), result.report.flowing ? 1 : 0);
+  const int cut = rule.bounces_well ? 0 : restlessness(result);
+  result.step_memory.flow = std::max(cut, result.report.flowing ? 1 : 0);
   if (there < h) {
     if (forces) forces->restore(state, island);
     step_island_in_flow(state, island, there, h, result);

@@ -3,9 +3,11 @@
 // Whole steps of a world, and impacts. Counters: residual of the contact problem, bodies, contact points.
 #include <algorithm>
 #include <benchmark/benchmark.h>
+#include <cmath>
 #include <random>
 
 #include "physics/solver/impact_law.h"
+#include "tests/support/pile.h"
 #include "tests/support/worlds.h"
 
 namespace {
@@ -185,6 +187,67 @@ void CradleImpact(benchmark::State& state) {
   state.counters["error"] = error;
 }
 BENCHMARK(CradleImpact)->Arg(5)->Arg(50)->Arg(1000)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+enum class Pile { Plain, Drag, OneDrag, Wind, Planet, BouncesALittle, BouncesWell, OneBall };
+
+/// Steps of 400 boxes and discs that fall into a pit: 4 s. What acts on them, or how they bounce, should make
+/// no difference; exactly (flow_work 0) for comparison.
+void FallingPile(benchmark::State& state, Pile pile, bool exactly) {
+  WorldConfig config;
+  if (exactly) config.flow_work = 0;
+  if (pile == Pile::Planet) config.gravity = {};
+  World world(config);
+  const double bounce = pile == Pile::BouncesALittle ? 0.4 : pile == Pile::BouncesWell ? 0.6 : 0;
+  if (pile != Pile::Planet) add_pit(world, bounce);
+  const std::vector<BodyId> bodies =
+      add_pile(world, 400, bounce, pile == Pile::Planet ? Vec2{-6, -12} : Vec2{-6, 1});
+  for (const BodyId body : bodies) {
+    if (pile == Pile::Drag || (pile == Pile::OneDrag && body == bodies.front()))
+      world.set_drag(body, {.linear = 0.05});
+  }
+  if (pile == Pile::Wind)
+    world.set_force_field([](const FieldSample& s) {
+      return Wrench{{0.1 * s.mass * std::sin(s.time), 0}, 0};
+    });
+  if (pile == Pile::Planet)
+    world.set_force_field([](const FieldSample& s) {
+      return Wrench{-9.81 * s.mass / std::max(1.0, length(s.position)) * s.position, 0};
+    });
+  if (pile == Pile::OneBall) {
+    ShapeDef ball = rough(make_disc(0.2), 0.5, 0.9);
+    ball.restitution_rule = MixingRule::Maximum;
+    add(world, {0.2, 0.5}, ball);
+  }
+  int flowing = 0;
+  for (auto _ : state) flowing += world.step(1.0 / 60).islands_in_flow > 0;
+  set_counters(state, world);
+  state.counters["flowing"] = flowing;
+}
+BENCHMARK_CAPTURE(FallingPile, plain, Pile::Plain, false)->Iterations(240)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, drag, Pile::Drag, false)->Iterations(240)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, one_feels_drag, Pile::OneDrag, false)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, wind, Pile::Wind, false)->Iterations(240)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, planet, Pile::Planet, false)->Iterations(240)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, bounces_a_little, Pile::BouncesALittle, false)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, bounces_well, Pile::BouncesWell, false)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, one_ball_bounces, Pile::OneBall, false)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, drag_exactly, Pile::Drag, true)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, planet_exactly, Pile::Planet, true)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingPile, bounces_well_exactly, Pile::BouncesWell, true)
+    ->Iterations(240)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
