@@ -144,7 +144,7 @@ struct StepReport {
   int friction_rows = 0;
   BroadPhaseChoice broad_phase;  ///< which implementation found the pairs, and why
   NarrowPhaseStats narrow;
-  SolveWork work;
+  SolveWork work;  ///< of all islands, and of rounds of the step that were made again
 
   int force_solves = 0;    ///< evaluations of contact forces at acceleration level, over all islands
   int events_found = 0;    ///< events that were located in time (releases, landings, slip, stick, limits)

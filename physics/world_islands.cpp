@@ -276,7 +276,10 @@ void Step::step_islands() {
   const bool known = rounds_ == 1 && !graph_changed_ && s_.graph_known && s_.awake == s_.graph_bodies &&
                      s_.active_joints == s_.graph_joints;
   if (!known) find_islands();
-  if (rounds_ > 1) give_exact_rounds_up();
+  if (rounds_ > 1) {
+    give_exact_rounds_up();
+    count_last_round();
+  }
   graph_changed_ = false;
   // Until the step is through: what throws leaves islands behind that mean nothing.
   s_.graph_known = false;
@@ -364,15 +367,27 @@ bool Step::is_through() const {
 void Step::give_exact_rounds_up() {
   for (const SteppedIsland& last : s_.scratch.last_round) {
     const std::vector<std::uint32_t>& bodies = last.island.bodies;
-    const double dear = kDearRound * usual_flow_work(s_) * static_cast<double>(bodies.size());
-    if (rounds_ <= kExactRounds && !(last.result.work.visits > dear)) continue;
+    // What bounces well goes exactly for as many rounds as it takes, while all of them together are not dear.
+    const bool bounces = last.result.bounces_well;
+    const double usual = usual_flow_work(s_) * static_cast<double>(bodies.size());
+    const double visits = last.result.work.visits + (bounces ? last.result.thrown_away.visits : 0);
+    const bool dear = visits > kDearRound * usual;
+    if (!dear && (bounces || rounds_ <= kExactRounds)) continue;
     if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
       continue;
-    const bool vain = last.result.work.visits > dear;
     for (const std::uint32_t i : bodies) {
       s_.step_memory[i].flow = kMustFlow;
-      if (vain) wait_after_failure(s_.step_memory[i]);
+      if (dear) wait_after_failure(s_.step_memory[i]);
     }
+  }
+}
+
+/// What islands took that are stepped again is part of what their bodies' islands take.
+void Step::count_last_round() {
+  for (const SteppedIsland& last : s_.scratch.last_round) {
+    const auto now = static_cast<std::size_t>(s_.bodies.island[last.island.bodies.front()]);
+    s_.islands[now].result.thrown_away += last.result.thrown_away;
+    s_.islands[now].result.thrown_away += last.result.work;
   }
 }
 

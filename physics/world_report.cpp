@@ -344,6 +344,7 @@ void write_report(WorldState& s, double h) {
     r.inexact_islands += result.report.status != SolveStatus::Solved;
     r.narrow += result.narrow;
     r.work += result.work;
+    r.work += result.thrown_away;
     if (s.observe.stage_times) {
       for (int k = 0; k < kStageCount; ++k) r.stage_seconds[k] += result.stage_seconds[k];
     }

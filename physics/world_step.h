@@ -116,6 +116,7 @@ class Step {
   std::size_t put_large_ones_first(std::vector<std::size_t>& to_step) const;
   bool is_through() const;
   void give_exact_rounds_up();
+  void count_last_round();
   bool stays(const SteppedIsland& island) const;
   void prepare(SteppedIsland& island, ThreadPool* threads) const;
   void prepare_again(SteppedIsland& island);

@@ -144,28 +144,56 @@ DampedMotion damped_motion(const WorldState& state, std::uint32_t body, const Jo
   return out;
 }
 
+namespace {
+
+/// Where forces are taken in a time in which the velocity changes evenly: in its middle.
+DampedMotion damped_between(const WorldState& state, std::uint32_t body, const Velocity& before,
+                            const Velocity& after, double elapsed, double h) {
+  std::array<double, 3> mid{}, path{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    mid[c] = 0.5 * (before[c] + after[c]);
+    path[c] = 0.25 * h * (before[c] + mid[c]);
+  }
+  const double angle = state.bodies.angle[body] + path[2];
+  const JointEnd middle{state.bodies.position[body] + Vec2{path[0], path[1]},
+                        Rot::from_angle(angle),
+                        angle,
+                        {mid[0], mid[1]},
+                        mid[2]};
+  return damped_motion(state, body, middle, elapsed + 0.5 * h, before, h);
+}
+
+bool is_lost(const Velocity& v) {
+  return !(std::abs(v[0]) < kFastest && std::abs(v[1]) < kFastest && std::abs(v[2]) < kFastest);
+}
+
+}  // namespace
+
 void take_forces(WorldState& state, const Island& island, double elapsed, double h,
                  const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                  std::vector<InverseMass>& damping) {
   damping.resize(before.size());
   for (std::size_t k = 0; k < after.size(); ++k) {
     const std::uint32_t body = island.bodies[k];
-    std::array<double, 3> mid{}, path{};
-    for (std::size_t c = 0; c < 3; ++c) {
-      mid[c] = 0.5 * (before[k][c] + after[k][c]);
-      path[c] = 0.25 * h * (before[k][c] + mid[c]);
-    }
-    const double angle = state.bodies.angle[body] + path[2];
-    const JointEnd middle{state.bodies.position[body] + Vec2{path[0], path[1]},
-                          Rot::from_angle(angle),
-                          angle,
-                          {mid[0], mid[1]},
-                          mid[2]};
-    const DampedMotion damped = damped_motion(state, body, middle, elapsed + 0.5 * h, before[k], h);
+    const DampedMotion damped = damped_between(state, body, before[k], after[k], elapsed, h);
     damping[k] = {damped.linear, damped.angular};
     state.acceleration[body] = {damped.acceleration[0], damped.acceleration[1]};
     state.angular_acceleration[body] = damped.acceleration[2];
   }
+}
+
+bool take_forces_of_flight(WorldState& state, std::uint32_t body, double elapsed, double h) {
+  const BodyArrays& all = state.bodies;
+  const Velocity before{all.velocity[body].x, all.velocity[body].y, all.omega[body]};
+  Velocity after = before;
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::array<double, 3> a = damped_between(state, body, before, after, elapsed, h).acceleration;
+    for (std::size_t c = 0; c < 3; ++c) after[c] = before[c] + h * a[c];
+    if (is_lost(after)) return false;
+    state.acceleration[body] = {a[0], a[1]};
+    state.angular_acceleration[body] = a[2];
+  }
+  return true;
 }
 
 void take_drag_of_impulses(WorldState& state, const Island& island, double h,
@@ -185,8 +213,7 @@ void take_drag_of_impulses(WorldState& state, const Island& island, double h,
 bool are_lost(WorldState& state, const Island& island, const std::vector<Velocity>& after) {
   bool any = false;
   for (std::size_t k = 0; k < after.size(); ++k) {
-    const Velocity& v = after[k];
-    if (std::abs(v[0]) < kFastest && std::abs(v[1]) < kFastest && std::abs(v[2]) < kFastest) continue;
+    if (!is_lost(after[k])) continue;
     state.bodies.velocity[island.bodies[k]] = {kInfinity, kInfinity};
     any = true;
   }

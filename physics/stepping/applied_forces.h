@@ -65,6 +65,10 @@ void take_forces(WorldState& state, const Island& island, double elapsed, double
                  const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                  std::vector<InverseMass>& damping);
 
+/// The same of one body that will fly freely for a time `h` [s], in the middle of that flight.
+/// @return false where that leaves the numbers
+bool take_forces_of_flight(WorldState& state, std::uint32_t body, double elapsed, double h);
+
 /// Accelerations that `take_forces` found are without contacts and joints. What these did to the velocities
 /// met drag, too: it becomes part of the accelerations, so that m a is the force that did work.
 void take_drag_of_impulses(WorldState& state, const Island& island, double h,

@@ -29,7 +29,13 @@ class FlightQueue {
  public:
   FlightQueue(WorldState& state, const Island& island, double from, double to, bool note_events,
               IslandResult& result)
-      : state_(state), island_(island), from_(from), to_(to), note_events_(note_events), result_(result) {}
+      : state_(state),
+        island_(island),
+        from_(from),
+        to_(to),
+        note_events_(note_events),
+        varying_(has_varying_forces(state, island)),
+        result_(result) {}
 
   /// True if every pair that touches is about to bounce or parts, and none overlaps.
   bool applies() const {
@@ -38,10 +44,13 @@ class FlightQueue {
       const Contact& contact = state_.contacts[i];
       return (parts(contact, from_) || approaches(contact, from_)) && !overlaps(state_, contact);
     });
-    return flies && !has_varying_forces(state_, island_) && !meets_prescribed_motion(state_, island_);
+    // Events want flights that are no parabolas to the last digit.
+    return flies && !(varying_ && note_events_) && !meets_prescribed_motion(state_, island_);
   }
 
   double run() {
+    for (const std::uint32_t body : island_.bodies)
+      if (varying_ && !take_forces_of_flight(state_, body, from_, to_ - from_)) return from_;
     link();
     forget_loads();
     Spare<std::vector<double>> times;
@@ -181,9 +190,28 @@ class FlightQueue {
     const std::vector<std::uint32_t> body{island_.bodies[k]};
     std::vector<PathEnd> start;
     if (state_.observe.paths) start = path_ends(state_, body);
+    Velocity change{};
+    if (varying_ && time < to_) change = change_of_cut(body.front(), clock_[k], t);
     fly(state_, body.front(), clock_[k], t);
+    state_.bodies.velocity[body.front()] += Vec2{change[0], change[1]};
+    state_.bodies.omega[body.front()] += change[2];
     if (state_.observe.paths) record_hermite(state_, body, clock_[k], t, start, result_);
     clock_[k] = time;
+  }
+
+  /// Forces that depend on the state were those of a flight to the end. @return what those of one that ends
+  /// after a time `t` make of the velocity besides; the path is the same but for the third order
+  Velocity change_of_cut(std::uint32_t body, double from, double t) {
+    const Vec2 a = state_.acceleration[body];
+    const double alpha = state_.angular_acceleration[body];
+    Velocity change{};
+    if (take_forces_of_flight(state_, body, from, t)) {
+      const Vec2 more = t * (state_.acceleration[body] - a);
+      change = {more.x, more.y, t * (state_.angular_acceleration[body] - alpha)};
+    }
+    state_.acceleration[body] = a;
+    state_.angular_acceleration[body] = alpha;
+    return change;
   }
 
   /// The pair `k` touches: an impact of all that touch one another. @return false if that is no flight any
@@ -200,6 +228,8 @@ class FlightQueue {
     bool flies = true;
     for (const std::uint32_t index : cluster_.contacts) flies &= parts(state_.contacts[index], now);
     for (const std::size_t member : members_) flies &= ++struck_[member] < state_.config.max_impacts_per_step;
+    for (const std::uint32_t body : cluster_.bodies)
+      flies &= !varying_ || take_forces_of_flight(state_, body, now, to_ - now);
     if (!flies) return false;
     for (const std::size_t member : members_) {
       for (std::size_t i = first_[member]; i < first_[member + 1]; ++i) foretell(contacts_of_[i], now);
@@ -251,7 +281,7 @@ class FlightQueue {
   WorldState& state_;
   const Island& island_;
   const double from_, to_;
-  const bool note_events_;
+  const bool note_events_, varying_;
   IslandResult& result_;
 
   std::vector<double> clock_;               ///< by body of the island: time of its state [s]

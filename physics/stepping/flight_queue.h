@@ -17,8 +17,9 @@ inline constexpr int kMostFlights = 8;
 ///
 /// It ends early where something comes to rest on something else (it touches and does not part, or hops no
 /// higher than 16 touch tolerances), or where a body was struck `max_impacts_per_step` times; all bodies are
-/// brought to that time. Small islands, and those with overlaps (which are not taken out here), joints,
-/// forces that vary or ground that moves as told, are left as they are.
+/// brought to that time. Small islands, and those with overlaps (which are not taken out here), joints or
+/// ground that moves as told, are left as they are; so are those on which forces depend on the state where
+/// events are noted. Else such forces are those of the middle of the flight that is left after each impact.
 ///
 /// @param from, to     since the beginning of the step [s]; manifolds are those of `from`
 /// @param note_events  report landings

@@ -124,7 +124,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.solver = state.solver;
   problem.threads = state.island_threads;
   // Impacts are not what an island may be too busy for: they have their own budget.
-  problem.work_limit = work_left(state.config.solve.work_limit, result);
+  problem.work_limit = work_left_of_all(state, result);
   if (options.work_limit > 0 && !(problem.work_limit > 0 && problem.work_limit < options.work_limit))
     problem.work_limit = options.work_limit;
   ImpactResult impact = state.impact_law->apply(problem);

@@ -43,16 +43,21 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
 /// what the step has left, so that the problems after it get their share, too, and a sixteenth of the whole
 /// at least. Beyond the limit that is halved with each quarter of it, so that a step of hundreds of hopeless
 /// problems ends, too.
-inline double work_left(double limit, const IslandResult& result) {
+inline double work_left(double limit, double spent) {
   if (!(limit > 0)) return 0;
-  const double over = std::max(0.0, result.work.visits / limit - 1);
-  return std::max(limit / 16 * std::exp2(-4 * over), 0.5 * (limit - result.work.visits));
+  const double over = std::max(0.0, spent / limit - 1);
+  return std::max(limit / 16 * std::exp2(-4 * over), 0.5 * (limit - spent));
+}
+
+/// Of the limit of the configuration, which rounds of the step that are made again share.
+inline double work_left_of_all(const WorldState& state, const IslandResult& result) {
+  return work_left(state.config.solve.work_limit, result.work.visits + result.thrown_away.visits);
 }
 
 /// The same for forces and positions, which an island that may flow can give up.
 inline double work_left(const WorldState& state, const IslandResult& result) {
-  const double limit = state.config.solve.work_limit, own = result.work_limit;
-  return work_left(limit > 0 && own > 0 ? std::min(limit, own) : std::max(limit, own), result);
+  const double all = work_left_of_all(state, result), own = work_left(result.work_limit, result.work.visits);
+  return all > 0 && own > 0 ? std::min(all, own) : std::max(all, own);
 }
 
 /// Keeps a system with its answer. @param elapsed  since the beginning of the step [s]

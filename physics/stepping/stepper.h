@@ -49,18 +49,20 @@ struct IslandNumbers {
   int reflections = 0;
   int friction_rows = 0;
   int manifolds_reused = 0;
-  int force_solves = 0;    ///< evaluations of the forces at acceleration level
-  int events_found = 0;    ///< changes of the contact mode that were located within the step
-  int mode_changes = 0;    ///< contacts that began or ceased to carry load, to stick or to slip
-  int inner_steps = 0;     ///< steps accepted by error control
-  int rejected_steps = 0;  ///< inner steps taken again because their error was too large
-  int fallbacks = 0;       ///< 1: events gave up, time_stepping made the step
-  bool in_flight = false;  ///< nothing to meet: closed form
-  bool at_rest = false;    ///< nothing changed since the last step: its result was used again
-  bool unmoved = false;    ///< a body would leave its reach: to be made again, whatever it meets
-  bool one_piece = false;  ///< one exact solve for impacts and forces
-  double overlap = 0;      ///< deepest one [m] at the beginning of a step in flow
+  int force_solves = 0;       ///< evaluations of the forces at acceleration level
+  int events_found = 0;       ///< changes of the contact mode that were located within the step
+  int mode_changes = 0;       ///< contacts that began or ceased to carry load, to stick or to slip
+  int inner_steps = 0;        ///< steps accepted by error control
+  int rejected_steps = 0;     ///< inner steps taken again because their error was too large
+  int fallbacks = 0;          ///< 1: events gave up, time_stepping made the step
+  bool in_flight = false;     ///< nothing to meet: closed form
+  bool at_rest = false;       ///< nothing changed since the last step: its result was used again
+  bool unmoved = false;       ///< a body would leave its reach: to be made again, whatever it meets
+  bool one_piece = false;     ///< one exact solve for impacts and forces
+  bool bounces_well = false;  ///< flows only where exact steps are dear
+  double overlap = 0;         ///< deepest one [m] at the beginning of a step in flow
   SolveWork work;
+  SolveWork thrown_away;  ///< of earlier rounds of the step, which had to be made again
   double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};

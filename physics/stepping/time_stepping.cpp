@@ -190,9 +190,10 @@ class IslandStep {
   }
 
   /// The rest of a step that was cut too often, with landings plastic. @return false, and nothing has
-  /// happened, where joints want a piece like the others
+  /// happened, where joints want a piece like the others, or what bounces well under forces that depend on
+  /// the state
   bool end_in_one_piece(double to) {
-    if (!island_.joints.empty() || state_.config.accuracy) return false;
+    if (!island_.joints.empty() || state_.config.accuracy || (varying_ && rule_.bounces_well)) return false;
     if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
     if (may_flow(state_)) step_island_in_flow(state_, island_, elapsed_, to, result_);
     return may_flow(state_);
@@ -376,6 +377,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   }
   if (is_held(state, island) && come_to_rest(state, island, h, result) == RestLook::Rests) return;
   const OnePieceRule rule = one_piece_rule(state, island, h);
+  result.bounces_well = rule.bounces_well;
   // Exact forces of what hangs together, or is large, cost most where they are not found.
   const bool dear = rule.large || !island.joints.empty();
   const bool waits = dear && rule.work_limit > 0 && result.step_memory.light_wait > 0;
@@ -394,6 +396,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   std::optional<KeptForces> forces;
   if (rule.work_limit > 0 && was_in_flow(state, island)) forces.emplace(state, island);
   const double there = IslandStep(state, island, rule, result).run(0, h);
+  // What bounces well is cut often, and goes on exactly.
   const int cut = rule.bounces_well ? 0 : restlessness(result);
   result.step_memory.flow = std::max(cut, result.report.flowing ? 1 : 0);
   if (there < h) {

@@ -58,8 +58,8 @@ TEST(FlowWithForces, PilesUnderDragFlowAndEndInRest) {
     EXPECT_GT(seen.flowing, 60) << drag;
     EXPECT_LT(seen.visits, most_visits(140)) << drag;
     EXPECT_LT(seen.deepest, 0.05) << drag;
-    // What the last exact steps gain by their second order, in a pile that all but rests.
-    EXPECT_LE(seen.gained, 1e-8 * seen.energy) << drag;
+    // A pile that comes to rest is lifted by its last overlaps, less than a micrometre.
+    EXPECT_LE(seen.gained, 1e-7 * seen.energy) << drag;
     // Hardly anything stops a disc that rolls in a hollow before.
     if (drag < 1) continue;
     EXPECT_TRUE(seen.at_rest) << drag;

@@ -146,5 +146,66 @@ TEST(HardDiscGas, FreeClusterKeepsItsMomentaToRounding) {
   EXPECT_NEAR(world.kinetic_energy() / energy, 1, 1e-12);
 }
 
+/// 400 elastic discs, most of them in one island, under forces that depend on the state.
+class HardDiscGasUnder : public testing::Test {
+ protected:
+  static constexpr int kCount = 400;
+
+  HardDiscGasUnder() : world_(weightless()) {
+    std::mt19937_64 random(4);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < kCount; ++i) {
+      const Vec2 at{0.11 * (i % 20 - 9.5), 0.11 * (i / 20 - 9.5)};
+      discs_.push_back(add(world_, at, smooth(make_disc(0.05), 1), 1, {normal(random), normal(random)}));
+    }
+  }
+
+  World world_;
+  std::vector<BodyId> discs_;
+};
+
+/// Impacts lose nothing, so that drag alone slows the whole of them: by the exponential, whatever they do.
+TEST_F(HardDiscGasUnder, DragSlowsAsOneBodyDoes) {
+  for (const BodyId disc : discs_) world_.set_drag(disc, {.linear = 0.5});
+  const double energy = world_.kinetic_energy();
+  int impacts = 0;
+  for (int i = 1; i <= 120; ++i) {
+    const StepReport& report = world_.step(1.0 / 120);
+    impacts += report.impacts;
+    EXPECT_EQ(report.islands_in_flow, 0);
+    EXPECT_NEAR(report.kinetic_energy, energy * std::exp(-i / 120.0), 1e-5 * energy) << i;
+  }
+  std::printf("seed 4: %d impacts\n", impacts);
+  EXPECT_GT(impacts, kCount);
+}
+
+/// In a harmonic trap the sum of the energies stays, but for the order of the method, and the centre of mass
+/// swings as one body would.
+TEST_F(HardDiscGasUnder, ATrapKeepsItsEnergyAndSwingsAsAWhole) {
+  const double stiffness = 4;
+  world_.set_force_field([=](const FieldSample& s) { return Wrench{-stiffness * s.position, 0}; });
+  const auto energy = [&] {
+    double sum = world_.kinetic_energy();
+    for (const BodyId disc : discs_) sum += 0.5 * stiffness * length_squared(world_.position(disc));
+    return sum;
+  };
+  const auto centre = [&] {
+    Vec2 sum;
+    for (const BodyId disc : discs_) sum += world_.position(disc);
+    return sum / kCount;
+  };
+  const double start = energy();
+  const Vec2 from = centre(), v = world_.momentum() / kCount;
+  int impacts = 0;
+  for (int i = 1; i <= 240; ++i) {
+    impacts += world_.step(1.0 / 120).impacts;
+    EXPECT_NEAR(energy(), start, 3e-4 * start) << i;
+    const double phase = 2 * i / 120.0;
+    EXPECT_LT(length(centre() - std::cos(phase) * from - std::sin(phase) / 2 * v), 1e-4) << i;
+  }
+  std::printf("seed 4: %d impacts, energy off by %.1e\n", impacts, std::abs(energy() / start - 1));
+  EXPECT_GT(impacts, 4 * kCount);
+}
+
 }  // namespace
 }  // namespace skerry
