@@ -130,7 +130,8 @@ TEST(HardDiscGas, FreeClusterKeepsItsMomentaToRounding) {
   std::mt19937_64 random(9);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 100; ++i) {
-    const Vec2 at{0.4 * (i % 10), 0.4 * (i / 10)};
+    const int row = i / 10;
+    const Vec2 at{0.4 * (i % 10), 0.4 * row};
     add(world, at, smooth(make_disc(0.1), 1), 1 + 0.1 * (i % 7), {normal(random), normal(random)});
   }
   const Vec2 momentum = world.momentum();
@@ -155,7 +156,8 @@ class HardDiscGasUnder : public testing::Test {
     std::mt19937_64 random(4);
     std::normal_distribution<double> normal;
     for (int i = 0; i < kCount; ++i) {
-      const Vec2 at{0.11 * (i % 20 - 9.5), 0.11 * (i / 20 - 9.5)};
+      const int row = i / 20;
+      const Vec2 at{0.11 * (i % 20 - 9.5), 0.11 * (row - 9.5)};
       discs_.push_back(add(world_, at, smooth(make_disc(0.05), 1), 1, {normal(random), normal(random)}));
     }
   }
