@@ -139,8 +139,10 @@ void Step::choose_active() {
   s_.active.clear();
   std::merge(s_.awake.begin(), s_.awake.end(), others.begin(), others.end(), std::back_inserter(s_.active));
   // The joints of the same bodies are the same joints.
-  if (s_.joints_changed || !s_.graph_known || s_.awake != s_.graph_bodies) choose_joints();
+  // The same numbers may be those of other joints.
+  if (s_.joints_changed) s_.graph_known = false;
   s_.joints_changed = false;
+  if (!s_.graph_known || s_.awake != s_.graph_bodies) choose_joints();
 }
 
 void Step::choose_joints() {

@@ -58,6 +58,37 @@ TEST_P(UserEdits, WhatFliesIsTakenApart) {
   }
 }
 
+/// A joint that is made in the place of another one is between other bodies: these are one island now.
+TEST_P(UserEdits, JointsInThePlaceOfOthersHold) {
+  WorldConfig config = test::weightless();
+  config.stepper = GetParam();
+  World world(config);
+  const BodyId a = add(world, {0, 0}, rough(make_disc(0.5), 0.5), 1, {0, 1});
+  const BodyId b = add(world, {2, 0}, rough(make_disc(0.5), 0.5), 1, {0, -1});
+  const BodyId c = add(world, {-2, 0}, rough(make_disc(0.5), 0.5), 1, {0, 2});
+  const auto rod = [&](BodyId other) {
+    return world.create_joint({.kind = JointKind::Distance,
+                               .a = a,
+                               .b = other,
+                               .anchor_a = world.position(a),
+                               .anchor_b = world.position(other)});
+  };
+  const JointId first = rod(b);
+  for (int i = 0; i < 10; ++i) world.step(kStep);
+  world.destroy(first);
+  const JointId second = rod(c);
+  ASSERT_EQ(second.index, first.index);
+  const double far = length(world.position(c) - world.position(a));
+  const Vec2 straight = world.velocity(b);
+  const double spin = world.angular_momentum();
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_EQ(world.step(kStep).islands, 2);
+    EXPECT_NEAR(length(world.position(c) - world.position(a)), far, 1e-9) << i;
+  }
+  EXPECT_EQ(world.velocity(b), straight);
+  EXPECT_NEAR(world.angular_momentum(), spin, 1e-12);
+}
+
 TEST_P(UserEdits, LeaveNoOverlapsAndNoOpenJoints) {
   const auto trials = static_cast<unsigned>(test_scale(40));
   for (unsigned seed = 1; seed <= trials; ++seed) {
