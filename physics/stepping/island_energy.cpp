@@ -2,10 +2,12 @@
 #include "physics/stepping/island_energy.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/kinematic.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
@@ -60,6 +62,8 @@ constexpr double kMuch = 0.01;
 // What is gained is taken out at the end of a step; energy beyond so many times what there is moves bodies
 // where they should not be before that.
 constexpr double kWild = 1.5;
+// What is told to move makes nothing faster than so many times its own speed, by levers and blows.
+constexpr double kLever = 4;
 
 /// True if a kinematic body or a conveyor may bring energy.
 bool ground_moves(const WorldState& state, const Island& island) {
@@ -81,15 +85,47 @@ bool is_driven(const WorldState& state, const Island& island) {
   });
 }
 
-/// True if joints may bring any amount of energy.
-bool has_no_bound(const WorldState& state, const Island& island) {
-  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
-    const JointDef& def = state.joints[i].def;
-    const auto told = [&](BodyId body) {
-      return body && state.bodies.type[body.index] == BodyType::Kinematic;
-    };
-    return (def.motor_speed && def.motor_limit == kInfinity) || told(def.a) || told(def.b);
+/// Fastest that anything of an island is told to move: ground, conveyors, motors without limit [m/s].
+double told_speed(const WorldState& state, const Island& island, double h) {
+  const BodyArrays& all = state.bodies;
+  Aabb box{all.position[island.bodies.front()], all.position[island.bodies.front()]};
+  double longest = 0;
+  for (const std::uint32_t i : island.bodies) {
+    box = united(box, {all.position[i], all.position[i]});
+    longest += 2 * state.radius[i];
+  }
+  const Vec2 middle = 0.5 * (box.lower + box.upper);
+  const double radius = 0.5 * length(box.upper - box.lower);
+  // What turns takes along what is far away from it, but no farther than bodies reach: joints may be torn.
+  const auto speed_of = [&](std::uint32_t body) {
+    if (body == BodyId::kNone || all.type[body] != BodyType::Kinematic) return 0.0;
+    double most = 0;
+    for (const double time : {0.0, h}) {
+      const KinematicState now = kinematic_state(state, body, time);
+      const double arm = std::min(length(now.p - middle) + radius, state.radius[body] + longest);
+      most = std::max(most, length(now.v) + std::abs(now.omega) * arm);
+    }
+    return most;
+  };
+  std::atomic<double> fastest = 0;
+  share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    double most = 0;
+    for (std::size_t k = from; k < to; ++k) {
+      const Contact& contact = state.contacts[island.contacts[k]];
+      most = std::max(most, std::abs(contact.surface_velocity));
+      if (!state.kinematic.empty())
+        most = std::max({most, speed_of(contact.body_a), speed_of(contact.body_b)});
+    }
+    raise_to(fastest, most);
   });
+  double most = fastest;
+  for (const std::uint32_t i : island.joints) {
+    const JointDef& def = state.joints[i].def;
+    most = std::max({most, speed_of(def.a.index), speed_of(def.b.index)});
+    if (def.motor_speed && def.motor_limit == kInfinity)
+      most = std::max(most, std::abs(*def.motor_speed) * std::max(1.0, std::min(2 * radius, longest)));
+  }
+  return most;
 }
 
 /// In the springs of an island [J].
@@ -99,14 +135,20 @@ double energy_of_springs(const WorldState& state, const Island& island) {
   return sum;
 }
 
-/// What motors can bring in a time `h` [J]: they push only what is slower than they want.
+/// What motors with a limit can bring in a time `h` [J]: they push only what is slower than they want.
 double most_of_motors(const WorldState& state, const Island& island, double h) {
   double sum = 0;
   for (const std::uint32_t i : island.joints) {
     const JointDef& def = state.joints[i].def;
-    if (def.motor_speed) sum += h * def.motor_limit * std::abs(*def.motor_speed);
+    if (def.motor_speed && def.motor_limit < kInfinity)
+      sum += h * def.motor_limit * std::abs(*def.motor_speed);
   }
   return sum;
+}
+
+/// Of any point of a body [m/s].
+double speed_of(const WorldState& state, std::uint32_t i) {
+  return length(state.bodies.velocity[i]) + std::abs(state.bodies.omega[i]) * state.radius[i];
 }
 
 /// The motion of bodies against each other; against the ground, if they touch it. When it is scaled all
@@ -151,50 +193,102 @@ IslandEnergy::IslandEnergy(const WorldState& state, const Island& island, bool k
   springs_ = energy_of_springs(state, island);
 }
 
-double IslandEnergy::gain(const WorldState& state, const Island& island) const {
+double IslandEnergy::gain(const WorldState& state, const Island& island, bool drag) const {
   const BodyArrays& all = state.bodies;
   double gain = -kinetic_, kinetic = 0;
   for (std::size_t k = 0; k < start_->size(); ++k) {
     const std::uint32_t i = island.bodies[k];
     const double m = all.mass[i], inertia = all.inertia[i];
     kinetic += 0.5 * m * length_squared(all.velocity[i]) + 0.5 * inertia * all.omega[i] * all.omega[i];
-    gain -= m * dot(state.acceleration[i], all.position[i] - (*start_)[k].position) +
-            inertia * state.angular_acceleration[i] * (all.angle[i] - (*start_)[k].angle);
+    Vec2 a = state.acceleration[i];
+    double alpha = state.angular_acceleration[i];
+    if (!drag && state.drag[i].any()) {
+      const JointEnd at_rest{all.position[i], all.rotation[i], all.angle[i], {}, 0};
+      const std::array<double, 3> applied = applied_acceleration(state, i, at_rest, 0);
+      a = {applied[0], applied[1]};
+      alpha = applied[2];
+    }
+    gain -= m * dot(a, all.position[i] - (*start_)[k].position) +
+            inertia * alpha * (all.angle[i] - (*start_)[k].angle);
   }
   gain += kinetic;
   return std::abs(gain) > 1e-15 * kinetic ? gain : 0;
 }
 
-bool IslandEnergy::is_unbounded(const WorldState& state, const Island& island) const {
-  return has_no_bound(state, island) || ground_moves(state, island) ||
-         (!known_ && has_varying_forces(state, island));
+bool IslandEnergy::is_unknown(const WorldState& state) const {
+  return !known_ && state.field;
 }
 
-double IslandEnergy::unexplained_gain(const WorldState& state, const Island& island, double h) const {
-  if (is_unbounded(state, island)) return 0;
-  return gain(state, island) + (energy_of_springs(state, island) - springs_) -
-         most_of_motors(state, island, h);
+namespace {
+
+/// What is told to move at `speed` can give an island [J].
+struct Drive {
+  Drive(const WorldState& state, const Island& island, double speed, double h) {
+    if (speed == 0) return;
+    const double most = kLever * speed;
+    for (const std::uint32_t i : island.bodies) {
+      const double m = state.bodies.mass[i];
+      kinetic += 0.5 * m * most * most;
+      work += h * most * m * length(state.acceleration[i]);
+    }
+  }
+  double kinetic = 0;  ///< of all bodies at the fastest that it makes them
+  double work = 0;     ///< against the forces that act on them
+};
+
+}  // namespace
+
+double IslandEnergy::unexplained_gain(const WorldState& state, const Island& island, double h,
+                                      double told) const {
+  if (is_unknown(state)) return 0;
+  double springs = energy_of_springs(state, island) - springs_;
+  // What is told to move may wind springs up.
+  if (told > 0) springs = std::min(springs, 0.0);
+  const Drive drive(state, island, told, h);
+  return gain(state, island, known_) + springs - most_of_motors(state, island, h) -
+         std::max(0.0, drive.kinetic - kinetic_) - drive.work;
+}
+
+void IslandEnergy::slow_down(WorldState& state, const Island& island, double told, double h) const {
+  if (told == 0 || island.joints.empty()) return;
+  const BodyArrays& all = state.bodies;
+  double available = kinetic_ + springs_ + most_of_motors(state, island, h);
+  for (const std::uint32_t i : island.bodies)
+    available += h * all.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
+  double share = 1;
+  for (const std::uint32_t i : island.bodies) {
+    const double speed = length(all.velocity[i]);
+    const double limit = std::max(kLever * told, std::sqrt(2 * available * all.inverse_mass[i]));
+    if (speed > limit) share = std::min(share, limit / speed);
+  }
+  if (share < 1) InnerMotion(state, island).scale(state, island, share);
 }
 
 void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) const {
-  const double gained = unexplained_gain(state, island, h);
+  const double told = told_speed(state, island, h), gained = unexplained_gain(state, island, h, told);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
+  slow_down(state, island, told, h);
 }
 
 void IslandEnergy::take_much(WorldState& state, const Island& island, double h) const {
-  const double gained = unexplained_gain(state, island, h);
-  if (!(gained > 0)) return;
-  double moved = kinetic_ + springs_;
-  for (const std::uint32_t i : island.bodies)
-    moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
-  if (gained > kMuch * moved) InnerMotion(state, island).take(state, island, gained);
+  const double told = told_speed(state, island, h), gained = unexplained_gain(state, island, h, told);
+  if (gained > 0) {
+    double moved = kinetic_ + springs_;
+    for (const std::uint32_t i : island.bodies)
+      moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
+    if (gained > kMuch * moved) InnerMotion(state, island).take(state, island, gained);
+  }
+  slow_down(state, island, told, h);
 }
 
 void IslandEnergy::bound(WorldState& state, const Island& island, double h,
                          std::vector<Velocity>& after) const {
-  if (is_unbounded(state, island)) return;
+  if (is_unknown(state)) return;
   const BodyArrays& all = state.bodies;
-  double available = kinetic_ + springs_ + most_of_motors(state, island, h), kinetic = 0;
+  const double told = told_speed(state, island, h);
+  const Drive drive(state, island, told, h);
+  double available = std::max(kinetic_, drive.kinetic) + springs_ + most_of_motors(state, island, h);
+  double kinetic = 0;
   for (std::size_t k = 0; k < after.size(); ++k) {
     const std::uint32_t i = island.bodies[k];
     const Vec2 v{after[k][0], after[k][1]};
@@ -203,18 +297,20 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
     available += h * (all.mass[i] * dot(state.acceleration[i], v) +
                       all.inertia[i] * state.angular_acceleration[i] * omega);
   }
-  if (!(kinetic > kWild * available)) return;
+  const bool wild = kinetic > kWild * available;
+  if (!wild && told == 0) return;
   Spare<std::vector<Velocity>> before;
   island_velocities(state, island, *before);
   store_velocities(state, island, after);
-  InnerMotion(state, island).take(state, island, kinetic - available);
+  if (wild) InnerMotion(state, island).take(state, island, kinetic - available);
+  slow_down(state, island, told, h);
   island_velocities(state, island, after);
   store_velocities(state, island, *before);
 }
 
 void IslandEnergy::keep(WorldState& state, const Island& island, double work) const {
   if (ground_moves(state, island) || is_driven(state, island)) return;
-  const double gained = gain(state, island) - work;
+  const double gained = gain(state, island, true) - work;
   if (gained == 0) return;
   const InnerMotion inner(state, island);
   const double small = island.contacts.empty() ? kSmallForJoints : kSmallCorrection;

@@ -31,11 +31,12 @@ RigidMotion rigid_motion(const WorldState& state, const Island& island);
 /// The energy of an island at one moment, kept to see whether what follows creates any.
 class IslandEnergy {
  public:
-  /// @param known  forces that depend on the state are: by `take_forces` and `take_drag_of_impulses`
+  /// @param known  the work of fields and drag is: by `take_forces` and `take_drag_of_impulses`
   IslandEnergy(const WorldState& state, const Island& island, bool known = false);
   /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
   /// the motion of the bodies against each other (against the ground, if they touch it), by one factor for
-  /// all of them. Does nothing where moving ground, or a motor without limit, may have brought energy.
+  /// all of them. What is told to move (ground, motors without limit) may have brought what makes every body
+  /// four times as fast as that, and lifts them at such a speed.
   /// @param h  time since then [s]
   void take_gain(WorldState& state, const Island& island, double h) const;
   /// The same, where it is more than a hundredth of the energy that moved: pieces of a step are of second
@@ -53,13 +54,18 @@ class IslandEnergy {
   void keep(WorldState& state, const Island& island, double work) const;
 
  private:
-  /// What was gained beyond the work of the external forces [J].
-  double gain(const WorldState& state, const Island& island) const;
-  /// What was gained beyond the work of the external forces, of springs, and of motors at most, in a time `h`
-  /// [J]; 0 where it may have come from elsewhere.
-  double unexplained_gain(const WorldState& state, const Island& island, double h) const;
-  /// True if energy may come from elsewhere.
-  bool is_unbounded(const WorldState& state, const Island& island) const;
+  /// What was gained beyond the work of the external forces [J]. @param drag  counts as one of them, by the
+  /// accelerations of the world's state; else nothing was gained from it
+  double gain(const WorldState& state, const Island& island, bool drag) const;
+  /// What was gained beyond the work of the external forces, of springs, and of motors and what is told to
+  /// move at most, in a time `h` [J]; 0 where forces do work that is not known.
+  /// @param told  fastest that anything is told to move [m/s]
+  double unexplained_gain(const WorldState& state, const Island& island, double h, double told) const;
+  /// Beside joints nothing gets faster than four times what is told to move, or than with all energy that
+  /// there was: a light body would take what a heavy one might have been given.
+  void slow_down(WorldState& state, const Island& island, double told, double h) const;
+  /// True if forces do work that is not known.
+  bool is_unknown(const WorldState& state) const;
 
   struct Place {
     Vec2 position;

@@ -159,7 +159,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   ++result.impacts;
   result.reflections += impact.reflections;
   note_status(result, impact.status, impact.residual);
-  result.work += impact.work;
+  note_work(result, impact.work, impact.status);
   if (result.work_limit > 0) result.work_limit += impact.work.visits;
   if (state.observe.systems) {
     keep_trace(state, island, elapsed, std::move(problem.system), std::move(impact.lambda), impact.status,

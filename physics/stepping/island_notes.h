@@ -39,6 +39,12 @@ inline void note_status(IslandResult& result, SolveStatus status, double residua
   result.report.residual = std::max(result.report.residual, residual);
 }
 
+/// Counts the work of a solve. @param status  how it ended
+inline void note_work(IslandResult& result, const SolveWork& work, SolveStatus status) {
+  result.work += work;
+  if (status != SolveStatus::Solved) result.vain += work.visits;
+}
+
 /// What the next solve of the island may cost of `limit` (`SolveOptions::work_limit`; 0: unlimited): half of
 /// what the step has left, so that the problems after it get their share, too, and a sixteenth of the whole
 /// at least. Beyond the limit that is halved with each quarter of it, so that a step of hundreds of hopeless

@@ -136,6 +136,10 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   const int usual = few_points(static_cast<int>(island.joints.size()));
   const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
   OnePieceRule rule;
+  if (!island.joints.empty() && flow_serves(state))
+    rule.vain_limit =
+        kBusy * usual_flow_work(state) *
+        (static_cast<double>(island.bodies.size()) + kJointWork * static_cast<double>(island.joints.size()));
   rule.flows =
       is_crowded(state, island) || (flow == kParted && flow_serves(state) && has_parted(state, island, 0));
   if (rule.flows) return rule;

@@ -175,7 +175,7 @@ class PieceSolve {
     }
     MemoryLoan memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory.get());
-    result_.work += solution.work;
+    note_work(result_, solution.work, solution.status);
     found_.given_up = is_given_up(solution);
     // What goes on in another way begins with the impulses from before: those of no answer would let a heap
     // sink in.

@@ -119,7 +119,7 @@ void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& sys
   options.threads = state.island_threads;
   MemoryLoan memory(state, result, purpose, system);
   Solution solution = state.solver->solve(system, {}, options, memory.get());
-  result.work += solution.work;
+  note_work(result, solution.work, solution.status);
   lambda.swap(solution.lambda);
   give_spare(std::move(solution.lambda));
 }

@@ -63,6 +63,7 @@ struct IslandNumbers {
   double overlap = 0;         ///< deepest one [m] at the beginning of a step in flow
   SolveWork work;
   SolveWork thrown_away;  ///< of earlier rounds of the step, which had to be made again
+  double vain = 0;        ///< visits of that in problems whose answer was not found
   double work_limit = 0;  ///< in visits: what costs more is broken off; 0: none but that of the configuration
   NarrowPhaseStats narrow;
   std::array<double, kStageCount> stage_seconds{};

@@ -94,6 +94,7 @@ class IslandStep {
     Spare<StepVectors> vectors;
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
     while (elapsed_ < to) {
+      if (rule_.vain_limit > 0 && result_.vain > rule_.vain_limit) return elapsed_;
       // A gas goes from impact to impact, and no impact costs a piece.
       if (flights < kMostFlights) {
         const double there = fly_by_queue(state_, island_, elapsed_, to, false, result_);
@@ -380,7 +381,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   result.bounces_well = rule.bounces_well;
   // Exact forces of what hangs together, or is large, cost most where they are not found.
   const bool dear = rule.large || !island.joints.empty();
-  const bool waits = dear && rule.work_limit > 0 && result.step_memory.light_wait > 0;
+  const bool waits =
+      dear && (rule.work_limit > 0 || rule.vain_limit > 0) && result.step_memory.light_wait > 0;
   if (rule.light && step_island_lightly(state, island, h, result)) return;
   if (waits && !rule.light) --result.step_memory.light_wait;
   const bool flows = rule.flows || waits || (rule.light && rule.large);
