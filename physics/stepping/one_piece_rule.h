@@ -21,7 +21,8 @@ struct OnePieceRule {
   bool bounces_well = false;  ///< it flows only where exact steps are dear, however often they were cut
   /// Work in visits after which exact forces are given up; 0 if it may not flow.
   double work_limit = 0;
-  /// The same of work beside joints in vain: where they jam no answer is found, however often it is asked for.
+  /// The same of work beside joints in vain: where they jam no answer is found, however often it is asked
+  /// for.
   double vain_limit = 0;
 };
 
