@@ -416,7 +416,11 @@ class EventStep {
 }  // namespace
 
 void step_island_by_events(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (try_island_by_events(state, island, h, std::numeric_limits<int>::max(), result)) return;
+  // What tumbles on as in the last step has more events than a step may have.
+  if (flows_on(state, island, h))
+    result.fallbacks = 1;
+  else if (try_island_by_events(state, island, h, std::numeric_limits<int>::max(), result))
+    return;
   step_island_by_time_stepping(state, island, h, result);
 }
 
@@ -434,6 +438,7 @@ bool try_island_by_events(WorldState& state, const Island& island, double h, int
   again.force_solves = result.force_solves;
   again.rejected_steps = result.rejected_steps;
   again.work = result.work;
+  again.thrown_away = result.thrown_away;
   again.narrow = result.narrow;
   again.manifolds_reused = result.manifolds_reused;
   again.stage_seconds = result.stage_seconds;

@@ -129,6 +129,13 @@ bool was_in_flow(const WorldState& state, const Island& island) {
                      [&](std::uint32_t i) { return state.step_memory[i].flow > 0; });
 }
 
+bool flows_on(const WorldState& state, const Island& island, double h) {
+  const bool moved = std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t i) {
+    return state.step_memory[i].flow > 0 && state.step_memory[i].flow != kParted;
+  });
+  return moved && one_piece_rule(state, island, h).flows;
+}
+
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h) {
   int flow = 0;
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);

@@ -48,6 +48,9 @@ bool is_crowded(const WorldState& state, const Island& island);
 /// True if a body of the island flowed in the last step.
 bool was_in_flow(const WorldState& state, const Island& island);
 
+/// True if it flowed in the last step by its motion, and does in this one.
+bool flows_on(const WorldState& state, const Island& island, double h);
+
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 

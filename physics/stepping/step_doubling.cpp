@@ -92,6 +92,7 @@ double pulled_velocity(const WorldState& state, const Island& island, const std:
 void begin_from(IslandResult& so_far, IslandResult& next) {
   next.memories = std::move(so_far.memories);
   next.work = so_far.work;
+  next.thrown_away = so_far.thrown_away;
 }
 
 /// Work that was done, whether or not its result is kept. @param from  began from `to`

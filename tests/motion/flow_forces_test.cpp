@@ -193,5 +193,28 @@ TEST(FlowOfBouncingPiles, IsThatOfTheOthersWithBallsAmongThem) {
   EXPECT_LE(seen.gained, 1e-9 * seen.energy);
 }
 
+/// An attempt at the events of a pile that tumbles on costs ten times its step in flow, in vain.
+TEST(FlowByEvents, OfPilesThatTumbleOnIsNotAskedForEvents) {
+  WorldConfig config;
+  config.stepper = "event_driven";
+  World world(config);
+  test::add_pit(world);
+  test::add_pile(world, 100, 0);
+  int flowing = 0, asked = 0;
+  for (int k = 0; k < 300; ++k) {
+    const StepReport& report = world.step(kStep);
+    if (report.islands_in_flow == 0 || report.islands > 1) continue;
+    EXPECT_EQ(report.fallbacks, 1);
+    ++flowing;
+    asked += report.force_solves > 0;
+  }
+  EXPECT_GT(flowing, 60);
+  EXPECT_LT(asked, 0.2 * flowing);
+  // Events take over again, and it rests.
+  for (int k = 0; k < 300; ++k) world.step(kStep);
+  EXPECT_EQ(world.report().islands_in_flow, 0);
+  EXPECT_LT(world.kinetic_energy(), 1e-9);
+}
+
 }  // namespace
 }  // namespace skerry
