@@ -43,6 +43,11 @@ constexpr double kNearly = 1e-3;
 constexpr double kAlmost = 1e-8;
 // The longest time, in steps, for which nobody asks for an exact answer after attempts that failed.
 constexpr int kLongestWait = 256;
+// A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
+// is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to
+// their number, but no more than the last number for all of them.
+constexpr double kHeavyShare = 0.02, kHeavy = 100;
+constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyWork = 2e7;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
 
@@ -50,6 +55,18 @@ constexpr std::size_t kItemsAPiece = 256;
 /// memory: rows are written over those that are there, and a list that changes its length costs as much as
 /// its rows.
 struct MoreRows : Assembly {};
+
+/// Least work of a body [visits] where heavy bodies lie on light ones; else 0.
+double work_for_heavy(const WorldState& state, const Island& island) {
+  const std::vector<double>& mass = state.bodies.mass;
+  double lightest = kInfinity;
+  for (const std::uint32_t i : island.bodies) lightest = std::min(lightest, mass[i]);
+  const auto bodies = static_cast<double>(island.bodies.size());
+  const auto heavy = std::count_if(island.bodies.begin(), island.bodies.end(),
+                                   [&](std::uint32_t i) { return mass[i] > kHeavy * lightest; });
+  if (static_cast<double>(heavy) < kHeavyShare * bodies) return 0;
+  return std::min(std::max(kHeavyWork, kHeavyWorkOfEach * bodies), kMostHeavyWork / bodies);
+}
 
 class OnePieceStep {
  public:
@@ -71,9 +88,11 @@ class OnePieceStep {
     const double share = was_in_flow(state, island) ? kExactWorkInFlow : kExactWork;
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
-    const double work = may_flow(state) ? flow_work(state, island) : kUsualFlowWork;
+    double work = more * (may_flow(state) ? flow_work(state, island) : kUsualFlowWork);
+    if (!state.config.flow_work && result.thrown_away.visits < kMostHeavyWork)
+      work = std::max(work, work_for_heavy(state, island));
     const double with_joints = bodies + kJointWork * static_cast<double>(island.joints.size());
-    limit_ = more * work * with_joints;
+    limit_ = work * with_joints;
     if (!island.joints.empty() && !state.config.flow_work)
       swept_limit_ = more * kVelocityShare * kUsualFlowWork * with_joints;
   }

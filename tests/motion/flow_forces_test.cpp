@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Islands in flow under drag and force fields, and with restitution of which little is lost: they cost what
-// others cost, and keep to the same laws.
+// Islands in flow that are not like others: under drag and fields, with restitution of which little is lost,
+// with heavy bodies among light ones, by events. They cost what others cost, and keep to the same laws.
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -191,6 +191,22 @@ TEST(FlowOfBouncingPiles, IsThatOfTheOthersWithBallsAmongThem) {
   EXPECT_GT(seen.flowing, 60);
   EXPECT_LT(seen.visits, 0.1 * most_visits(280));
   EXPECT_LE(seen.gained, 1e-9 * seen.energy);
+}
+
+/// A fifth of 400 bodies weighs a thousand times as much as the others. With the work that others get sweeps
+/// never told the heavy ones that they lie on anything: each kept half of the energy of its fall, and
+/// positions held it up.
+TEST(FlowOfHeavyAmongLight, LosesItsMotionAndStaysInThePit) {
+  World world;
+  test::add_pit(world);
+  const std::vector<BodyId> bodies = test::add_pile(world, 400, 0, {-6, 1}, 1000);
+  const Seen seen = watch(world, 260);
+  EXPECT_GT(seen.flowing, 200);
+  EXPECT_LT(world.kinetic_energy(), 1e-3 * seen.energy);
+  for (const BodyId body : bodies) {
+    EXPECT_GT(world.position(body).y, 0.25);
+    EXPECT_LT(std::abs(world.position(body).x), 7);
+  }
 }
 
 /// An attempt at the events of a pile that tumbles on costs ten times its step in flow, in vain.

@@ -19,8 +19,10 @@ inline void add_pit(World& world, double bounce = 0) {
   }
 }
 
-/// Boxes and discs of 0.6 m and 1 kg in loose rows of 14, turned at random (seed 7).
-inline std::vector<BodyId> add_pile(World& world, int count, double bounce, Vec2 corner = {-6, 1}) {
+/// Boxes and discs of 0.6 m in loose rows of 14, turned at random (seed 7).
+/// @param heavy  mass of every fifth [kg]; the others have 1 kg
+inline std::vector<BodyId> add_pile(World& world, int count, double bounce, Vec2 corner = {-6, 1},
+                                    double heavy = 1) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> noise(-1, 1);
   std::vector<BodyId> bodies;
@@ -28,7 +30,7 @@ inline std::vector<BodyId> add_pile(World& world, int count, double bounce, Vec2
     const ShapeDef shape = rough(i % 2 == 0 ? make_box({0.6, 0.6}) : make_disc(0.3), 0.5, bounce);
     const int row = i / 14;
     const Vec2 place = corner + Vec2{0.9 * (i % 14) + 0.05 * noise(random), 0.9 * row};
-    bodies.push_back(add(world, place, shape, 1, {}, noise(random)));
+    bodies.push_back(add(world, place, shape, i % 5 == 0 ? heavy : 1, {}, noise(random)));
   }
   return bodies;
 }
