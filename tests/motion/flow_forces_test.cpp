@@ -4,6 +4,7 @@
 // with heavy bodies among light ones, by events. They cost what others cost, and keep to the same laws.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <gtest/gtest.h>
 #include <string>
 #include <vector>
@@ -109,6 +110,27 @@ TEST(FlowWithForces, PilesThatAPlanetPullsFlowAndLoseEnergyOnly) {
   // A step of the explicit field is off by its square.
   EXPECT_LE(most, 1e-4 * start);
   EXPECT_LT(last, 0.7 * start);
+}
+
+TEST(FlowWithForces, GivesTheSameBitsForAnyThreads) {
+  std::uint64_t hashes[2];
+  for (const int k : {0, 1}) {
+    WorldConfig config;
+    config.threads = 1 + 2 * k;
+    World world(config);
+    test::add_pit(world, 0.8);
+    for (const BodyId body : test::add_pile(world, 140, 0.8)) world.set_drag(body, {.linear = 0.1});
+    world.set_force_field(
+        [](const FieldSample& s) {
+          return Wrench{{0.5 * s.mass * std::sin(s.time), 0}, 0};
+        },
+        k == 0 ? FieldThreads::One : FieldThreads::Many);
+    int flowing = 0;
+    for (int i = 0; i < 60; ++i) flowing += world.step(kStep).islands_in_flow;
+    EXPECT_GT(flowing, 0);
+    hashes[k] = world.state_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
 }
 
 /// A preview solver makes every island of more than 8 points flow, so that of a raft of boxes that fall side
