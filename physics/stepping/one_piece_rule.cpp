@@ -163,7 +163,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   // apart.
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;
   if (rule.flows || all <= few) return rule;
-  rule.flows = must || !state.solver->exact;
+  rule.flows = must || (!state.solver->exact && !rule.bounces_well);
   if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
   std::atomic<int> points = 0, fast = 0, strikes = 0, landings = 0;

@@ -37,7 +37,7 @@ struct OnePieceRule {
 /// goes on while joints are off by a hundredth of a body's size. Joints that an exact step could not keep
 /// together, those of a chain without slack between two walls, flow with or without contacts. Islands with
 /// restitution above 0.5 flow only where an exact step costs more than `work_limit`, those that bounce at all
-/// are not lightly disturbed; with a solver that is not exact all of more than 8 points flow.
+/// are not lightly disturbed; with a solver that is not exact all others of more than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// True if so many bodies are in each other that most contacts say what others do, as where many were made at
