@@ -36,7 +36,7 @@ class IslandEnergy {
   /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
   /// the motion of the bodies against each other (against the ground, if they touch it), by one factor for
   /// all of them. What is told to move (ground, motors without limit) may have brought what makes every body
-  /// four times as fast as that, and lifts them at such a speed.
+  /// four times as fast as that, and lifts them at such a speed; without joints, moving ground anything.
   /// @param h  time since then [s]
   void take_gain(WorldState& state, const Island& island, double h) const;
   /// The same, where it is more than a hundredth of the energy that moved: pieces of a step are of second
