@@ -182,6 +182,13 @@ void take_forces(WorldState& state, const Island& island, double elapsed, double
   }
 }
 
+void damp(IslandSystem& system, const std::vector<InverseMass>& damping) {
+  for (std::size_t k = 0; k < system.bodies.size(); ++k) {
+    system.bodies[k].linear *= damping[k].linear;
+    system.bodies[k].angular *= damping[k].angular;
+  }
+}
+
 bool take_forces_of_flight(WorldState& state, std::uint32_t body, double elapsed, double h) {
   const BodyArrays& all = state.bodies;
   const Velocity before{all.velocity[body].x, all.velocity[body].y, all.omega[body]};

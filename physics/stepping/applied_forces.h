@@ -65,7 +65,11 @@ void take_forces(WorldState& state, const Island& island, double elapsed, double
                  const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                  std::vector<InverseMass>& damping);
 
-/// The same of one body that will fly freely for a time `h` [s], in the middle of that flight.
+/// Makes that drag part of the inertia of a system.
+void damp(IslandSystem& system, const std::vector<InverseMass>& damping);
+
+/// What `take_forces` does, for one body that will fly freely for a time `h` [s], in the middle of that
+/// flight.
 /// @return false where that leaves the numbers
 bool take_forces_of_flight(WorldState& state, std::uint32_t body, double elapsed, double h);
 

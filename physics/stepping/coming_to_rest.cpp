@@ -132,27 +132,29 @@ class ComingToRest {
   }
 
  private:
-  /// Accelerations become those of bodies that do not move, on which no drag acts. @return the largest one
-  double forces_of_rest() {
+  /// Sets the accelerations of bodies that do not move. @param of  gives that of one, from where it is
+  template <class Of>
+  void set_accelerations(const Of& of) {
     const BodyArrays& all = state_.bodies;
     for (const std::uint32_t i : island_.bodies) {
-      const std::array<double, 3> a =
-          applied_acceleration(state_, i, {all.position[i], all.rotation[i], all.angle[i], {}, 0}, 0);
+      const std::array<double, 3> a = of(i, JointEnd{all.position[i], all.rotation[i], all.angle[i], {}, 0});
       state_.acceleration[i] = {a[0], a[1]};
       state_.angular_acceleration[i] = a[2];
     }
+  }
+
+  /// They become those of rest, where no drag acts. @return the largest one
+  double forces_of_rest() {
+    set_accelerations(
+        [this](std::uint32_t i, const JointEnd& end) { return applied_acceleration(state_, i, end, 0); });
     return largest_acceleration(state_, island_);
   }
 
   /// They become those with which the next step begins, by which it is known that nothing changed.
   void begin_at_rest() {
-    const BodyArrays& all = state_.bodies;
-    for (const std::uint32_t i : island_.bodies) {
-      const JointEnd end{all.position[i], all.rotation[i], all.angle[i], {}, 0};
-      const std::array<double, 3> a = damped_motion(state_, i, end, 0, {}, h_).acceleration;
-      state_.acceleration[i] = {a[0], a[1]};
-      state_.angular_acceleration[i] = a[2];
-    }
+    set_accelerations([this](std::uint32_t i, const JointEnd& end) {
+      return damped_motion(state_, i, end, 0, {}, h_).acceleration;
+    });
   }
 
   void report(double residual) {

@@ -275,10 +275,7 @@ class OnePieceStep {
     request.ahead = h_;
     assemble(state_, island_, request, assembly);
     IslandSystem& system = assembly.system;
-    for (std::size_t k = 0; varying_ && k < system.bodies.size(); ++k) {
-      system.bodies[k].linear *= (*damping_)[k].linear;
-      system.bodies[k].angular *= (*damping_)[k].angular;
-    }
+    if (varying_) damp(system, *damping_);
     warm.resize(system.rows.size());
     aim_joints(state_, from_, h_, after, assembly, warm);
     share_each(state_.island_threads, system.rows.size(), kItemsAPiece, [&](std::size_t i) {

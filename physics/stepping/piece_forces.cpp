@@ -169,10 +169,7 @@ class PieceSolve {
       rubbing += frictions;
     });
     result_.friction_rows += rubbing;
-    for (std::size_t k = 0; damping != nullptr && k < system.bodies.size(); ++k) {
-      system.bodies[k].linear *= (*damping)[k].linear;
-      system.bodies[k].angular *= (*damping)[k].angular;
-    }
+    if (damping != nullptr) damp(system, *damping);
     MemoryLoan memory(state_, result_, SolvePurpose::Forces, system);
     Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory.get());
     note_work(result_, solution.work, solution.status);

@@ -223,31 +223,21 @@ void FallingPile(benchmark::State& state, Pile pile, bool exactly) {
   set_counters(state, world);
   state.counters["flowing"] = flowing;
 }
-BENCHMARK_CAPTURE(FallingPile, plain, Pile::Plain, false)->Iterations(240)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, drag, Pile::Drag, false)->Iterations(240)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, one_feels_drag, Pile::OneDrag, false)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, wind, Pile::Wind, false)->Iterations(240)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, planet, Pile::Planet, false)->Iterations(240)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, bounces_a_little, Pile::BouncesALittle, false)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, bounces_well, Pile::BouncesWell, false)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, one_ball_bounces, Pile::OneBall, false)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, drag_exactly, Pile::Drag, true)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, planet_exactly, Pile::Planet, true)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FallingPile, bounces_well_exactly, Pile::BouncesWell, true)
-    ->Iterations(240)
-    ->Unit(benchmark::kMillisecond);
+
+void four_seconds(benchmark::internal::Benchmark* benchmark) {
+  benchmark->Iterations(240)->Unit(benchmark::kMillisecond);
+}
+BENCHMARK_CAPTURE(FallingPile, plain, Pile::Plain, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, drag, Pile::Drag, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, one_feels_drag, Pile::OneDrag, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, wind, Pile::Wind, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, planet, Pile::Planet, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, bounces_a_little, Pile::BouncesALittle, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, bounces_well, Pile::BouncesWell, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, one_ball_bounces, Pile::OneBall, false)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, drag_exactly, Pile::Drag, true)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, planet_exactly, Pile::Planet, true)->Apply(four_seconds);
+BENCHMARK_CAPTURE(FallingPile, bounces_well_exactly, Pile::BouncesWell, true)->Apply(four_seconds);
 
 }  // namespace
 
