@@ -5,7 +5,7 @@ namespace skerry {
 
 /// Work that a step leaves out because its result is known, each with a switch, so that what it saves can be
 /// measured and that it changes nothing can be tested. All on is right; off is for tests and benchmarks.
-/// `WorldConfig::reuse_resting` and `sleep` are two more.
+/// `WorldConfig::reuse_resting`, `sleep` and `solve.welds_as_one` are three more.
 struct Skips {
   bool manifolds =
       true;             ///< bodies that did not move by a bit keep their manifold (resting islands need this)

@@ -59,8 +59,9 @@ inline void fields(Archive& a, BroadPhaseOptions& v) {
   a(cell_size, axes, threads);
 }
 inline void fields(Archive& a, SolveOptions& v) {
-  [[maybe_unused]] auto& [tolerance, max_iterations, work_limit, time_budget, trace, threads] = v;
-  a(tolerance, max_iterations, work_limit, time_budget, trace);
+  [[maybe_unused]] auto& [tolerance, max_iterations, work_limit, time_budget, trace, welds_as_one, threads] =
+      v;
+  a(tolerance, max_iterations, work_limit, time_budget, trace, welds_as_one);
 }
 inline void fields(Archive& a, Skips& v) {
   auto& [manifolds, axes, factors, smooth_rows, alike, flight] = v;
@@ -184,8 +185,9 @@ inline void fields(Archive& a, NarrowPhaseStats& v) {
 }
 inline void fields(Archive& a, SolveWork& v) {
   auto& [factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped,
-         visits] = v;
-  a(factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped, visits);
+         rows_left_out, visits] = v;
+  a(factorisations, partial_factorisations, resolves, pivots, symbolic_analyses, symbolic_skipped,
+    rows_left_out, visits);
 }
 inline void fields(Archive& a, ContactEvent& v) {
   auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, sensor] = v;

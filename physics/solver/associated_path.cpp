@@ -6,6 +6,7 @@
 
 #include "physics/solver/cone_interior_point.h"
 #include "physics/solver/contact_states.h"
+#include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -72,6 +73,12 @@ bool follow_associated_path(const IslandSystem& system, std::span<const double> 
 }
 
 Solution find_rest(const IslandSystem& system, const SolveOptions& options) {
+  Spare<WeldedBodies> welded;
+  if (options.welds_as_one && welded->find(system)) {
+    Solution of_groups = find_rest(welded->groups(), options);
+    welded->expand(of_groups, options, nullptr);
+    return of_groups;
+  }
   Solution solution;
   solution.method = "associated";
   BodySpaceModel model;

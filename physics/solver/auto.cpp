@@ -15,6 +15,7 @@
 #include "physics/solver/small_exact.h"
 #include "physics/solver/small_states.h"
 #include "physics/solver/tridiagonal.h"
+#include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -40,9 +41,10 @@ constexpr std::size_t kForgottenRows = 24;
 
 struct AutoMemory : SolverMemory {
   std::unique_ptr<SolverMemory> body_space, convex, bilateral;
+  std::unique_ptr<SolverMemory> groups;  ///< of the problem of welded bodies
 
   std::string_view solver() const override { return "auto"; }
-  void archive(Archive& a) override { a(body_space, convex, bilateral); }
+  void archive(Archive& a) override { a(body_space, convex, bilateral, groups); }
 };
 
 bool is_one_contact(const IslandSystem& system) {
@@ -141,6 +143,22 @@ bool try_warm(const IslandSystem& system, std::span<const double> warm_start, co
   return true;
 }
 
+/// Welded bodies as one. @return false, and nothing has happened, where there are none
+bool try_as_one(const IslandSystem& system, std::span<const double> warm_start, const SolveOptions& options,
+                std::unique_ptr<SolverMemory>* memory, Solution& solution) {
+  if (!options.welds_as_one) return false;
+  Spare<WeldedBodies> welded;
+  if (!welded->find(system)) return false;
+  if (system.rows.size() <= kForgottenRows) memory = nullptr;
+  if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
+  AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
+  Spare<std::vector<double>> warm;
+  welded->restrict_to_groups(warm_start, *warm);
+  solution = solve_auto(welded->groups(), *warm, options, kept ? &kept->groups : nullptr);
+  welded->expand(solution, options, kept ? &kept->bilateral : nullptr);
+  return true;
+}
+
 }  // namespace
 
 Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
@@ -165,6 +183,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   }
 
   Solution solution;
+  if (try_as_one(system, warm_start, options, memory, solution)) return solution;
   constexpr const char* kChain = "chain without friction: tridiagonal";
   if (try_chain(system, options, solution)) {
     if (options.trace) solution.trace = std::make_unique<SolveTrace>();

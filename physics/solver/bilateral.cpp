@@ -265,7 +265,7 @@ bool solve_few_without_bounds(const IslandSystem& system, double tolerance, std:
 }
 
 Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
-                              std::unique_ptr<SolverMemory>* memory) {
+                              std::unique_ptr<SolverMemory>* memory, double scale) {
   Solution solution;
   solution.method = "bilateral";
   if (options.trace) solution.trace = std::make_unique<SolveTrace>();
@@ -273,7 +273,7 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
   solution.lambda = take_spare<std::vector<double>>();
   solution.lambda.assign(n, 0);
   const double largest = largest_magnitude(system.b);
-  const double scale = residual_scale(largest);
+  if (scale == 0) scale = residual_scale(largest);
   double error = largest == 0 ? 0 : kInfinity;
   if (error > 0 && n <= kDenseRows && system.bodies.size() <= kDenseBodies) {
     error = solve_dense_of_size(system, kTarget * scale, solution.lambda.data(), solution.work);

@@ -33,7 +33,8 @@ bool solve_few_without_bounds(const IslandSystem& system, double tolerance, std:
                               SolveWork& work);
 
 /// The same as `solve_bilateral`. @pre `is_bilateral`
+/// @param scale  what errors are relative to [m/s], for rows of a larger problem; 0: the largest |b|
 Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
-                              std::unique_ptr<SolverMemory>* memory);
+                              std::unique_ptr<SolverMemory>* memory, double scale = 0);
 
 }  // namespace skerry

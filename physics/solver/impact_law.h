@@ -24,7 +24,8 @@ struct ImpactProblem {
   std::vector<double> restitution;      ///< per row, 0 to 1; read for Normal rows
   double rest_speed = 1e-6;             ///< slower approaches do not bounce [m/s]
   const SolverEntry* solver = nullptr;  ///< for the plastic and frictional sub-problems
-  double work_limit = 0;  ///< of the solver, over all sub-problems (`SolveOptions::work_limit`); 0: none
+  double work_limit = 0;     ///< of the solver, over all sub-problems (`SolveOptions::work_limit`); 0: none
+  bool welds_as_one = true;  ///< in the sub-problems (`SolveOptions::welds_as_one`)
   ThreadPool* threads = nullptr;  ///< for the sub-problems (`SolveOptions::threads`)
 };
 

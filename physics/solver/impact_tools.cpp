@@ -18,6 +18,7 @@ constexpr double kGive = 1e-2;
 SolveOptions options_of(const ImpactProblem& problem, const ImpactResult& result) {
   SolveOptions options;
   options.tolerance = kTolerance;
+  options.welds_as_one = problem.welds_as_one;
   options.threads = problem.threads;
   if (problem.work_limit > 0)
     options.work_limit = std::max(problem.work_limit / 16, problem.work_limit - result.work.visits);

@@ -38,6 +38,8 @@ struct SolveOptions {
   double time_budget =
       0;               ///< [s]; 0: unlimited. Only for methods that say so: results then depend on the clock
   bool trace = false;  ///< fill `Solution::trace`
+  /// Welded bodies are solved as one (solver/welded_bodies.h); by `auto`, and where steps sweep.
+  bool welds_as_one = true;
   /// Threads that methods with loops to share may use; null: the caller's alone. The answer is the same bits.
   ThreadPool* threads = nullptr;
 };
@@ -70,6 +72,7 @@ struct SolveWork {
   int pivots = 0;
   int symbolic_analyses = 0;
   int symbolic_skipped = 0;  ///< orderings and patterns reused
+  int rows_left_out = 0;     ///< of welds, whose bodies were solved as one
   /// Arithmetic in units of one row's share of a Gauss-Seidel sweep, some 10 ns; of body_space, its ladder
   /// and the sweeping solvers.
   double visits = 0;
@@ -81,6 +84,7 @@ struct SolveWork {
     pivots += other.pivots;
     symbolic_analyses += other.symbolic_analyses;
     symbolic_skipped += other.symbolic_skipped;
+    rows_left_out += other.rows_left_out;
     visits += other.visits;
     return *this;
   }

@@ -7,6 +7,7 @@
 
 #include "physics/solver/impact_law.h"
 #include "physics/solver/impact_tools.h"
+#include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -20,6 +21,21 @@ namespace {
 /// True if a joint may become taut or reach a limit.
 bool may_strike(const JointDef& def) {
   return def.kind == JointKind::Rope || def.lower || def.upper;
+}
+
+/// Makes the problem that of the groups of welded bodies.
+void see_groups(const WeldedBodies& welded, ImpactProblem& problem) {
+  problem.system = welded.groups();
+  for (std::size_t k = 0; k < welded.rows().size(); ++k) {
+    const auto i = static_cast<std::size_t>(welded.rows()[k]);
+    problem.drive[k] = problem.drive[i] + welded.told(k, problem.velocity);
+    problem.restitution[k] = problem.restitution[i];
+  }
+  problem.drive.resize(welded.rows().size());
+  problem.restitution.resize(welded.rows().size());
+  Spare<std::vector<Velocity>> groups;
+  welded.join(problem.velocity, *groups);
+  problem.velocity = *groups;
 }
 
 }  // namespace
@@ -118,7 +134,6 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     assembly.system.b[i] = -(1 + problem.restitution[i]) * row_velocity(assembly, i, problem.velocity);
   }
 
-  std::swap(problem.system, assembly.system);
   problem.drive = assembly.drive;
   problem.rest_speed = state.config.rest_speed;
   problem.solver = state.solver;
@@ -127,6 +142,16 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.work_limit = work_left_of_all(state, result);
   if (options.work_limit > 0 && !(problem.work_limit > 0 && problem.work_limit < options.work_limit))
     problem.work_limit = options.work_limit;
+  problem.welds_as_one = state.config.solve.welds_as_one;
+  Spare<WeldedBodies> welded;
+  const bool as_one = problem.welds_as_one && welded->find(assembly.system);
+  std::vector<Velocity> bodies;
+  if (as_one) {
+    bodies = problem.velocity;
+    see_groups(*welded, problem);
+  } else {
+    std::swap(problem.system, assembly.system);
+  }
   ImpactResult impact = state.impact_law->apply(problem);
   if (impact::kinetic_energy(problem.system, impact.velocity) > impact::most_energy(problem)) {
     // What is squeezed does not bounce.
@@ -135,12 +160,20 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     plastic.work += impact.work;
     impact = std::move(plastic);
   }
+  IslandSystem& whole = as_one ? assembly.system : problem.system;
+  if (as_one) {
+    std::vector<double> of_groups;
+    of_groups.swap(impact.lambda);
+    welded->expand(of_groups, state.config.solve, nullptr, impact.lambda, impact.work);
+    welded->spread(impact.velocity, bodies);
+    impact.velocity = std::move(bodies);
+  }
   // Joints that contradict each other may want any velocity.
   std::optional<IslandEnergy> energy;
   if (!island.joints.empty() && !state.impact_law->may_create_energy) energy.emplace(state, island);
   store_velocities(state, island, impact.velocity);
   if (energy) energy->take_much(state, island, 0);
-  for (int i = 0; i < problem.system.size(); ++i) {
+  for (int i = 0; i < whole.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];
     if (origin.joint) {
       state.joints[origin.index].row_impulse[origin.point] += impact.lambda[i];
@@ -162,7 +195,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   note_work(result, impact.work, impact.status);
   if (result.work_limit > 0) result.work_limit += impact.work.visits;
   if (state.observe.systems) {
-    keep_trace(state, island, elapsed, std::move(problem.system), std::move(impact.lambda), impact.status,
+    keep_trace(state, island, elapsed, std::move(whole), std::move(impact.lambda), impact.status,
                state.impact_law->name, impact.residual, true, nullptr, result);
   }
   give_spare(std::move(impact.lambda));

@@ -107,6 +107,7 @@ class OnePiecePositions {
     set_up(*points, *spare);
     SolveOptions options;
     options.tolerance = 1e-4;
+    options.welds_as_one = state_.config.solve.welds_as_one;
     options.threads = state_.island_threads;
     // A preview saves what is left.
     options.work_limit = (1 - kVelocityShare) * work_;

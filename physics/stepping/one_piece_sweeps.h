@@ -12,6 +12,7 @@
 #include "physics/solver/cone_interior_point.h"
 #include "physics/solver/solver.h"
 #include "physics/solver/solver_trace.h"
+#include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -84,8 +85,8 @@ inline bool are_worse_than_none(const IslandSystem& system, std::span<const doub
 /// point, and says whether to stop there
 /// @param swept  visits of sweeps at most: the rest of the work is for interior points
 template <class Look>
-Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<const double> warm,
-                          const SolveOptions& options, Give give, Look&& look, double swept = kInfinity) {
+Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const double> warm,
+                      const SolveOptions& options, Give give, Look&& look, double swept) {
   constexpr bool kLooks = !std::is_same_v<std::decay_t<Look>, decltype(&look_at_nothing)>;
   static const SolverEntry& standard = find_solver("pgs");
   Spare<BlockSweeps> sweeps;
@@ -158,6 +159,34 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
   sweeps->get(sweeps->impulses(), solution.lambda);
   solution.residual = worst / scale;
   solution.status = worst <= options.tolerance * scale ? SolveStatus::Solved : SolveStatus::Inexact;
+  return solution;
+}
+
+/// The same with welded bodies as one, which sweeps would take long to find out.
+template <class Look>
+Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<const double> warm,
+                          const SolveOptions& options, Give give, Look&& look, double swept = kInfinity) {
+  constexpr bool kLooks = !std::is_same_v<std::decay_t<Look>, decltype(&look_at_nothing)>;
+  Spare<WeldedBodies> welded;
+  if (!options.welds_as_one || !welded->find(system))
+    return sweep_bodies(system, exact, warm, options, give, look, swept);
+  Spare<std::vector<double>> own;
+  welded->restrict_to_groups(warm, *own);
+  std::unique_ptr<SolverMemory> memory;
+  SolveWork work;
+  Solution solution;
+  if constexpr (kLooks) {
+    Spare<std::vector<double>> all;
+    const auto look_at_all = [&](const std::vector<double>& of_groups) {
+      welded->expand(of_groups, options, &memory, *all, work);
+      return look(*all);
+    };
+    solution = sweep_bodies(welded->groups(), exact, *own, options, give, look_at_all, swept);
+  } else {
+    solution = sweep_bodies(welded->groups(), exact, *own, options, give, look, swept);
+  }
+  solution.work += work;
+  welded->expand(solution, options, &memory);
   return solution;
 }
 

@@ -117,6 +117,7 @@ void solve_rows(WorldState& state, SolvePurpose purpose, const IslandSystem& sys
     return;
   options.work_limit = work_left(state, result);
   options.threads = state.island_threads;
+  options.welds_as_one = state.config.solve.welds_as_one;
   MemoryLoan memory(state, result, purpose, system);
   Solution solution = state.solver->solve(system, {}, options, memory.get());
   note_work(result, solution.work, solution.status);
@@ -176,6 +177,7 @@ bool solve_closed_rows(WorldState& state, const IslandSystem& system, double flo
   if (all) return false;
   SolveOptions options;
   options.threads = state.island_threads;
+  options.welds_as_one = state.config.solve.welds_as_one;
   for (int round = 0; round < kClosedRounds; ++round) {
     select_closed(system, *scratch);
     const double largest = largest_magnitude(scratch->part.b);
@@ -318,6 +320,7 @@ void sweep_rows(WorldState& state, const Island& island, const IslandSystem& sys
   SolveOptions options;
   options.work_limit = work_of_sweeps(system, kSweptShift);
   options.threads = state.island_threads;
+  options.welds_as_one = state.config.solve.welds_as_one;
   Solution solution = sweep_until_done(system, true, {}, options, island.joints.empty() ? Give{} : kShiftGive,
                                        look_at_nothing);
   result.work += solution.work;

@@ -3,6 +3,7 @@
 // Whole steps of a world, and impacts. Counters: residual of the contact problem, bodies, contact points.
 #include <algorithm>
 #include <benchmark/benchmark.h>
+#include <chrono>
 #include <cmath>
 #include <random>
 
@@ -238,6 +239,36 @@ BENCHMARK_CAPTURE(FallingPile, one_ball_bounces, Pile::OneBall, false)->Apply(fo
 BENCHMARK_CAPTURE(FallingPile, drag_exactly, Pile::Drag, true)->Apply(four_seconds);
 BENCHMARK_CAPTURE(FallingPile, planet_exactly, Pile::Planet, true)->Apply(four_seconds);
 BENCHMARK_CAPTURE(FallingPile, bounces_well_exactly, Pile::BouncesWell, true)->Apply(four_seconds);
+
+/// The same of 300 that are welded to blocks, 6 s: as one body each, or with all rows for comparison.
+void FallingBlocks(benchmark::State& state, bool as_one) {
+  WorldConfig config;
+  config.solve.welds_as_one = as_one;
+  World world(config);
+  add_pit(world);
+  add_blocks(world, 300, static_cast<int>(state.range(0)), 1);
+  int flowing = 0;
+  double slowest = 0;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    flowing += world.step(1.0 / 60).islands_in_flow > 0;
+    slowest =
+        std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  set_counters(state, world);
+  state.counters["flowing"] = flowing;
+  state.counters["slowest_ms"] = 1e3 * slowest;
+}
+BENCHMARK_CAPTURE(FallingBlocks, as_one, true)
+    ->DenseRange(2, 5)
+    ->Arg(7)
+    ->Iterations(360)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(FallingBlocks, all_rows, false)
+    ->DenseRange(2, 5)
+    ->Arg(7)
+    ->Iterations(360)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

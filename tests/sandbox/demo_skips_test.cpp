@@ -36,6 +36,7 @@ constexpr Switch kNearly[] = {
     {"smooth rows", [](WorldConfig& c) { c.skips.smooth_rows = false; }},
     {"pairs of what flies alike", [](WorldConfig& c) { c.skips.alike = false; }},
     {"closed-form flight", [](WorldConfig& c) { c.skips.flight = false; }},
+    {"rows of welds", [](WorldConfig& c) { c.solve.welds_as_one = false; }},
 };
 constexpr double kTolerance = 1e-7;  // [m], [rad]
 

@@ -90,6 +90,20 @@ class SceneBuilder {
     }
   }
 
+  /// Adds a weld: a pin, and a row that holds the angle between the two. Welds come before contacts.
+  void weld(int a, int b, Vec2 point) {
+    pin(a, b, point);
+    Row row;
+    row.kind = RowKind::Joint;
+    row.a = a;
+    row.b = b;
+    if (a >= 0) row.Ja = {0, 0, -1};
+    if (b >= 0) row.Jb = {0, 0, 1};
+    row.lower = -kInfinity;
+    row.source = scene_.system.rows.back().source;
+    scene_.system.rows.push_back(row);
+  }
+
   void add_row(RowKind kind, int a, int b, Vec2 point, Vec2 axis, std::uint64_t source) {
     Row row;
     row.kind = kind;

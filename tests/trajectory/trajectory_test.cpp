@@ -16,6 +16,7 @@
 #include <map>
 #include <random>
 #include <sstream>
+#include <utility>
 
 #include "tests/support/paths.h"
 #include "tests/support/worlds.h"
@@ -102,6 +103,21 @@ const Scene kScenes[] = {
          const double radius = 0.3 + 0.3 * number();
          const Vec2 at{0.7 + 1.25 * (i % 6) + 0.05 * number(), 0.65 + 1.25 * (i / 6)};
          add(w, at, smooth(make_disc(radius)), 1, {0, -12});
+       }
+     }},
+    {"frames",
+     [](World& w) {
+       add_ground(w, rough(make_disc(1), 0.5));
+       for (int frame = 0; frame < 4; ++frame) {
+         BodyId parts[4];
+         for (int i = 0; i < 4; ++i) {
+           const int row = i / 2;
+           const Vec2 at{0.4 * frame + 0.7 * (i % 2), 0.5 + 1.6 * frame + 0.7 * row};
+           parts[i] = add(w, at, rough(make_box({0.6, 0.6}), 0.5), 1 + frame, {}, 0, 0.1 * frame);
+         }
+         for (const auto& [a, b] : {std::pair{0, 1}, {1, 3}, {3, 2}, {2, 0}})
+           w.create_joint(
+               {.kind = JointKind::Weld, .a = parts[a], .b = parts[b], .anchor_a = w.position(parts[a])});
        }
      }},
 };
