@@ -7,6 +7,7 @@
 
 #include "physics/solver/bilateral.h"
 #include "physics/solver/contact_states.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -32,8 +33,15 @@ Velocity cross_product(const Velocity& x, const Velocity& y) {
   return {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
 }
 
-/// The inverse by the adjugate. @return false if it is singular to rounding
+/// The inverse, by the adjugate where the rows are not those of two directions and a turn.
+/// @return false if it is singular to rounding
 bool invert(const Matrix& m, Matrix& inverse) {
+  const double sign = m[2][2];
+  if (m[0][0] == sign && m[0][1] == 0 && m[1][0] == 0 && m[1][1] == sign && m[2][0] == 0 && m[2][1] == 0 &&
+      std::abs(sign) == 1) {
+    inverse = {Velocity{sign, 0, -m[0][2]}, {0, sign, -m[1][2]}, {0, 0, sign}};
+    return true;
+  }
   const Velocity x = cross_product(m[1], m[2]), y = cross_product(m[2], m[0]), z = cross_product(m[0], m[1]);
   const double determinant = along(m[0], x);
   if (!(std::abs(determinant) > kSingular * length_of(m[0]) * length_of(m[1]) * length_of(m[2])))
@@ -46,11 +54,11 @@ bool invert(const Matrix& m, Matrix& inverse) {
 }  // namespace
 
 /// Welds, and those of each body. @return whether there are any
-bool WeldedBodies::find_welds() {
+bool WeldedBodies::find_welds(int joints) {
   const IslandSystem& system = *system_;
   welds_.clear();
   Matrix blocks, unused;
-  for (int i = 0; i + 2 < system.size(); ++i) {
+  for (int i = 0; i + 2 < std::min(joints, system.size()); ++i) {
     const Row& row = system.rows[static_cast<std::size_t>(i)];
     if (row.kind != RowKind::Joint) {
       // Joints come before contacts.
@@ -165,16 +173,9 @@ bool WeldedBodies::walk_along_welds() {
 /// Masses and centres; arms are from the centres then, and no group has a momentum without impulses.
 void WeldedBodies::weigh_groups() {
   const IslandSystem& system = *system_;
-  struct Sum {
-    int bodies = 0;
-    double mass = 0, inertia = 0;
-    Vec2 moment, momentum, place;
-    double spin = 0;
-    bool turns = true;
-  };
-  std::vector<Sum> sums(groups_.bodies.size());
+  sums_.assign(groups_.bodies.size(), Sum{});
   const auto sum_of = [&](std::size_t k) -> Sum& {
-    return sums[static_cast<std::size_t>(members_[k].group)];
+    return sums_[static_cast<std::size_t>(members_[k].group)];
   };
   for (std::size_t k = 0; k < members_.size(); ++k) {
     if (members_[k].group < 0) continue;
@@ -186,7 +187,7 @@ void WeldedBodies::weigh_groups() {
     if (!system.positions.empty()) sum.place += mass * system.positions[k];
   }
   groups_.positions.clear();
-  for (const Sum& sum : sums)
+  for (const Sum& sum : sums_)
     if (!system.positions.empty()) groups_.positions.push_back(sum.place / sum.mass);
   for (std::size_t k = 0; k < members_.size(); ++k) {
     Member& member = members_[k];
@@ -214,8 +215,8 @@ void WeldedBodies::weigh_groups() {
       sum.spin += inertia * member.constant[2] + mass * cross(member.arm, v);
     }
   }
-  for (std::size_t group = 0; group < sums.size(); ++group) {
-    Sum& sum = sums[group];
+  for (std::size_t group = 0; group < sums_.size(); ++group) {
+    Sum& sum = sums_[group];
     if (sum.bodies == 1) continue;
     groups_.bodies[group] = {1 / sum.mass, sum.turns ? 1 / sum.inertia : 0};
     sum.momentum = sum.momentum / sum.mass;
@@ -277,10 +278,11 @@ bool WeldedBodies::sort_rows() {
   return true;
 }
 
-bool WeldedBodies::find(const IslandSystem& system) {
+bool WeldedBodies::find(const IslandSystem& system, int joints) {
   if (system.rows.size() < 3 || system.rows.front().kind == RowKind::Normal) return false;
   system_ = &system;
-  if (!find_welds() || !walk_along_welds()) return false;
+  has_welds_ = false;
+  if (!find_welds(joints) || !walk_along_welds()) return false;
   weigh_groups();
   return sort_rows();
 }
@@ -291,18 +293,15 @@ void WeldedBodies::restrict_to_groups(std::span<const double> all, std::vector<d
   for (const int i : own_) own.push_back(all[static_cast<std::size_t>(i)]);
 }
 
-void WeldedBodies::expand(const std::vector<double>& own, const SolveOptions& options,
-                          std::unique_ptr<SolverMemory>* memory, std::vector<double>& all, SolveWork& work) {
+const IslandSystem& WeldedBodies::welds() {
+  if (has_welds_) return welds_alone_;
+  has_welds_ = true;
   const IslandSystem& system = *system_;
-  all.assign(system.rows.size(), 0);
-  for (std::size_t k = 0; k < own_.size(); ++k) all[static_cast<std::size_t>(own_[k])] = own[k];
-  velocity_.assign(system.bodies.size(), Velocity{});
-  apply_impulses(system, all, velocity_);
   number_of_.assign(system.bodies.size(), -1);
   welds_alone_.bodies.clear();
   welds_alone_.positions.clear();
   welds_alone_.rows.clear();
-  welds_alone_.b.clear();
+  welds_alone_.b.assign(held_.size(), 0);
   const auto number = [&](int& body) {
     if (body < 0) return;
     const auto k = static_cast<std::size_t>(body);
@@ -314,15 +313,28 @@ void WeldedBodies::expand(const std::vector<double>& own, const SolveOptions& op
     body = number_of_[k];
   };
   for (const int i : held_) {
-    const auto k = static_cast<std::size_t>(i);
-    Row row = system.rows[k];
+    Row& row = welds_alone_.rows.emplace_back(system.rows[static_cast<std::size_t>(i)]);
+    number(row.a);
+    number(row.b);
+  }
+  return welds_alone_;
+}
+
+void WeldedBodies::expand(const std::vector<double>& own, const SolveOptions& options,
+                          std::unique_ptr<SolverMemory>* memory, std::vector<double>& all, SolveWork& work) {
+  const IslandSystem& system = *system_;
+  all.assign(system.rows.size(), 0);
+  for (std::size_t k = 0; k < own_.size(); ++k) all[static_cast<std::size_t>(own_[k])] = own[k];
+  velocity_.assign(system.bodies.size(), Velocity{});
+  apply_impulses(system, all, velocity_);
+  welds();
+  for (std::size_t k = 0; k < held_.size(); ++k) {
+    const auto i = static_cast<std::size_t>(held_[k]);
+    const Row& row = system.rows[i];
     double u = 0;
     if (row.a >= 0) u += along(row.Ja, velocity_[static_cast<std::size_t>(row.a)]);
     if (row.b >= 0) u += along(row.Jb, velocity_[static_cast<std::size_t>(row.b)]);
-    number(row.a);
-    number(row.b);
-    welds_alone_.rows.push_back(row);
-    welds_alone_.b.push_back(system.b[k] - u);
+    welds_alone_.b[k] = system.b[i] - u;
   }
   SolveOptions alone;
   alone.tolerance = options.tolerance;
@@ -343,6 +355,22 @@ void WeldedBodies::expand(Solution& solution, const SolveOptions& options,
     solution.trace->notes.push_back(std::to_string(rows_less()) +
                                     " rows left out: welded bodies move as one");
   conclude(*system_, options, solution);
+}
+
+void WeldedBodies::move(const std::vector<double>& own, std::vector<Velocity>& velocities) const {
+  Spare<std::vector<Velocity>> groups;
+  groups->assign(groups_.bodies.size(), Velocity{});
+  apply_impulses(groups_, own, *groups);
+  for (std::size_t k = 0; k < members_.size(); ++k) {
+    const Member& member = members_[k];
+    Velocity& v = velocities[k];
+    for (std::size_t c = 0; c < 3; ++c) v[c] += member.constant[c];
+    if (member.group < 0) continue;
+    const Velocity& of_group = (*groups)[static_cast<std::size_t>(member.group)];
+    v[0] += of_group[0] - of_group[2] * member.arm.y;
+    v[1] += of_group[1] + of_group[2] * member.arm.x;
+    v[2] += of_group[2];
+  }
 }
 
 void WeldedBodies::join(const std::vector<Velocity>& bodies, std::vector<Velocity>& groups) const {

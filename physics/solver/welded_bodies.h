@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,14 +24,19 @@ namespace skerry {
 /// from what all others do; where they close loops that is the smallest of many answers.
 class WeldedBodies {
  public:
-  /// Looks for welds, and makes the problem of the groups. @return false where nothing is gained: there are
-  /// no welds, or other rows than contacts and rigid joints are between bodies of one group
-  bool find(const IslandSystem& system);
+  /// Looks for welds, and makes the problem of the groups.
+  /// @param joints  rows of joints, which come first: others are no welds, though they may hold both ways
+  /// @return false where nothing is gained: there are no welds, or other rows than contacts and rigid joints
+  /// are between bodies of one group
+  bool find(const IslandSystem& system, int joints = std::numeric_limits<int>::max());
 
   /// The problem of the groups, and of all bodies that are none. @pre `find` was true
   const IslandSystem& groups() const { return groups_; }
   /// Rows that the groups' problem has less.
   int rows_less() const { return static_cast<int>(held_.size() + idle_.size()); }
+
+  /// The problem of the welds alone, without their b, in which `expand` finds what they carry.
+  const IslandSystem& welds();
 
   /// The impulses of the groups' rows among those of all, or none of none.
   void restrict_to_groups(std::span<const double> all, std::vector<double>& own) const;
@@ -41,6 +47,9 @@ class WeldedBodies {
   /// The same of an answer, judged as one of the whole problem.
   void expand(Solution& solution, const SolveOptions& options, std::unique_ptr<SolverMemory>* memory);
 
+  /// Adds what these impulses and the welds do to the velocities of all bodies; what the welds carry for that
+  /// is not asked. @param own  impulses of the groups' rows
+  void move(const std::vector<double>& own, std::vector<std::array<double, 3>>& velocities) const;
   /// Rows of the groups' problem among all.
   const std::vector<int>& rows() const { return own_; }
   /// Motion of the groups where their bodies have some, changed so that welds hold: b = -J v, with all that
@@ -68,7 +77,16 @@ class WeldedBodies {
     int first, a, b;
   };
 
-  bool find_welds();
+  /// Of the bodies of a group.
+  struct Sum {
+    int bodies = 0;
+    double mass = 0, inertia = 0;
+    Vec2 moment, momentum, place;
+    double spin = 0;
+    bool turns = true;
+  };
+
+  bool find_welds(int joints);
   bool hang_on(std::size_t from, const Weld& weld);
   bool walk_along_welds();
   void weigh_groups();
@@ -80,6 +98,7 @@ class WeldedBodies {
   std::vector<Member> members_;            ///< by body
   std::vector<std::uint8_t> placed_;       ///< by body
   std::vector<int> open_;
+  std::vector<Sum> sums_;
   IslandSystem groups_, welds_alone_;
   std::vector<int> own_;   ///< rows of `groups_`
   std::vector<int> held_;  ///< rows between bodies of one group that hold both ways
@@ -87,6 +106,7 @@ class WeldedBodies {
   std::vector<int> row_of_;
   std::vector<Velocity> velocity_;
   std::vector<int> number_of_;  ///< by body: in `welds_alone_`
+  bool has_welds_ = false;      ///< `welds_alone_` is that of this system
 };
 
 }  // namespace skerry

@@ -12,6 +12,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -164,7 +165,11 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   if (as_one) {
     std::vector<double> of_groups;
     of_groups.swap(impact.lambda);
-    welded->expand(of_groups, state.config.solve, nullptr, impact.lambda, impact.work);
+    SolveOptions solve = state.config.solve;
+    solve.threads = state.island_threads;
+    MemoryLoan memory(state, result, SolvePurpose::Welds, welded->welds());
+    welded->expand(of_groups, solve, memory.get(), impact.lambda, impact.work);
+    impact.work.rows_left_out += welded->rows_less();
     welded->spread(impact.velocity, bodies);
     impact.velocity = std::move(bodies);
   }

@@ -6,6 +6,7 @@
 
 #include "physics/solver/auto.h"
 #include "physics/solver/bilateral.h"
+#include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -207,6 +208,34 @@ bool solve_closed_rows(WorldState& state, const IslandSystem& system, double flo
     if (static_cast<double>(changes) > kFewChanges * static_cast<double>(closed.size())) return false;
   }
   return false;
+}
+
+/// What the rows of a projection want of the bodies.
+/// @param lambda  becomes the impulses that bring it; those of welds, which nobody asks for, may be missing
+/// @param motion  velocities, or shifts, of the island's bodies, to which what they do is added
+void solve_for_motion(WorldState& state, SolvePurpose purpose, const Assembly& assembly, double floor,
+                      IslandResult& result, std::vector<double>& lambda, std::vector<Velocity>& motion) {
+  const IslandSystem& system = assembly.system;
+  const auto solve = [&](const IslandSystem& rows, std::vector<double>& answer) {
+    if (purpose == SolvePurpose::Positions && solve_closed_rows(state, rows, floor, result, answer)) return;
+    solve_rows(state, purpose, rows, floor, result, answer);
+  };
+  const auto contact = std::find_if(assembly.origin.begin(), assembly.origin.end(),
+                                    [](const RowOrigin& origin) { return !origin.joint; });
+  Spare<WeldedBodies> welded;
+  if (state.solver->solve != solve_auto || !state.config.solve.welds_as_one ||
+      !welded->find(system, static_cast<int>(contact - assembly.origin.begin()))) {
+    solve(system, lambda);
+    apply_impulses(system, lambda, motion);
+    return;
+  }
+  std::vector<double> own = take_spare<std::vector<double>>();
+  solve(welded->groups(), own);
+  result.work.rows_left_out += welded->rows_less();
+  lambda.assign(system.rows.size(), 0);
+  for (std::size_t k = 0; k < own.size(); ++k) lambda[static_cast<std::size_t>(welded->rows()[k])] = own[k];
+  welded->move(own, motion);
+  give_spare(std::move(own));
 }
 
 /// True if no loaded contact moves along its normal, nor a sticking one along its tangent, beyond rounding: a
@@ -418,10 +447,8 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       }
       assembly.system.b[i] = -origin.error;
     }
-    if (!solve_closed_rows(state, assembly.system, floor, result, scratch->lambda))
-      solve_rows(state, SolvePurpose::Positions, assembly.system, floor, result, scratch->lambda);
     shift.assign(island.bodies.size(), Velocity{});
-    apply_impulses(assembly.system, scratch->lambda, shift);
+    solve_for_motion(state, SolvePurpose::Positions, assembly, floor, result, scratch->lambda, shift);
     // What the user put between bodies that lie on each other cannot be taken out while they stay together.
     if (pulls && !island.contacts.empty() && leaves_errors(assembly, shift, error)) {
       pulls = false;
@@ -612,11 +639,10 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   // What is left does work against the joints' forces all the way to the next projection.
   const double floor = (may_open ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
   for (int round = 0; round < 4 && error > floor; ++round) {
-    solve_rows(state, SolvePurpose::Velocities, bilateral.system, floor, result, lambda);
+    next = v;
+    solve_for_motion(state, SolvePurpose::Velocities, bilateral, floor, result, lambda, next);
     if (may_open && round == 0 && let_open(state, bilateral, lambda))
       return project_velocities(state, island, elapsed, may_open, result);
-    next = v;
-    apply_impulses(bilateral.system, lambda, next);
     for (const Companion& companion : companions) {
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
