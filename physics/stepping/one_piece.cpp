@@ -141,7 +141,7 @@ class OnePieceStep {
     result_.unmoved = foresee(before, after, pushed);
     if (!result_.unmoved) {
       advance(before, after, pushed);
-      take_overlaps_out(state_, island_, from_ + h_, exact_, limit_, result_);
+      take_overlaps_out(state_, island_, from_, from_ + h_, exact_, limit_, result_);
       StageTimer timer(state_, result_, Stage::Apply);
       energy.take_gain(state_, island_, h_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);

@@ -50,9 +50,9 @@ struct MorePositionRows : Assembly {};
 
 class OnePiecePositions {
  public:
-  OnePiecePositions(WorldState& state, const Island& island, double to, bool exact, double work,
+  OnePiecePositions(WorldState& state, const Island& island, double from, double to, bool exact, double work,
                     IslandResult& result)
-      : state_(state), island_(island), to_(to), exact_(exact), work_(work), result_(result) {}
+      : state_(state), island_(island), to_(to), h_(to - from), exact_(exact), work_(work), result_(result) {}
 
   void run() {
     int round = 0;
@@ -143,6 +143,7 @@ class OnePiecePositions {
       const double way = length_of_shift(state_, body, shift[k]);
       raise_to(farthest, way / state_.radius[body]);
       shift_body(state_, body, shift[k]);
+      if (uneven_ && !exact_ && !free && island_.joints.empty()) lose_what_was_taken_back(body, shift[k]);
       note_way(state_, body, way, !exact_);
       note_way_astray(state_, body, way, !exact_);
     });
@@ -249,6 +250,20 @@ class OnePiecePositions {
     }
   }
 
+  /// Where a body is pushed back from, it should not have gone: it loses the velocity that took it there.
+  /// Sweeps that do not tell a heavy body that it lies on anything leave it the speed of its fall.
+  void lose_what_was_taken_back(std::uint32_t body, const Velocity& shift) const {
+    BodyArrays& all = state_.bodies;
+    const double m = all.mass[body], inertia = all.inertia[body];
+    const Vec2 s{shift[0], shift[1]};
+    const double square = m * length_squared(s) + inertia * shift[2] * shift[2];
+    const double product = m * dot(s, all.velocity[body]) + inertia * shift[2] * all.omega[body];
+    if (!(product < 0)) return;
+    const double share = std::min(-product / square, 1 / h_);
+    all.velocity[body] += share * s;
+    all.omega[body] += share * shift[2];
+  }
+
   /// The centre of mass of a free island stays where it is.
   void keep_centre(std::vector<Velocity>& shift) const {
     Vec2 moment;
@@ -288,7 +303,7 @@ class OnePiecePositions {
 
   WorldState& state_;
   const Island& island_;
-  double to_;
+  double to_, h_;
   bool exact_;
   double work_;
   IslandResult& result_;
@@ -298,9 +313,9 @@ class OnePiecePositions {
 
 }  // namespace
 
-void take_overlaps_out(WorldState& state, const Island& island, double to, bool exact, double work,
-                       IslandResult& result) {
-  OnePiecePositions(state, island, to, exact, work, result).run();
+void take_overlaps_out(WorldState& state, const Island& island, double from, double to, bool exact,
+                       double work, IslandResult& result) {
+  OnePiecePositions(state, island, from, to, exact, work, result).run();
 }
 
 }  // namespace skerry
