@@ -181,7 +181,10 @@ int golden(const Options& options, const Io& io) {
   if (!renderer) throw UsageError("--renderer expected auto, gl or cpu, got \"" + options.renderer + '"');
   if (options.bless && renderer != Renderer::Auto)
     throw UsageError("--bless: what is blessed is drawn by the renderer auto, not " + options.renderer);
-  for (GoldenScene& scene : scenes) scene.paint.renderer = *renderer;
+  for (GoldenScene& scene : scenes) {
+    scene.paint.renderer = *renderer;
+    if (renderer == Renderer::OpenGl) scene.paint.device = render::EglDevice::Any;
+  }
   if (options.list) {
     for (const GoldenScene& scene : scenes) io.out << scene.name << "  " << scene.words << '\n';
     return kGood;
@@ -229,7 +232,9 @@ Action setup_golden(OptionTable& table) {
       .type("FOLDER");
   table
       .add("--renderer", options->renderer,
-           "Who draws: auto (the built-in rasteriser), cpu (the same) or gl, to compare OpenGL with it")
+           "Who draws: auto (the built-in rasteriser), cpu (the same) or gl, to compare OpenGL with it, by "
+           "the "
+           "graphics processor where there is one")
       .type("NAME");
   table.add("--demos", options->demos, "Folder with the demos").type("FOLDER");
   return [options](const Io& io) { return golden(*options, io); };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a captured frame costs, part by part, without a graphics processor: draw (by the built-in rasteriser
-// and by OpenGL's software driver), read back, convert, encode, PNG.
+// What a captured frame costs, part by part: draw (by the built-in rasteriser and by OpenGL, on the graphics
+// processor where there is one, else by the software driver), read back, convert, encode, PNG.
 #include <benchmark/benchmark.h>
 #include <cmath>
 #include <filesystem>
@@ -53,7 +53,7 @@ void fill(DrawList& list, int bodies, double phase, bool normals = true) {
 }
 
 struct Scene {
-  EglContext context{EglDevice::Software};
+  EglContext context;
   GlRenderer renderer;
   Target target{kWidth, kHeight};
   Canvas canvas{kWidth, kHeight};

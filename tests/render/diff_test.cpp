@@ -103,7 +103,7 @@ void fill(DrawList& list, Theme theme) {
 
 // Whatever a person could do to a scene must fail, also by the rule for other drivers.
 TEST(ImageDiff, EveryPlantedRegressionFails) {
-  const EglContext context(EglDevice::Software);
+  const EglContext context(test_device());
   GlRenderer renderer;
   Camera camera;
   camera.height = 5;

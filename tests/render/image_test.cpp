@@ -97,7 +97,7 @@ TEST(Png, FilesOfOthersAreReadAndOursAreReadByOthers) {
 
 TEST(Png, RenderingsTakeNoMoreThanTheyDoWithStb) {
   const Scratch scratch;
-  const EglContext context(EglDevice::Software);
+  const EglContext context(test_device());
   GlRenderer renderer;
   DrawList list;
   list.background = style(Theme::Light).background;
