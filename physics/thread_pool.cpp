@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace skerry {
@@ -23,28 +24,39 @@ void pause_briefly() {
 #endif
 }
 
+// The gate of the present loop in one word: its number, whether it may be entered, how many workers are
+// inside.
+constexpr std::uint64_t kOpen = 1u << 16, kInside = kOpen - 1;
+constexpr int kNumberShift = 17;
+
+std::uint64_t number_of(std::uint64_t gate) {
+  return gate >> kNumberShift;
+}
+
 }  // namespace
 
+// Nothing is locked as long as nobody sleeps. The caller opens the gate, works, closes it and waits for those
+// inside: a worker that comes late, or that the system does not run, keeps nobody waiting.
 struct ThreadPool::State {
-  std::mutex mutex;
-  std::condition_variable wake, done;
-  std::atomic<std::uint64_t> loop = 0;  ///< number of the present loop; workers wait for it to change
-  std::atomic<int> busy = 0;            ///< workers that have not finished the present loop
-  bool stop = false;
-  int patience = 0;  ///< looks at what it waits for before a thread goes to sleep
-
-  std::size_t count = 0;
+  alignas(64) std::atomic<std::uint64_t> gate = 0;
+  alignas(64) std::atomic<std::size_t> next = 0;  ///< item that nobody has yet
+  std::atomic<std::size_t> count = 0;
   Call call = nullptr;
   const void* item = nullptr;
-  std::atomic<std::size_t> next{0};
 
+  alignas(64) std::atomic<int> asleep = 0;  ///< workers
+  std::atomic<bool> caller_sleeps = false, stop = false;
+  int patience = 0;  ///< looks at what it waits for before a thread goes to sleep
+  std::mutex mutex;  ///< for those who sleep, and the next two
+  std::condition_variable wake, done;
   std::exception_ptr error;
   std::size_t error_index = 0;
 
   std::vector<std::thread> workers;
 
   void work() {
-    for (std::size_t i = next.fetch_add(1); i < count; i = next.fetch_add(1)) {
+    const std::size_t end = count.load(std::memory_order_relaxed);
+    for (std::size_t i = next.fetch_add(1); i < end; i = next.fetch_add(1)) {
       try {
         call(item, i);
       } catch (...) {
@@ -59,24 +71,76 @@ struct ThreadPool::State {
 
   /// Loops follow each other within microseconds, waking a thread takes tens of them.
   template <class Ready>
-  void spin(Ready&& ready) const {
-    for (int i = 0; i < patience && !ready(); ++i) pause_briefly();
+  bool spin(Ready&& ready) const {
+    for (int i = 0; i < patience; ++i) {
+      if (ready()) return true;
+      pause_briefly();
+    }
+    return ready();
+  }
+
+  bool is_new(std::uint64_t seen) const {
+    const std::uint64_t now = gate;
+    return (now & kOpen) != 0 && number_of(now) != seen;
+  }
+
+  /// False when the loop is over, or has no item left.
+  bool enter(std::uint64_t number) {
+    if (next.load(std::memory_order_relaxed) >= count.load(std::memory_order_relaxed)) return false;
+    std::uint64_t now = gate;
+    while ((now & kOpen) != 0 && number_of(now) == number)
+      if (gate.compare_exchange_weak(now, now + 1)) return true;
+    return false;
+  }
+
+  void leave() {
+    const std::uint64_t before = gate.fetch_sub(1);
+    if ((before & kOpen) != 0 || (before & kInside) > 1 || !caller_sleeps) return;
+    const std::lock_guard lock(mutex);
+    done.notify_one();
   }
 
   void live() {
     std::uint64_t seen = 0;
     for (;;) {
-      spin([&] { return loop.load(std::memory_order_relaxed) != seen; });
-      {
+      const std::uint64_t known = number_of(gate);
+      if (!spin([&] { return is_new(seen); })) {
+        // Up again for any later loop, also when it is over by then: the next ones are near.
         std::unique_lock lock(mutex);
-        wake.wait(lock, [&] { return stop || loop != seen; });
+        ++asleep;
+        wake.wait(lock, [&] { return stop || number_of(gate) != known; });
+        --asleep;
         if (stop) return;
-        seen = loop;
       }
-      work();
-      const std::lock_guard lock(mutex);
-      if (--busy == 0) done.notify_one();
+      const std::uint64_t number = number_of(gate);
+      if (enter(number)) {
+        work();
+        leave();
+      }
+      seen = number;
     }
+  }
+
+  /// Opens the gate for a loop whose items are set, and wakes as many as it has work for.
+  void open() {
+    gate = ((number_of(gate.load(std::memory_order_relaxed)) + 1) << kNumberShift) | kOpen;
+    const auto sleeping = static_cast<std::size_t>(asleep);
+    if (sleeping == 0) return;
+    // Who has just found the gate closed sleeps before this goes on.
+    { const std::lock_guard lock(mutex); }
+    const std::size_t helpers = count.load(std::memory_order_relaxed) - 1;
+    if (helpers >= sleeping) return wake.notify_all();
+    for (std::size_t i = 0; i < helpers; ++i) wake.notify_one();
+  }
+
+  void close() {
+    const auto empty = [&] { return (gate & kInside) == 0; };
+    gate.fetch_and(~kOpen);
+    if (spin(empty)) return;
+    std::unique_lock lock(mutex);
+    caller_sleeps = true;
+    done.wait(lock, empty);
+    caller_sleeps = false;
   }
 };
 
@@ -118,22 +182,14 @@ void ThreadPool::run(std::size_t count, Call call, const void* item) {
     if (first != nullptr) std::rethrow_exception(first);
     return;
   }
-  {
-    const std::lock_guard lock(s.mutex);
-    s.count = count;
-    s.call = call;
-    s.item = item;
-    s.next = 0;
-    s.error = nullptr;
-    s.busy = static_cast<int>(s.workers.size());
-    ++s.loop;
-  }
-  s.wake.notify_all();
+  s.count.store(count, std::memory_order_relaxed);
+  s.call = call;
+  s.item = item;
+  s.next.store(0, std::memory_order_relaxed);
+  s.open();
   s.work();
-  s.spin([&] { return s.busy.load(std::memory_order_relaxed) == 0; });
-  std::unique_lock lock(s.mutex);
-  s.done.wait(lock, [&] { return s.busy == 0; });
-  if (s.error != nullptr) std::rethrow_exception(s.error);
+  s.close();
+  if (s.error != nullptr) std::rethrow_exception(std::exchange(s.error, nullptr));
 }
 
 }  // namespace skerry

@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "physics/thread_pool.h"
 
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <gtest/gtest.h>
 #include <numeric>
+#include <random>
 #include <stdexcept>
+#include <thread>
 #include <vector>
+
+#include "physics/progress.h"
 
 namespace skerry {
 namespace {
@@ -18,6 +25,50 @@ TEST(ThreadPool, CallsEveryItemOnceForAnyNumberOfThreads) {
       pool.run(calls.size(), [&](std::size_t i) { ++calls[i]; });
       EXPECT_EQ(std::accumulate(calls.begin(), calls.end(), 0), round);
       for (const int count : calls) ASSERT_EQ(count, 1);
+    }
+  }
+}
+
+// Loops of all lengths, at once and after rests in which threads fall asleep; also more threads than
+// processors.
+TEST(ThreadPool, LosesNoItemWhateverTheOthersAreAt) {
+  const auto processors = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  for (const int threads : {2, 3, processors + 1}) {
+    ThreadPool pool(threads);
+    std::mt19937_64 random(static_cast<std::uint64_t>(threads));
+    std::uint64_t sum = 0, expected = 0;
+    for (int round = 0; round < 5000; ++round) {
+      const std::size_t count = random() % 9;
+      const std::uint64_t work = random() % 200;
+      const auto value_of = [&](std::size_t i) {
+        std::uint64_t value = i + 1;
+        for (std::uint64_t k = 0; k < work; ++k) value = value * 2862933555777941757u + k;
+        return value;
+      };
+      std::vector<std::uint64_t> values(count, 0);
+      pool.run(count, [&](std::size_t i) { values[i] += value_of(i); });
+      for (std::size_t i = 0; i < count; ++i) expected += value_of(i);
+      sum = std::accumulate(values.begin(), values.end(), sum);
+      ASSERT_EQ(sum, expected) << threads << " threads, loop " << round;
+      if (random() % 100 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 2000));
+    }
+  }
+}
+
+TEST(ThreadPool, LetsItemsWaitForLowerOnes) {
+  for (const int threads : {2, 5}) {
+    ThreadPool pool(threads);
+    for (int round = 0; round < 200; ++round) {
+      std::vector<Progress> done(7);
+      std::vector<int> value(done.size(), 0);
+      pool.run(done.size(), [&](std::size_t i) {
+        if (i > 0) {
+          done[i - 1].wait_for(1);
+          value[i] = value[i - 1] + 1;
+        }
+        done[i].reached(1);
+      });
+      ASSERT_EQ(value.back(), 6) << threads << " threads, loop " << round;
     }
   }
 }
