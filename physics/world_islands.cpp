@@ -23,6 +23,8 @@ constexpr std::size_t kContactsPerChunk = 256;
 
 // Contacts from which on an island may have all threads to itself.
 constexpr std::size_t kLargeIsland = 1000;
+// What a thread takes at a time of small islands: bodies that fly alone; a contact takes as long as some.
+constexpr std::size_t kPiece = 64, kContactSize = 8;
 
 // Rounds of a step after which islands that may flow do, and how many times the work of flow a round may cost
 // for the next one to be exact, too.
@@ -334,7 +336,10 @@ void Step::step_islands() {
     s_.island_threads = s_.pool.get();
     for (std::size_t k = 0; k < large; ++k) step(k);
     s_.island_threads = nullptr;
-    s_.pool->run(to_step.size() - large, [&](std::size_t k) { step(large + k); });
+    const std::vector<std::size_t>& pieces = cut_into_pieces(to_step, large);
+    s_.pool->run(pieces.size() - 1, [&](std::size_t piece) {
+      for (std::size_t k = pieces[piece]; k < pieces[piece + 1]; ++k) step(k);
+    });
   }
   s_.graph_known = true;
 }
@@ -353,6 +358,23 @@ std::size_t Step::put_large_ones_first(std::vector<std::size_t>& to_step) const 
     return size(n) >= kLargeIsland && size(n) * threads > all;
   });
   return static_cast<std::size_t>(end - to_step.begin());
+}
+
+/// Small islands that follow each other, whose bodies often lie side by side, are for one thread: where two
+/// write in turn what shares a cache line, it goes to and fro. @return where pieces begin, and the end
+const std::vector<std::size_t>& Step::cut_into_pieces(const std::vector<std::size_t>& to_step,
+                                                      std::size_t from) {
+  std::vector<std::size_t>& pieces = s_.scratch.pieces;
+  pieces.assign(1, from);
+  std::size_t size = 0;
+  for (std::size_t k = from; k < to_step.size(); ++k) {
+    const Island& island = s_.islands[to_step[k]].island;
+    size += island.bodies.size() + kContactSize * (island.contacts.size() + island.joints.size());
+    if (size < kPiece && k + 1 < to_step.size()) continue;
+    pieces.push_back(k + 1);
+    size = 0;
+  }
+  return pieces;
 }
 
 /// A later round found nothing that met but what is known already: the islands are right as they are.

@@ -108,6 +108,7 @@ struct StepScratch {
   std::vector<Contact> lost;              ///< touching contacts whose boxes parted
   std::vector<SteppedIsland> last_round;  ///< islands of the round before
   std::vector<std::size_t> to_step;       ///< islands of this round
+  std::vector<std::size_t> pieces;        ///< of it, that a thread takes at a time
   std::vector<RestingIsland> resting;     ///< of the next step
   std::vector<IslandMemory> memories;     ///< of the next step
   std::vector<LinkCount> counts;          ///< by chunk of contacts

@@ -114,6 +114,7 @@ class Step {
   void find_islands();
   void step_islands();
   std::size_t put_large_ones_first(std::vector<std::size_t>& to_step) const;
+  const std::vector<std::size_t>& cut_into_pieces(const std::vector<std::size_t>& to_step, std::size_t from);
   bool is_through() const;
   void give_exact_rounds_up();
   void count_last_round();
