@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "physics/archive.h"
+#include "physics/solver/dissection.h"
 
 namespace skerry {
 
@@ -20,7 +21,9 @@ class BlockPattern {
   /// Analyses the graph of `nodes` nodes: approximate minimum degree order [Amestoy, Davis & Duff 1996],
   /// column structure of L by the elimination tree, and for every column the places its outer product is
   /// subtracted from. Edges may repeat and stand in any order; the result depends on the set of edges only.
-  void analyse(int nodes, std::span<const std::array<int, 2>> edges);
+  /// @param places  of the nodes [m]; where they are given and the graph is large, the order is that of
+  /// nested dissection if it takes fewer updates
+  void analyse(int nodes, std::span<const std::array<int, 2>> edges, std::span<const Vec2> places = {});
 
   int nodes() const { return static_cast<int>(order_.size()); }
   /// Number of blocks of L below the diagonal.
@@ -56,6 +59,9 @@ class BlockPattern {
  private:
   friend class BlockFactor;
   friend class BlockSharing;
+  void find_structure(const Adjacency& graph);
+  std::int64_t count_updates() const;
+
   std::vector<int> order_, position_;
   std::vector<int> begin_;  // column j of L holds blocks begin_[j] .. begin_[j + 1]
   std::vector<int> row_;    // row of each block, ascending in a column

@@ -19,6 +19,15 @@ double mass_of(double inverse) {
   return inverse > 0 ? 1 / inverse : 1;
 }
 
+/// Where the bodies are that are nodes; empty if the system does not say.
+std::vector<Vec2> places_of_nodes(const IslandSystem& system, const std::vector<int>& node_of_body) {
+  std::vector<Vec2> places;
+  if (system.positions.size() != node_of_body.size()) return places;
+  for (std::size_t i = 0; i < node_of_body.size(); ++i)
+    if (node_of_body[i] >= 0) places.push_back(system.positions[i]);
+  return places;
+}
+
 }  // namespace
 
 void BodySpaceModel::forget() {
@@ -63,7 +72,7 @@ double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
     nodes_ = nodes;
     if (forgotten_) fits = fits && edges == edges_;
     if (!fits) {
-      pattern_.analyse(nodes, edges);
+      pattern_.analyse(nodes, edges, places_of_nodes(system, node_of_body_));
       factor_.set_pattern(pattern_);
       edges_ = std::move(edges);
       analysed_ = true;
