@@ -16,7 +16,7 @@ std::size_t at(int i) {
 }
 
 // Block updates a node from which on nested dissection is tried: it takes some 0.7 us a node, minimum degree
-// 0.25, and an update 3 ns, of which it saves an eighth to two fifths where bodies stand in rows. Heaps of
+// 0.25, and an update 3 ns, of which it saves a twelfth to two fifths where bodies stand in rows. Heaps of
 // thousands of bodies have a hundred and fewer, and their structure would gain nothing.
 constexpr std::int64_t kManyUpdates = 150;
 

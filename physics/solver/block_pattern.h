@@ -20,7 +20,8 @@ class BlockPattern {
  public:
   /// Analyses the graph of `nodes` nodes: approximate minimum degree order [Amestoy, Davis & Duff 1996],
   /// column structure of L by the elimination tree, and for every column the places its outer product is
-  /// subtracted from. Edges may repeat and stand in any order; the result depends on the set of edges only.
+  /// subtracted from. Edges may repeat and stand in any order; the result depends on the set of edges, and on
+  /// the places, only.
   /// @param places  of the nodes [m]; where they are given and the graph is large, the order is that of
   /// nested dissection if it takes fewer updates
   void analyse(int nodes, std::span<const std::array<int, 2>> edges, std::span<const Vec2> places = {});
