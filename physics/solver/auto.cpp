@@ -98,7 +98,8 @@ Solution solve_all_bilateral(const IslandSystem& system, std::span<const double>
   const bool keeps = memory != nullptr && dynamic_cast<AutoMemory*>(memory->get()) != nullptr;
   std::unique_ptr<SolverMemory> fresh;
   std::unique_ptr<SolverMemory>& own = keeps ? static_cast<AutoMemory&>(**memory).bilateral : fresh;
-  Solution solution = solve_without_bounds(system, options, &own);
+  bool contradictory = false;
+  Solution solution = solve_without_bounds(system, options, &own, 0, &contradictory);
   if (fresh && memory != nullptr) {
     auto all = std::make_unique<AutoMemory>();
     all->bilateral = std::move(fresh);
@@ -110,8 +111,11 @@ Solution solve_all_bilateral(const IslandSystem& system, std::span<const double>
     solve_dependent_rows(system, {}, options, solution);
     return solution;
   }
-  // Rows that depend on each other nearly want smaller weights. Rows that contradict each other have no
-  // answer, and no impulse however large is one.
+  if (contradictory) {
+    note(solution, kDependent);
+    return solution;
+  }
+  // Rows that depend on each other nearly want smaller weights.
   Solution other = solve_body_space(system, warm_start, options, nullptr);
   other.work += solution.work;
   solution.work = other.work;

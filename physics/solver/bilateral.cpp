@@ -27,6 +27,9 @@ constexpr double kEta = 1e-9;
 // Relative error that ends the refinement, and the most refinements.
 constexpr double kTarget = 1e-13;
 constexpr int kRefinements = 4;
+// Share of an error that a refinement at least takes away unless the rows contradict each other. It takes as
+// little only of what impulses 1e11 times as large as the error would answer.
+constexpr double kStands = 0.01;
 
 using Velocity = std::array<double, 3>;
 
@@ -201,8 +204,10 @@ double solve_dense_of_size(const IslandSystem& system, double target, double* la
   }
 }
 
-double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& model, ThreadPool* threads,
-                    Solution& solution) {
+/// @param good           an error that will do, though `target` is what is tried for
+/// @param contradictory  becomes true if the error is larger and the last refinement left it as it was
+double solve_sparse(const IslandSystem& system, double target, double good, BodySpaceModel& model,
+                    ThreadPool* threads, Solution& solution, bool& contradictory) {
   model.use_threads(threads);
   model.assign(system, solution.work);
   const std::size_t n = system.rows.size();
@@ -214,7 +219,7 @@ double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& m
     (*w)[i] = -system.b[i];
   }
   if (!model.factor(g->data(), h->data(), solution.work)) return kInfinity;
-  return refine(target, [&] {
+  const double error = refine(target, [&] {
     model.share_rows([&](int first, int last) {
       for (int i = first; i < last; ++i) (*k)[i] = -(*g)[i] * (*w)[i];
     });
@@ -230,6 +235,13 @@ double solve_sparse(const IslandSystem& system, double target, BodySpaceModel& m
       return worst;
     });
   });
+  if (error <= good) return error;
+  // k still holds the error before the last refinement.
+  double change_of_error = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if ((*g)[i] > 0) change_of_error = std::max(change_of_error, std::abs((*w)[i] + (*k)[i] / (*g)[i]));
+  contradictory = change_of_error <= kStands * error;
+  return error;
 }
 
 }  // namespace
@@ -265,8 +277,9 @@ bool solve_few_without_bounds(const IslandSystem& system, double tolerance, std:
 }
 
 Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
-                              std::unique_ptr<SolverMemory>* memory, double scale) {
+                              std::unique_ptr<SolverMemory>* memory, double scale, bool* contradictory) {
   Solution solution;
+  bool stands = false;
   solution.method = "bilateral";
   if (options.trace) solution.trace = std::make_unique<SolveTrace>();
   const std::size_t n = system.rows.size();
@@ -291,12 +304,14 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
       *memory = std::make_unique<BilateralMemory>();
     BodySpaceModel& model = static_cast<BilateralMemory&>(**memory).model;
     if (solution.trace) solution.trace->notes.emplace_back("no bounds: body graph");
-    error = solve_sparse(system, kTarget * scale, model, options.threads, solution);
+    error = solve_sparse(system, kTarget * scale, options.tolerance * scale, model, options.threads, solution,
+                         stands);
     if (solution.trace) solution.trace->ordering = model.pattern().order();
   }
   solution.iterations = solution.work.factorisations;
   solution.residual = error / scale;
   solution.status = SolveStatus::Solved;
+  if (contradictory != nullptr) *contradictory = stands;
   // Beyond the tolerance only what rounding explains will do.
   if (!(solution.residual <= options.tolerance)) conclude(system, options, solution);
   return solution;

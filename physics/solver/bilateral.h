@@ -33,8 +33,12 @@ bool solve_few_without_bounds(const IslandSystem& system, double tolerance, std:
                               SolveWork& work);
 
 /// The same as `solve_bilateral`. @pre `is_bilateral`
-/// @param scale  what errors are relative to [m/s], for rows of a larger problem; 0: the largest |b|
+/// @param scale          what errors are relative to [m/s], for rows of a larger problem; 0: the largest |b|
+/// @param contradictory  if not null, becomes true where the body graph answered and what it leaves of b is
+///                       what no impulses change: rows that depend on each other contradict each other, and
+///                       this is their answer by least squares
 Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& options,
-                              std::unique_ptr<SolverMemory>* memory, double scale = 0);
+                              std::unique_ptr<SolverMemory>* memory, double scale = 0,
+                              bool* contradictory = nullptr);
 
 }  // namespace skerry

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/solver/bilateral.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <gtest/gtest.h>
@@ -121,6 +122,55 @@ TEST(Bilateral, RowsThatContradictEachOtherAreNotSolved) {
     EXPECT_EQ(solution.status, SolveStatus::Inexact);
     EXPECT_GE(solution.residual, 0.9);
     for (const double z : solution.lambda) EXPECT_TRUE(std::isfinite(z));
+  }
+}
+
+TEST(Bilateral, LoopsThatContradictEachOtherGetLeastSquaresByOneFactor) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    // A net of hinged bodies: its loops have more rows than its bodies have ways to move.
+    const int width = 6 + static_cast<int>(seed), height = 7;
+    SceneBuilder builder({.noise = 1, .seed = seed});
+    const auto place = [width](int i) {
+      const int row = i / width, column = i % width;
+      return Vec2{static_cast<double>(column), -static_cast<double>(row)};
+    };
+    for (int i = 0; i < width * height; ++i) builder.body(place(i), 1 + i % 3, 0.1);
+    builder.pin(-1, 0, {0, 0.5});
+    for (int i = 0; i < width * height; ++i) {
+      const auto [x, y] = place(i);
+      if (i % width + 1 < width) builder.pin(i, i + 1, {x + 0.5, y});
+      if (i + width < width * height) builder.pin(i, i + width, {x, y - 0.5});
+    }
+    Scene scene = builder.finish();
+    for (std::size_t i = 0; i < scene.system.b.size(); ++i)
+      scene.system.b[i] += 0.1 * std::sin(static_cast<double>(i * i + seed));
+    const IslandSystem& system = scene.system;
+    ASSERT_GT(system.rows.size(), 3 * system.bodies.size());
+    const Solution solution = solve_auto(system, {}, {.tolerance = 1e-9}, nullptr);
+    EXPECT_EQ(solution.method, "bilateral");
+    EXPECT_EQ(solution.status, SolveStatus::Inexact);
+    EXPECT_EQ(solution.work.factorisations, 1);
+    EXPECT_GT(solution.residual, 1e-3);
+    // Least squares weighted with 1 / W_ii: no impulses change what is left.
+    const auto velocities = [&](const std::vector<double>& impulses) {
+      std::vector<std::array<double, 3>> v(system.bodies.size());
+      apply_impulses(system, impulses, v);
+      std::vector<double> along_rows(system.rows.size());
+      for (std::size_t i = 0; i < along_rows.size(); ++i) {
+        const Row& row = system.rows[i];
+        if (row.a >= 0) along_rows[i] += along(row.Ja, v[static_cast<std::size_t>(row.a)]);
+        if (row.b >= 0) along_rows[i] += along(row.Jb, v[static_cast<std::size_t>(row.b)]);
+      }
+      return along_rows;
+    };
+    std::vector<double> left = velocities(solution.lambda);
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      std::vector<double> unit(left.size(), 0);
+      unit[i] = 1;
+      left[i] = (system.b[i] - left[i]) / velocities(unit)[i];
+    }
+    for (const double rate : velocities(left)) EXPECT_NEAR(rate, 0, 1e-6);
   }
 }
 
