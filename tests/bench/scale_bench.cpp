@@ -111,6 +111,18 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
   return row;
 }
 
+/// Calls `note(run)` after that of each peer that is installed.
+template <class Note>
+void run_peers([[maybe_unused]] const char* name, [[maybe_unused]] const Scene& scene,
+               [[maybe_unused]] const Options& options, [[maybe_unused]] Note&& note) {
+#ifdef SKERRY_WITH_BOX2D
+  for (const bool continuous : {true, false}) note(run_box2d(name, scene, options, continuous));
+#endif
+#ifdef SKERRY_WITH_BOX2D3
+  note(run_box2d3(name, scene, options));
+#endif
+}
+
 struct Ratio {
   std::string scene, peer;
   double mean, median, collision;  ///< ours over the peer's
@@ -231,18 +243,10 @@ int main(int argc, char** argv) {
     const Run ours = run_ours(named.name, scene, options);
     print(ours);
     if (ours_alone) continue;
-#ifdef SKERRY_WITH_BOX2D
-    for (const bool continuous : {true, false}) {
-      const Run peer = run_box2d(named.name, scene, options, continuous);
+    run_peers(named.name, scene, options, [&](const Run& peer) {
       print(peer);
       ratios.push_back(ratio_of(ours, peer));
-    }
-#endif
-#ifdef SKERRY_WITH_BOX2D3
-    const Run soft = run_box2d3(named.name, scene, options);
-    print(soft);
-    ratios.push_back(ratio_of(ours, soft));
-#endif
+    });
   }
   if (!ratios.empty()) print(std::move(ratios));
   return 0;
