@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "physics/archive.h"
@@ -11,6 +12,7 @@
 #include "physics/solver/simd.h"
 #include "physics/solver/small_states.h"
 #include "physics/spare.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 namespace {
@@ -27,6 +29,8 @@ constexpr double kEta = 1e-9;
 // Relative error that ends the refinement, and the most refinements.
 constexpr double kTarget = 1e-13;
 constexpr int kRefinements = 4;
+// A unit in the last place: a sum of some terms is not known better than this share of them.
+constexpr double kRounding = 0x1p-52;
 // Share of an error that a refinement at least takes away unless the rows contradict each other. It takes as
 // little only of what impulses 1e11 times as large as the error would answer.
 constexpr double kStands = 0.01;
@@ -161,15 +165,17 @@ double remainder(const IslandSystem& system, const double* lambda, std::array<do
   return worst;
 }
 
-/// Refines by `step(error)`, which returns the largest |w| after it, until that is small or does not fall.
+/// Refines by `step(floor)`, which returns the largest |w| after it and may set what rounding leaves of that,
+/// until it is small or does not fall.
 template <class Step>
 double refine(double target, Step&& step) {
   double error = kInfinity;
   for (int k = 0; k <= kRefinements; ++k) {
-    const double next = step();
+    double floor = 0;
+    const double next = step(floor);
     const bool falls = next < 0.5 * error;
     error = next;
-    if (!falls || error <= target) break;
+    if (!falls || error <= std::max(target, floor)) break;
   }
   return error;
 }
@@ -183,7 +189,7 @@ double solve_dense(const IslandSystem& system, double target, double* lambda, So
   std::array<double, kDenseRows> r;
   std::copy(system.b.begin(), system.b.end(), r.begin());
   ++work.factorisations;
-  return refine(target, [&] {
+  return refine(target, [&](double&) {
     factor.add_solution(r, lambda);
     ++work.resolves;
     return remainder<N>(system, lambda, r);
@@ -219,15 +225,22 @@ double solve_sparse(const IslandSystem& system, double target, double good, Body
     (*w)[i] = -system.b[i];
   }
   if (!model.factor(g->data(), h->data(), solution.work)) return kInfinity;
-  const double error = refine(target, [&] {
+  const double error = refine(target, [&](double& floor) {
+    std::atomic<double> largest = 0;  // of the terms that make up a w
     model.share_rows([&](int first, int last) {
       for (int i = first; i < last; ++i) (*k)[i] = -(*g)[i] * (*w)[i];
     });
     model.begin_solve(k->data(), solution.work);
     model.move_and_evaluate(solution.lambda.data(), w->data(), [&](int first, int last) {
       model.finish_solve(first, last, k->data(), g->data(), h->data(), change->data());
-      for (int i = first; i < last; ++i) solution.lambda[i] += (*change)[i];
+      double most = 0;
+      for (int i = first; i < last; ++i) {
+        solution.lambda[i] += (*change)[i];
+        most = std::max(most, model.info()[i].D * std::abs(solution.lambda[i]));
+      }
+      raise_to(largest, most);
     });
+    floor = kRounding * largest;
     return model.largest_of_rows([&](int first, int last) {
       double worst = 0;
       for (int i = first; i < last; ++i)

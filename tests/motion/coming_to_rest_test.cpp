@@ -99,21 +99,22 @@ TEST(ComingToRest, AHeapOfBoxesFallsAsleepWithExactForces) {
 /// Exact forces that are not found leave those of the flow as they were: a deep heap that begins with others
 /// sinks in by centimetres.
 TEST(ComingToRest, ADeepHeapDoesNotSinkInWhereExactForcesAreLookedForInVain) {
+  // With forces that are forgotten in vain attempts, 97 of the steps overlap by more than 5 mm with this
+  // seed, and up to 122 with others. A blow may do so for a step or two (2 of 22 seeds).
   World world;
-  add_boxes(world, 1500, 1);
-  int flowing = 0, attempts = 0;
-  double deepest = 0;
+  add_boxes(world, 1500, 4);
+  int flowing = 0, attempts = 0, deep = 0;
   for (int k = 0; k < 650; ++k) {
     const StepReport& report = world.step(kStep);
     if (k < 400) continue;
     flowing += report.islands_in_flow;
     attempts += report.work.factorisations > 20;
-    deepest = std::max(deepest, report.worst_penetration);
+    deep += report.worst_penetration > 5e-3;
   }
-  std::printf("%d steps in flow, %d attempts, overlaps of %.2g m\n", flowing, attempts, deepest);
+  std::printf("%d steps in flow, %d attempts, %d with deep overlaps\n", flowing, attempts, deep);
   EXPECT_GT(flowing, 100);
   EXPECT_GT(attempts, 2);
-  EXPECT_LT(deepest, 5e-3);
+  EXPECT_LT(deep, 5);
 }
 
 /// The problem of rest of a row of boxes on a slope: bodies that do not move yet, and gravity.
