@@ -164,7 +164,7 @@ void BlockFactor::clear(bool general) {
 
 /// What one of several threads needs for itself.
 struct BlockFactor::Scratch {
-  std::vector<int> place;       ///< of the blocks of a column, by row
+  std::vector<int> place;       ///< of the blocks of the columns of a panel, one after the other, by row
   std::vector<Block3> columns;  ///< like `column_`
 };
 
@@ -345,40 +345,64 @@ struct BlockFactor::Kernels {
                                            [&](int i) { return place[row[i]]; });
   }
 
-  // One of the columns above the subtrees. @param finished  units
+  // Some of the columns above the subtrees, `top()[first]` to `top()[last - 1]`. What several of them fetch
+  // is fetched for all while it is in the cache. @param finished  units
   template <bool kGeneral>
-  static SKERRY_ALWAYS_INLINE bool factor_top(BlockFactor& f, int i, Scratch& scratch,
-                                              const std::vector<Progress>& finished) {
+  static SKERRY_ALWAYS_INLINE bool factor_panel(BlockFactor& f, int first, int last, Scratch& scratch,
+                                                std::vector<Progress>& finished) {
     const BlockPattern& s = *f.pattern_;
-    const int column = f.sharing_.top()[at(i)];
-    int* const place = scratch.place.data();
-    for (int p = s.begin_[at(column)]; p < s.begin_[at(column) + 1]; ++p) place[s.row_[at(p)]] = p;
-    for (const BlockSharing::Source& source : f.sharing_.sources(i)) {
-      finished[at(source.unit)].wait_for(1);
-      if (source.count == 1)
-        fetch<1, kGeneral>(f, column, source, place);
-      else if (source.count == 2)
-        fetch<2, kGeneral>(f, column, source, place);
-      else if (source.count == 3)
-        fetch<3, kGeneral>(f, column, source, place);
-      else
-        fetch<4, kGeneral>(f, column, source, place);
+    const BlockSharing& sharing = f.sharing_;
+    std::array<std::span<const BlockSharing::Source>, BlockSharing::kPanel> left;
+    for (int i = first; i < last; ++i) {
+      const int column = sharing.top()[at(i)];
+      int* const place = scratch.place.data() + at(i - first) * at(s.nodes());
+      for (int p = s.begin_[at(column)]; p < s.begin_[at(column) + 1]; ++p) place[s.row_[at(p)]] = p;
+      left[at(i - first)] = sharing.sources(i);
     }
-    return divide_column<kGeneral>(f, column, nullptr, 0);
+    for (int done = first; done < last;) {
+      // The sources of a column come before it, so it is ready when the next source is not.
+      int next = sharing.top()[at(done)];
+      for (int i = done; i < last; ++i)
+        if (const auto& own = left[at(i - first)]; !own.empty()) next = std::min(next, own.front().last);
+      if (next == sharing.top()[at(done)]) {
+        if (!divide_column<kGeneral>(f, next, nullptr, 0)) return false;
+        finished[at(sharing.subtrees() + done++)].reached(1);
+        continue;
+      }
+      for (int i = done; i < last; ++i) {
+        auto& own = left[at(i - first)];
+        if (own.empty() || own.front().last != next) continue;
+        const int column = sharing.top()[at(i)];
+        const int* const place = scratch.place.data() + at(i - first) * at(s.nodes());
+        const BlockSharing::Source& source = own.front();
+        finished[at(source.unit)].wait_for(1);
+        if (source.count == 1)
+          fetch<1, kGeneral>(f, column, source, place);
+        else if (source.count == 2)
+          fetch<2, kGeneral>(f, column, source, place);
+        else if (source.count == 3)
+          fetch<3, kGeneral>(f, column, source, place);
+        else
+          fetch<4, kGeneral>(f, column, source, place);
+        own = own.subspan(1);
+      }
+    }
+    return true;
   }
 
-  // A unit of what threads share.
-  struct FactorUnit {
-    static SKERRY_ALWAYS_INLINE bool run(BlockFactor& f, int unit, Scratch& scratch,
-                                         const std::vector<Progress>& finished) {
-      const int top = unit - f.sharing_.subtrees();
-      if (top < 0) {
-        const std::span<const int> columns = f.sharing_.subtree(unit);
+  // A task of what threads share: a subtree, or a panel.
+  struct FactorTask {
+    static SKERRY_ALWAYS_INLINE bool run(BlockFactor& f, int task, Scratch& scratch,
+                                         std::vector<Progress>& finished) {
+      const int panel = task - f.sharing_.subtrees();
+      if (panel < 0) {
+        const std::span<const int> columns = f.sharing_.subtree(task);
         return f.general_ ? factor_subtree<true>(f, columns, scratch.columns)
                           : factor_subtree<false>(f, columns, scratch.columns);
       }
-      return f.general_ ? factor_top<true>(f, top, scratch, finished)
-                        : factor_top<false>(f, top, scratch, finished);
+      const auto [first, last] = f.sharing_.panel(panel);
+      return f.general_ ? factor_panel<true>(f, first, last, scratch, finished)
+                        : factor_panel<false>(f, first, last, scratch, finished);
     }
   };
 
@@ -512,24 +536,26 @@ bool BlockFactor::factor(bool general, ThreadPool* threads, const FillColumn& fi
   return factor();
 }
 
-// Units begin in their order, so those that one waits for have begun.
+// Tasks begin in their order, so those that one waits for have begun.
 bool BlockFactor::factor_by(ThreadPool& threads, const FillColumn& fill) {
   upper_.resize(lower_.size());
   for (Progress& unit : finished_) unit.reached(0);
   std::atomic<bool> regular = true;
-  threads.run(sharing_.units(), [&](std::size_t i) {
+  threads.run(sharing_.tasks(), [&](std::size_t i) {
+    const int task = static_cast<int>(i), panel = task - sharing_.subtrees();
+    const auto [first, last] = panel < 0 ? std::array{0, 0} : sharing_.panel(panel);
     if (regular) {
       Spare<Scratch> scratch;
-      scratch->place.resize(at(nodes()));
+      scratch->place.resize(at(nodes()) * BlockSharing::kPanel);
       scratch->columns.resize(column_.size());
-      const int unit = static_cast<int>(i), top = unit - sharing_.subtrees();
-      if (top >= 0)
-        fill_column(sharing_.top()[at(top)], fill);
-      else
-        for (const int column : sharing_.subtree(unit)) fill_column(column, fill);
-      if (!run_kernel<Kernels::FactorUnit>(*this, unit, *scratch, finished_)) regular = false;
+      for (int top = first; top < last; ++top) fill_column(sharing_.top()[at(top)], fill);
+      if (panel < 0)
+        for (const int column : sharing_.subtree(task)) fill_column(column, fill);
+      if (!run_kernel<Kernels::FactorTask>(*this, task, *scratch, finished_)) regular = false;
     }
-    finished_[i].reached(1);
+    // Whoever waits need not know that there is nothing to come.
+    if (panel < 0) finished_[i].reached(1);
+    for (int top = first; top < last; ++top) finished_[at(sharing_.subtrees() + top)].reached(1);
   });
   return regular;
 }

@@ -14,6 +14,8 @@ constexpr std::int64_t kWorthSharing = 20000;
 
 // A subtree has at most one part in so many of the work, for each thread: so they come out even.
 constexpr int kSubtreesAThread = 2;
+// Panels for each thread, at least.
+constexpr int kPanelsAThread = 8;
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
@@ -28,6 +30,8 @@ void BlockSharing::plan(const BlockPattern& pattern, int threads) {
   top_.clear();
   if (threads < 2 || pattern.updates() < kWorthSharing) return;
   cut(pattern);
+  // Wide panels read less, but others wait longer for them.
+  panel_ = std::clamp(static_cast<int>(top_.size()) / (kPanelsAThread * threads), 1, kPanel);
   find_sources(pattern);
   part_rows(pattern);
 }

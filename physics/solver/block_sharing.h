@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // How threads share an elimination. Subtrees of the elimination tree know nothing of each other, so each is
-// one thread's; the columns above them all are taken one by one, in ascending order, and what is to be
-// subtracted from such a column is fetched, in the order of one thread: the bits are the same
+// one thread's; the columns above them all are taken a few at a time, in ascending order, and what is to be
+// subtracted from such columns is fetched, in the order of one thread: the bits are the same
 // [Liu 1986; Heath, Ng & Peyton 1991, sec. 4].
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -41,8 +43,19 @@ class BlockSharing {
   }
   /// Columns above the subtrees, ascending.
   const std::vector<int>& top() const { return top_; }
-  /// Units of work: a subtree, or a column above them.
+  /// What others wait for: a subtree, or a column above them.
   std::size_t units() const { return begin_.size() - 1 + top_.size(); }
+  /// Columns above the subtrees that are one task, at most: a source is read once for all of them.
+  static constexpr int kPanel = 4;
+  /// Numbers in `top()` of the first column of panel `i` and of the one behind its last.
+  std::array<int, 2> panel(int i) const {
+    return {i * panel_, std::min((i + 1) * panel_, static_cast<int>(top_.size()))};
+  }
+  /// Subtrees, and panels.
+  std::size_t tasks() const {
+    const auto panel = static_cast<std::size_t>(panel_);
+    return begin_.size() - 1 + (top_.size() + panel - 1) / panel;
+  }
   /// Number of rows of column `j` that are columns of its subtree; they come first. Of a column above them:
   /// all.
   int inside(int j) const { return inside_[static_cast<std::size_t>(j)]; }
@@ -67,7 +80,7 @@ class BlockSharing {
   void find_sources(const BlockPattern& pattern);
   void part_rows(const BlockPattern& pattern);
 
-  int threads_ = 0;
+  int threads_ = 0, panel_ = 1;
   std::vector<int> begin_{0}, column_, top_, inside_, unit_;
   std::vector<int> source_begin_;
   std::vector<Source> source_;

@@ -133,9 +133,13 @@ void BodySpaceModel::evaluate(const double* lambda, double* w) {
   evaluate_pushed(lambda, w);
 }
 
-// Row by row, or, where threads share it, body by body: the sums are the same.
+// Threads from which on sums over bodies take less time than over rows, whose blocks they read twice, and far
+// apart.
+constexpr int kGatherers = 6;
+
+// Row by row, or, where many threads share it, body by body: the sums are the same.
 void BodySpaceModel::push_all(const double* lambda, BodyVector* v, bool sizes) {
-  if (!shared()) return quads_.push(0, rows(), lambda, v, sizes);
+  if (!shared() || threads_->threads() < kGatherers) return quads_.push(0, rows(), lambda, v, sizes);
   share_bodies([&](int first, int last) { quads_.gather(first, last, lambda, v, sizes); });
 }
 
