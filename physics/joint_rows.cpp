@@ -264,6 +264,28 @@ int joint_geometry(const JointRecord& joint, const JointEnd& a, const JointEnd& 
   return write_rows<false>(joint, a, b, rows);
 }
 
+int held_rows(const JointDef& def) {
+  if (def.stiffness > 0 || def.damping > 0 || def.motor_speed || def.lower || def.upper) return -1;
+  switch (def.kind) {
+    case JointKind::Weld:
+      return 3;
+    case JointKind::Revolute:
+    case JointKind::Prismatic:
+      return 2;
+    case JointKind::Distance:
+    case JointKind::Wheel:
+    case JointKind::Pulley:
+    case JointKind::Gear:
+    case JointKind::Rack:
+      return 1;
+    case JointKind::Rope:
+    case JointKind::Motor:
+    case JointKind::Spring:
+      break;
+  }
+  return -1;
+}
+
 JointCoordinate joint_coordinate(const JointRecord& joint, const JointEnd& a, const JointEnd& b) {
   const Anchors<true> anchors(joint, a, b);
   const auto result = [&](const Coordinate& c, double from) {

@@ -52,6 +52,8 @@ int joint_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, J
 /// The same without `rate` and `bias`, which are left as they were: for whoever needs the places only, at
 /// half of the cost.
 int joint_geometry(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows);
+/// Number of rows of a joint that has only rows that hold; -1 if it has a limit, a motor or a spring.
+int held_rows(const JointDef& def);
 
 /// Value and rate of the coordinate on which limits, motor and spring act (see JointDef). Pulley, Gear and
 /// Rack: the error of what they hold.

@@ -443,7 +443,8 @@ void Step::prepare(SteppedIsland& island, ThreadPool* threads) const {
       contact.manifold_reused = true;
     }
   });
-  for (const std::uint32_t i : island.island.joints) begin_joint(i);
+  const std::vector<std::uint32_t>& joints = island.island.joints;
+  share_each(threads, joints.size(), kBodiesAPiece, [&](std::size_t k) { begin_joint(joints[k]); });
 }
 
 /// A second try begins from the contacts of the beginning of the step.
@@ -464,7 +465,8 @@ void Step::prepare_again(SteppedIsland& island) {
     }
   });
   // Their forces go on from those of the last try, which are nearer to what will be.
-  for (const std::uint32_t i : island.island.joints) begin_joint(i);
+  const std::vector<std::uint32_t>& joints = island.island.joints;
+  share_each(s_.pool.get(), joints.size(), kBodiesAPiece, [&](std::size_t k) { begin_joint(joints[k]); });
   s_.report.manifolds_reused += update_manifolds(s_, island.island, 0, s_.report.narrow);
 }
 

@@ -14,7 +14,7 @@
 namespace skerry {
 namespace {
 
-// Contacts that a thread takes at a time.
+// Contacts, or joints, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 2048;
 
 }  // namespace
@@ -26,8 +26,9 @@ bool is_free(const WorldState& state, const Island& island) {
   return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
     const Contact& contact = state.contacts[island.contacts[k]];
     return !reacts(contact.body_a) || !reacts(contact.body_b);
-  }) && std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
-    return reacts(state.joints[i].def.a.index) && reacts(state.joints[i].def.b.index);
+  }) && !any_of(state.island_threads, island.joints.size(), kContactsAPiece, [&](std::size_t k) {
+    const JointDef& def = state.joints[island.joints[k]].def;
+    return !reacts(def.a.index) || !reacts(def.b.index);
   });
 }
 
@@ -130,6 +131,7 @@ double told_speed(const WorldState& state, const Island& island, double h) {
 
 /// In the springs of an island [J].
 double energy_of_springs(const WorldState& state, const Island& island) {
+  if (state.springs == 0) return 0;
   double sum = 0;
   for (const std::uint32_t i : island.joints) sum += spring_energy(state, state.joints[i]);
   return sum;

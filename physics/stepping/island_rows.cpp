@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/island_rows.h"
 
+#include <algorithm>
 #include <bit>
 #include <numeric>
 
@@ -14,7 +15,7 @@ namespace {
 
 // Contacts from which on the narrow phase takes them in groups of four.
 constexpr std::size_t kBatch = 4;
-// Contacts that a thread takes at a time: some 50 us.
+// Contacts, or joints, that a thread takes at a time: some 50 us.
 constexpr std::size_t kContactsAPiece = 256;
 
 /// What one piece of the contacts found.
@@ -146,15 +147,32 @@ bool is_wanted(const WorldState& state, const AssemblyRequest& request, const En
   return false;
 }
 
-void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, RowWriter& rows) {
+/// Calls `visit(ends, k, row)` for the rows of a joint that are asked for.
+template <class Visit>
+void for_joint_rows(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot,
+                    Visit&& visit) {
   const JointRecord& joint = state.joints[slot];
   const Ends ends = ends_of(state, joint.def.a.index, joint.def.b.index);
   JointRows geometry;
   const int count = joint_geometry(joint, end_of(state, request, ends.body_a, ends.a),
                                    end_of(state, request, ends.body_b, ends.b), geometry);
   for (int k = 0; k < count; ++k) {
-    const JointRow& from = geometry[static_cast<std::size_t>(k)];
-    if (!is_wanted(state, request, ends, from)) continue;
+    const JointRow& row = geometry[static_cast<std::size_t>(k)];
+    if (is_wanted(state, request, ends, row)) visit(ends, k, row);
+  }
+}
+
+/// How many rows `add_joint` adds.
+std::size_t rows_of_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot) {
+  const int held = held_rows(state.joints[slot].def);
+  if (held >= 0) return static_cast<std::size_t>(held);
+  std::size_t count = 0;
+  for_joint_rows(state, request, slot, [&](const Ends&, int, const JointRow&) { ++count; });
+  return count;
+}
+
+void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, RowWriter& rows) {
+  for_joint_rows(state, request, slot, [&](const Ends& ends, int k, const JointRow& from) {
     const RowKind kind = from.kind == JointRowKind::Hold    ? RowKind::Joint
                          : from.kind == JointRowKind::Limit ? RowKind::Limit
                                                             : RowKind::Motor;
@@ -167,7 +185,7 @@ void add_joint(const WorldState& state, const AssemblyRequest& request, std::uin
     row.upper = from.most;
     row.normal = -1;
     row.mu = 0;
-  }
+  });
 }
 
 bool rubs(const WorldState& state, const AssemblyRequest& request, const Contact& contact) {
@@ -179,8 +197,8 @@ bool resists(const AssemblyRequest& request, const Contact& contact) {
 }
 
 /// How many rows `add_contact` adds.
-std::size_t rows_of(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
-                    std::uint32_t index, std::uint8_t points) {
+std::size_t rows_of_contact(const WorldState& state, const AssemblyRequest& request, const Manifold& manifold,
+                            std::uint32_t index, std::uint8_t points) {
   const Contact& contact = state.contacts[index];
   const auto asked = static_cast<unsigned>(std::popcount(points & ((1u << manifold.count) - 1u)));
   return asked * (1u + rubs(state, request, contact) + resists(request, contact));
@@ -241,44 +259,49 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
     out.system.bodies[k] = {state.bodies.inverse_mass[body], state.bodies.inverse_inertia[body]};
     out.system.positions[k] = centre_of(state, request, body, static_cast<int>(k));
   }
-  RowWriter rows(out);
-  for (const std::uint32_t joint : island.joints) add_joint(state, request, joint, rows);
-  // Calls `visit(manifold, contact, points)` for the contacts that are asked for among some.
-  const auto for_contacts = [&](std::size_t from, std::size_t to, auto&& visit) {
-    for (std::size_t k = from; k < to; ++k) {
+  // Joints and then contacts are numbered through. Calls `joint(slot)` for each joint among some, and
+  // `contact(manifold, index, points)` for the contacts that are asked for.
+  const std::size_t joints = island.joints.size(), items = joints + island.contacts.size();
+  const auto visit = [&](std::size_t from, std::size_t to, auto&& joint, auto&& contact) {
+    for (std::size_t k = from; k < std::min(to, joints); ++k) joint(island.joints[k]);
+    for (std::size_t k = std::max(from, joints) - joints; k + joints < to; ++k) {
       const std::uint32_t index = island.contacts[k];
       const std::uint8_t points = (*request.points)[k];
       if (points == 0) continue;
-      visit(request.manifolds != nullptr ? (*request.manifolds)[k] : state.contacts[index].manifold, index,
-            points);
+      contact(request.manifolds != nullptr ? (*request.manifolds)[k] : state.contacts[index].manifold, index,
+              points);
     }
   };
-  const auto add = [&](std::size_t from, std::size_t to, RowWriter& writer) {
-    for_contacts(from, to, [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
-      add_contact(state, request, manifold, index, points, writer);
-    });
+  const auto add = [&](std::size_t from, std::size_t to, RowWriter& rows) {
+    visit(
+        from, to, [&](std::uint32_t slot) { add_joint(state, request, slot, rows); },
+        [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
+          add_contact(state, request, manifold, index, points, rows);
+        });
   };
-  const std::size_t contacts = island.contacts.size();
-  if (state.island_threads == nullptr || contacts <= kContactsAPiece) {
-    add(0, contacts, rows);
+  if (state.island_threads == nullptr || items <= kContactsAPiece) {
+    RowWriter rows(out);
+    add(0, items, rows);
     rows.finish();
     return;
   }
   // Where the rows of each piece begin is counted first.
   Spare<std::vector<std::size_t>> begin;
-  begin->assign((contacts + kContactsAPiece - 1) / kContactsAPiece + 1, 0);
-  share(state.island_threads, contacts, kContactsAPiece, [&](std::size_t from, std::size_t to) {
-    std::size_t& rows_here = (*begin)[from / kContactsAPiece + 1];
-    for_contacts(from, to, [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
-      rows_here += rows_of(state, request, manifold, index, points);
-    });
+  begin->assign((items + kContactsAPiece - 1) / kContactsAPiece + 1, 0);
+  share(state.island_threads, items, kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    std::size_t rows = 0;
+    visit(
+        from, to, [&](std::uint32_t slot) { rows += rows_of_joint(state, request, slot); },
+        [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
+          rows += rows_of_contact(state, request, manifold, index, points);
+        });
+    (*begin)[from / kContactsAPiece + 1] = rows;
   });
-  begin->front() = static_cast<std::size_t>(rows.count());
   std::partial_sum(begin->begin(), begin->end(), begin->begin());
-  if (begin->back() != out.system.rows.size()) rows.resize(begin->back());
-  share(state.island_threads, contacts, kContactsAPiece, [&](std::size_t from, std::size_t to) {
-    RowWriter writer(out, (*begin)[from / kContactsAPiece]);
-    add(from, to, writer);
+  if (begin->back() != out.system.rows.size()) RowWriter(out).resize(begin->back());
+  share(state.island_threads, items, kContactsAPiece, [&](std::size_t from, std::size_t to) {
+    RowWriter rows(out, (*begin)[from / kContactsAPiece]);
+    add(from, to, rows);
   });
 }
 

@@ -9,6 +9,7 @@
 #include "physics/spare.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 namespace {
@@ -17,6 +18,8 @@ namespace {
 // which a row turns a body at most [rad].
 constexpr int kMendingSweeps = 50;
 constexpr double kMended = 1e-3, kMostTurn = 0.5;
+// Joints that a thread takes at a time.
+constexpr std::size_t kJointsAPiece = 256;
 
 /// Where a body comes to with a velocity; bodies that do not react go where they are told to.
 JointEnd end_after(const WorldState& state, std::uint32_t body, double from, double h,
@@ -211,8 +214,8 @@ void bind_jointed(const WorldState& state, const Island& island, double h, std::
 }
 
 bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share) {
-  return std::any_of(island.joints.begin(), island.joints.end(),
-                     [&](std::uint32_t slot) { return how_far_off(state, slot, elapsed) > share; });
+  return any_of(state.island_threads, island.joints.size(), kJointsAPiece,
+                [&](std::size_t k) { return how_far_off(state, island.joints[k], elapsed) > share; });
 }
 
 void mend_joints(WorldState& state, const Island& island, double elapsed, double share) {

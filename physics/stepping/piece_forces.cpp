@@ -18,8 +18,8 @@
 namespace skerry {
 namespace {
 
-// Contacts, and rows, that a thread takes at a time.
-constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048;
+// Contacts, rows, and bodies that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece = 1024;
 // Residual of forces that are as good as none, for which it is 1.
 constexpr double kVain = 0.5;
 
@@ -64,16 +64,20 @@ class PieceSolve {
   /// Geometry half-way through the piece, if anything moves enough to matter.
   bool midpoint(double h, const std::vector<Velocity>& v, std::vector<Transform>& poses,
                 std::vector<double>& angles, std::vector<Manifold>& manifolds) {
-    double largest = 0;
+    std::atomic<double> largest = 0;
     poses.resize(v.size());
     angles.resize(v.size());
-    for (std::size_t k = 0; k < v.size(); ++k) {
-      const std::uint32_t body = island_.bodies[k];
-      angles[k] = state_.bodies.angle[body] + 0.5 * h * v[k][2];
-      poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
-                  Rot::from_angle(angles[k])};
-      largest = std::max(largest, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
-    }
+    share(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+      double most = 0;
+      for (std::size_t k = from; k < to; ++k) {
+        const std::uint32_t body = island_.bodies[k];
+        angles[k] = state_.bodies.angle[body] + 0.5 * h * v[k][2];
+        poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
+                    Rot::from_angle(angles[k])};
+        most = std::max(most, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
+      }
+      raise_to(largest, most);
+    });
     // Below this the Jacobian changes by less than rounding.
     if (largest < 1e-12 && !piece_.told) return false;
     const auto pose = [&](std::uint32_t body) {
@@ -334,11 +338,15 @@ class PieceSolve {
       return std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn});
     };
     const double floor = 1e-10 * h * largest_acceleration(state_, island_);  // the solvers' tolerance
-    double fastest = 0;
-    for (std::size_t k = 0; k < v.size(); ++k) {
-      if (speed(k) < floor) v[k] = {0, 0, 0};
-      fastest = std::max(fastest, speed(k));
-    }
+    std::atomic<double> fastest = 0;
+    share(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+      double most = 0;
+      for (std::size_t k = from; k < to; ++k) {
+        if (speed(k) < floor) v[k] = {0, 0, 0};
+        most = std::max(most, speed(k));
+      }
+      raise_to(fastest, most);
+    });
     if (fastest > 0 && fastest < rounding_of_balance(state_, island_, largest_magnitude(lambda)))
       std::fill(v.begin(), v.end(), Velocity{});
   }

@@ -2,8 +2,10 @@
 #include "physics/stepping/projection.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
+#include "physics/joint_rows.h"
 #include "physics/solver/auto.h"
 #include "physics/solver/bilateral.h"
 #include "physics/solver/welded_bodies.h"
@@ -48,8 +50,8 @@ constexpr int kShorterShifts = 3;
 constexpr double kContradiction = 1e-6;
 // Sweeps for a shift where no answer is found.
 constexpr double kSweptShift = 40;
-// Contacts that a thread takes at a time.
-constexpr std::size_t kContactsAPiece = 1024;
+// Contacts, or joints, and rows that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 1024, kRowsAPiece = 2048;
 
 bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
@@ -70,11 +72,8 @@ void find_near_points(const WorldState& state, const Island& island, std::vector
 /// positions and velocities.
 bool only_holds(const WorldState& state, const Island& island) {
   return island.contacts.empty() &&
-         std::all_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
-           const JointDef& def = state.joints[slot].def;
-           return def.kind != JointKind::Rope && !def.lower && !def.upper && !def.motor_speed &&
-                  !(def.stiffness > 0) && !(def.damping > 0);
-         });
+         !any_of(state.island_threads, island.joints.size(), kContactsAPiece,
+                 [&](std::size_t k) { return held_rows(state.joints[island.joints[k]].def) < 0; });
 }
 
 /// True if a joint, an overlap or a loaded contact is farther off than rounding explains: a cheap look before
@@ -96,12 +95,17 @@ bool needs_projection(const WorldState& state, const Island& island) {
 
 /// Largest violation of the rows [m]; loaded contacts count gaps, too.
 double position_error(const WorldState& state, const Assembly& assembly) {
-  double worst = 0;
-  for (const RowOrigin& origin : assembly.origin) {
-    const bool closed =
-        origin.kind == RowKind::Joint || (origin.kind == RowKind::Normal && carried_load(state, origin));
-    worst = std::max(worst, closed ? std::abs(origin.error) : -origin.error);
-  }
+  std::atomic<double> worst = 0;
+  share(state.island_threads, assembly.origin.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
+    double most = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      const bool closed =
+          origin.kind == RowKind::Joint || (origin.kind == RowKind::Normal && carried_load(state, origin));
+      most = std::max(most, closed ? std::abs(origin.error) : -origin.error);
+    }
+    raise_to(worst, most);
+  });
   return worst;
 }
 
@@ -620,18 +624,21 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   if (!ready) assemble_loaded(state, island, elapsed, *scratch);
   Assembly& bilateral = ready ? *rows : select_bilateral(state, v, fastest, *scratch);
   const IslandSystem& system = scratch->full.system;  // of the companions
-  const int count = bilateral.system.size();
   std::vector<double>& wanted = bilateral.system.b;
   wanted.resize(bilateral.system.rows.size());
   // The largest violation, which is what the next round is to take away.
   const auto violation = [&](const std::vector<Velocity>& u) {
-    double worst = 0;
-    for (int i = 0; i < count; ++i) {
-      const double speed = row_velocity(bilateral, i, u);
-      wanted[i] = -speed;
-      worst = std::max(worst, std::abs(speed));
-    }
-    return worst;
+    std::atomic<double> worst = 0;
+    share(state.island_threads, wanted.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
+      double most = 0;
+      for (std::size_t i = from; i < to; ++i) {
+        const double speed = row_velocity(bilateral, static_cast<int>(i), u);
+        wanted[i] = -speed;
+        most = std::max(most, std::abs(speed));
+      }
+      raise_to(worst, most);
+    });
+    return worst.load();
   };
   double error = violation(v), work = 0;
   std::vector<double>& lambda = scratch->lambda;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "physics/joint_rows.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -328,8 +329,8 @@ TEST(Determinism, SameInputGivesTheSameBits) {
       add(world, {0.3 * (i % 4) - 0.4, 1 + 1.1 * i},
           rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * i, 0}, 0.5);
     }
-    std::vector<std::uint64_t> hashes;
-    for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
+    std::vector<std::uint64_t> hashes(60);
+    for (std::uint64_t& hash : hashes) hash = world.step(1.0 / 60).state_hash;
     return hashes;
   };
   EXPECT_EQ(run(), run());
@@ -343,11 +344,12 @@ TEST(Determinism, AnyNumberOfThreadsGivesTheSameBits) {
     World world(config);
     add_ground(world, rough(make_disc(1), 0.4, 0.3));
     for (int i = 0; i < 60; ++i) {
-      add(world, {1.7 * (i % 12), 1 + 1.3 * (i / 12) + 0.01 * i},
+      const int row = i / 12;
+      add(world, {1.7 * (i % 12), 1 + 1.3 * row + 0.01 * i},
           rough(i % 2 ? make_disc(0.4) : make_box({0.8, 0.6}), 0.4, 0.3), 1, {0.1 * (i % 5), 0}, 0.5);
     }
-    std::vector<std::uint64_t> hashes;
-    for (int i = 0; i < 60; ++i) hashes.push_back(world.step(1.0 / 60).state_hash);
+    std::vector<std::uint64_t> hashes(60);
+    for (std::uint64_t& hash : hashes) hash = world.step(1.0 / 60).state_hash;
     return hashes;
   };
   const auto expected = run(1);
@@ -419,7 +421,8 @@ TEST(Determinism, ThreadsThatShareOneLargeExactIslandGiveTheSameBits) {
       const int side = 36;
       std::vector<BodyId> bodies;
       for (int k = 0; k < side * side; ++k) {
-        const Vec2 where{1.0 * (k % side), -1.0 * (k / side)};
+        const int row = k / side;
+        const Vec2 where{1.0 * (k % side), -1.0 * row};
         bodies.push_back(add(world, where, rough(make_disc(0.3), 0.4)));
         const auto hinge = [&](int other, Vec2 at) {
           world.create_joint(
@@ -453,6 +456,98 @@ TEST(Determinism, ThreadsThatShareOneLargeExactIslandGiveTheSameBits) {
     EXPECT_EQ(expected.inexact, 0);
     for (const int threads : {2, 3, 8}) EXPECT_EQ(run(threads, net), expected) << threads;
   }
+}
+
+/// Joints of all kinds, with and without limits, motors and springs.
+std::vector<JointDef> joints_of_all_kinds() {
+  std::vector<JointDef> all;
+  for (int k = 0; k <= static_cast<int>(JointKind::Spring); ++k) {
+    const auto kind = static_cast<JointKind>(k);
+    JointDef plain{.kind = kind, .length = 1.0, .pulley_a = {-5, 9}, .pulley_b = {5, 9}};
+    if (kind == JointKind::Motor) plain.motor_speed = 1;
+    if (kind == JointKind::Spring) plain.stiffness = 10;
+    all.push_back(plain);
+    const bool takes_all = kind == JointKind::Revolute || kind == JointKind::Distance ||
+                           kind == JointKind::Prismatic || kind == JointKind::Wheel;
+    if (!takes_all) continue;
+    for (const bool both : {false, true}) {
+      JointDef more = plain;
+      more.lower = both ? 0.5 : -0.5;
+      more.upper = 0.5;
+      all.push_back(more);
+    }
+    JointDef driven = plain;
+    driven.motor_speed = 0.5;
+    driven.motor_limit = 2;
+    all.push_back(driven);
+    JointDef sprung = plain;
+    sprung.stiffness = 5;
+    sprung.damping = 0.1;
+    all.push_back(sprung);
+  }
+  return all;
+}
+
+TEST(JointRows, CountOfJointsThatOnlyHoldIsThatOfTheirRows) {
+  World world;
+  const BodyId a = add(world, {-1, 0}, rough(make_disc(0.3), 0)),
+               b = add(world, {1, 0.5}, rough(make_disc(0.3), 0));
+  for (JointDef def : joints_of_all_kinds()) {
+    def.a = a;
+    def.b = b;
+    def.anchor_b = {1, 0};
+    const JointId id = world.create_joint(def);
+    const JointRecord& joint = world.joints()[id.index];
+    JointRows rows;
+    JointEnd end_a, end_b;
+    end_a.p = {-1, 0};
+    end_b.p = {1, 0.5};
+    const int count = joint_rows(joint, end_a, end_b, rows);
+    bool holds = true;
+    for (int k = 0; k < count; ++k) holds &= rows[static_cast<std::size_t>(k)].kind == JointRowKind::Hold;
+    const int held = held_rows(joint.def);
+    if (held >= 0) {
+      EXPECT_EQ(held, count) << static_cast<int>(def.kind);
+      EXPECT_TRUE(holds) << static_cast<int>(def.kind);
+    } else {
+      EXPECT_TRUE(!holds || (def.lower && def.lower == def.upper)) << static_cast<int>(def.kind);
+    }
+  }
+}
+
+TEST(Determinism, ThreadsThatShareJointsOfAllKindsGiveTheSameBits) {
+  const std::vector<JointDef> kinds = joints_of_all_kinds();
+  const auto run = [&kinds](int threads) {
+    WorldConfig config;
+    config.threads = threads;
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.4));
+    std::vector<BodyId> bodies;
+    for (int k = 0; k < 700; ++k) {
+      const Vec2 where{0.9 * k, 0.3 + 0.3 * (k % 3)};
+      bodies.push_back(add(world, where, rough(k % 2 ? make_disc(0.3) : make_box({0.6, 0.5}), 0.4), 1,
+                           {0.01 * (k % 7), 0}));
+      if (k == 0) continue;
+      JointDef def = kinds[static_cast<std::size_t>(k) % kinds.size()];
+      def.a = bodies[bodies.size() - 2];
+      def.b = bodies.back();
+      def.anchor_a = world.position(def.a);
+      def.anchor_b = where;
+      world.create_joint(def);
+    }
+    std::vector<std::uint64_t> hashes;
+    std::size_t rows = 0;
+    for (int i = 0; i < 4; ++i) {
+      const StepReport& report = world.step(1.0 / 60);
+      hashes.push_back(report.state_hash);
+      for (const IslandReport& island : report.islands_list)
+        rows = std::max(rows, static_cast<std::size_t>(island.rows));
+    }
+    EXPECT_GT(rows, 1000u);
+    return hashes;
+  };
+  const auto expected = run(1);
+  for (const int threads : {2, 3, 8}) EXPECT_EQ(run(threads), expected) << threads;
 }
 
 TEST(Resting, IslandsAreNotSteppedAgainAndStillReportTheirForces) {
