@@ -13,15 +13,15 @@ namespace skerry {
 
 // Islands that a thread takes at a time.
 inline constexpr std::size_t kIslandsAPiece = 64;
-// Contacts from which on an island's own loops are long enough to be shared.
+// Contacts and joints from which on an island's own loops are long enough to be shared.
 inline constexpr std::size_t kLoneIsland = 256;
 
 /// Calls `item(island, threads)` for each island, in no order: for several at the same time, without threads;
-/// but one with many contacts has all of them for its own loops.
+/// but one with many contacts and joints has all of them for its own loops.
 template <class Item>
 void share_islands(WorldState& s, Item&& item) {
   const auto is_lone = [](const SteppedIsland& island) {
-    return island.island.contacts.size() > kLoneIsland;
+    return island.island.contacts.size() + island.island.joints.size() > kLoneIsland;
   };
   std::atomic<bool> any_lone = false;
   share_each(s.pool.get(), s.islands.size(), kIslandsAPiece, [&](std::size_t n) {

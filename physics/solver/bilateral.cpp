@@ -218,12 +218,15 @@ double solve_sparse(const IslandSystem& system, double target, double good, Body
   model.assign(system, solution.work);
   const std::size_t n = system.rows.size();
   Spare<std::vector<double>> g, h, k, w, change;
-  for (std::vector<double>* numbers : {&*g, &*h, &*k, &*w, &*change}) numbers->assign(n, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const BodySpaceModel::RowInfo& row = model.info()[i];
-    if (!row.dead) (*g)[i] = 1 / (kEta * row.D + row.compliance);
-    (*w)[i] = -system.b[i];
-  }
+  h->assign(n, 0);
+  for (std::vector<double>* numbers : {&*g, &*k, &*w, &*change}) numbers->resize(n);
+  model.share_rows([&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const BodySpaceModel::RowInfo& row = model.info()[i];
+      (*g)[i] = row.dead ? 0 : 1 / (kEta * row.D + row.compliance);
+      (*w)[i] = -system.b[i];
+    }
+  });
   if (!model.factor(g->data(), h->data(), solution.work)) return kInfinity;
   const double error = refine(target, [&](double& floor) {
     std::atomic<double> largest = 0;  // of the terms that make up a w

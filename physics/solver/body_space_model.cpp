@@ -50,10 +50,10 @@ double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
   same_rows = same_rows && node_of_body == node_of_body_;
 
   // The graph: analysed only if it has an edge that the kept fill lacks.
-  for (std::size_t i = 0; same_rows && i < n; ++i) {
-    const Row& row = system.rows[i];
-    same_rows = row.a == pairs_[i][0] && row.b == pairs_[i][1] && row.normal == normal_of_row_[i];
-  }
+  same_rows = same_rows && !any_of(threads_, n, kRowsAPiece, [&](std::size_t i) {
+                const Row& row = system.rows[i];
+                return row.a != pairs_[i][0] || row.b != pairs_[i][1] || row.normal != normal_of_row_[i];
+              });
   const auto node = [&](int body) { return body < 0 ? -1 : node_of_body[at(body)]; };
   if (!same_rows) {
     bool fits = analysed_ && nodes == nodes_ && node_of_body == node_of_body_;

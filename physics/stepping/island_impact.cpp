@@ -14,10 +14,14 @@
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 
 namespace {
+
+// Contacts, or joints, that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 1024;
 
 /// True if a joint may become taut or reach a limit.
 bool may_strike(const JointDef& def) {
@@ -42,12 +46,12 @@ void see_groups(const WeldedBodies& welded, ImpactProblem& problem) {
 }  // namespace
 
 bool is_struck(const WorldState& state, const Island& island, double elapsed) {
-  if (std::any_of(island.joints.begin(), island.joints.end(),
-                  [&](std::uint32_t slot) { return may_strike(state.joints[slot].def); })) {
+  if (any_of(state.island_threads, island.joints.size(), kContactsAPiece,
+             [&](std::size_t k) { return may_strike(state.joints[island.joints[k]].def); })) {
     return true;
   }
-  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t index) {
-    const Contact& contact = state.contacts[index];
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
     for (int i = 0; i < contact.manifold.count; ++i) {
       const ManifoldPoint& point = contact.manifold.points[i];
       if (is_touching(state, point) &&

@@ -53,7 +53,7 @@ constexpr double kImpactWork = 0.2;
 // Of what flow may cost, for a step of an island in which nothing moves and that cannot rest, either.
 constexpr double kWorkAfterLook = 10;
 
-// Contacts, and bodies, that a thread takes at a time.
+// Contacts, or joints, and bodies that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 512, kBodiesAPiece = 256;
 
 /// What the pieces of a step need for a moment.
@@ -344,10 +344,10 @@ class IslandStep {
         memory.total_friction += part * memory.friction_impulse;
       }
     });
-    for (const std::uint32_t slot : island_.joints) {
-      JointRecord& joint = state_.joints[slot];
-      for (int k = 0; k < kMaxJointRows; ++k) joint.row_impulse[k] += t * joint.row_force[k];
-    }
+    share_each(state_.island_threads, island_.joints.size(), kContactsAPiece, [&](std::size_t k) {
+      JointRecord& joint = state_.joints[island_.joints[k]];
+      for (int row = 0; row < kMaxJointRows; ++row) joint.row_impulse[row] += t * joint.row_force[row];
+    });
   }
 
   WorldState& state_;
