@@ -2,7 +2,9 @@
 #include "physics/islands/island_system.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -10,6 +12,7 @@
 #include "physics/islands/planar.h"
 #include "physics/spare.h"
 #include "physics/text.h"
+#include "physics/thread_pool.h"
 
 namespace skerry {
 namespace {
@@ -17,6 +20,9 @@ namespace {
 double compliance_of(const IslandSystem& system, std::size_t i) {
   return system.compliance.empty() ? 0 : system.compliance[i];
 }
+
+// Rows that a thread takes at a time.
+constexpr std::size_t kRowsAPiece = 2048;
 
 using Velocities = std::vector<std::array<double, 3>>;
 
@@ -64,25 +70,41 @@ inline void push_row(const InverseMass* bodies, const Row& row, double impulse, 
   if (row.b >= 0) push(bodies[row.b], row.Jb, impulse, v[row.b]);
 }
 
-// The residual of impulses that give the bodies the velocities `change`, or the first one above `enough` that
-// is found.
-double residual_of(const IslandSystem& system, const std::vector<double>& lambda, const Velocities& change,
-                   double enough = kInfinity) {
-  const double scale = residual_scale(largest_magnitude(system.b)), most = enough * scale;
+// The largest violation of some rows, of impulses that give the bodies the velocities `change`, or the first
+// one above `most`, or NaN.
+inline double worst_violation(const IslandSystem& system, const std::vector<double>& lambda,
+                              const Velocities& change, std::size_t from, std::size_t to, double most) {
   double worst = 0;
-  for (std::size_t i = 0; i < system.rows.size(); ++i) {
+  for (std::size_t i = from; i < to && worst <= most; ++i) {
     const Row& row = system.rows[i];
     const double normal_impulse = row.normal < 0 ? 0 : lambda[static_cast<std::size_t>(row.normal)];
     const double violation = violation_of(bounds_of(row, normal_impulse), inverse_effective_mass(system, i),
                                           lambda[i], row_velocity(system, i, lambda[i], change));
     // A comparison that NaN fails must not hide it.
-    if (!(violation <= worst)) {
-      worst = violation;
-      if (std::isnan(worst)) return worst;
-      if (worst > most) break;
-    }
+    if (!(violation <= worst)) worst = violation;
   }
-  return worst / scale;
+  return worst;
+}
+
+// The residual; infinity where it is above `enough`; NaN where a violation is.
+double residual_of(const IslandSystem& system, const std::vector<double>& lambda, const Velocities& change,
+                   double enough = kInfinity, ThreadPool* threads = nullptr) {
+  const double scale = residual_scale(largest_magnitude(system.b)), most = enough * scale;
+  const std::size_t n = system.rows.size();
+  double worst = 0;
+  if (threads == nullptr || n <= kRowsAPiece) {
+    worst = worst_violation(system, lambda, change, 0, n, most);
+  } else {
+    std::atomic<double> largest = 0;
+    std::atomic<bool> lost = false;
+    share(threads, n, kRowsAPiece, [&](std::size_t from, std::size_t to) {
+      const double found = worst_violation(system, lambda, change, from, to, most);
+      if (std::isnan(found)) lost = true;
+      raise_to(largest, found);
+    });
+    worst = lost ? std::numeric_limits<double>::quiet_NaN() : largest.load();
+  }
+  return worst > most ? kInfinity : worst / scale;
 }
 
 // Clamps and judges, as `clamp_and_judge`, an island in which bodies ascend along the rows: each row lies
@@ -306,7 +328,8 @@ double natural_map_residual(const IslandSystem& system, const std::vector<double
   return residual_of(system, lambda, *change);
 }
 
-double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda, double enough) {
+double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda, double enough,
+                       ThreadPool* threads) {
   double residual = 0;
   if (may_be_path(system) && ((lanes_pay(system) && judge_path_lanes(system, lambda, residual)) ||
                               judge_path(system, lambda, residual)))
@@ -324,7 +347,7 @@ double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda, 
     lambda[i] = impulse;
     if (impulse != 0) push_row(bodies, row, impulse, v);
   }
-  return residual_of(system, lambda, *change, enough);
+  return residual_of(system, lambda, *change, enough, threads);
 }
 
 double residual_floor(const IslandSystem& system, const std::vector<double>& lambda) {

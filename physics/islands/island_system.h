@@ -19,6 +19,8 @@
 
 namespace skerry {
 
+class ThreadPool;
+
 enum class RowKind : std::uint8_t { Normal, Friction, Rolling, Joint, Limit, Motor };
 
 /// One scalar constraint between two bodies of the island. The velocity along the row is `Ja . v_a + Jb .
@@ -95,8 +97,10 @@ double natural_map_residual(const IslandSystem& system, const std::vector<double
 
 /// Puts each impulse into its bounds (what is not finite becomes 0 first), row by row, and returns
 /// `natural_map_residual` of the result: one pass over the rows less than the two calls.
-/// @param enough  whoever wants no more may be told any residual above it in place of a larger one
-double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda, double enough = kInfinity);
+/// @param enough   whoever wants no more may be told infinity in place of a larger residual
+/// @param threads  share what they can; null: the caller's alone
+double clamp_and_judge(const IslandSystem& system, std::vector<double>& lambda, double enough = kInfinity,
+                       ThreadPool* threads = nullptr);
 
 /// Returns the residual that rounding alone explains at `lambda`: about one unit of rounding of the largest
 /// sum |W| |lambda|, relative as in `natural_map_residual`. Solvers accept a few times this in place of the

@@ -132,7 +132,7 @@ bool try_warm(const IslandSystem& system, std::span<const double> warm_start, co
   if (warm_start.size() != system.rows.size()) return false;
   std::vector<double> lambda = take_spare<std::vector<double>>();
   lambda.assign(warm_start.begin(), warm_start.end());
-  const double residual = clamp_and_judge(system, lambda, options.tolerance);
+  const double residual = clamp_and_judge(system, lambda, options.tolerance, options.threads);
   if (!(residual <= options.tolerance)) {
     give_spare(std::move(lambda));
     return false;

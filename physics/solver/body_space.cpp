@@ -120,7 +120,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   if (n == 0 || warm) {
     solution.lambda = take_spare<std::vector<double>>();
     solution.lambda.assign(warm_start.begin(), warm_start.begin() + static_cast<std::ptrdiff_t>(n));
-    solution.residual = clamp_and_judge(system, solution.lambda, options.tolerance);
+    solution.residual = clamp_and_judge(system, solution.lambda, options.tolerance, options.threads);
     solution.work.visits = static_cast<double>(n);
     if (solution.residual <= options.tolerance) {
       solution.status = SolveStatus::Solved;

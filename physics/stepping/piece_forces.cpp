@@ -259,12 +259,17 @@ class PieceSolve {
   void note_paradoxes(const Assembly& start, const std::vector<Velocity>& before,
                       const std::vector<double>& lambda) {
     if (island_.contacts.empty()) return;
-    for (int i = 0; i < start.system.size(); ++i) {
+    const auto is_one = [&](std::size_t i) {
       const Row& row = start.system.rows[i];
-      if (row.kind != RowKind::Friction || !(lambda[row.normal] > 0)) continue;
-      const double sliding = row_velocity(start, i, before);
-      if (std::abs(sliding) <= state_.config.rest_speed || !is_paradoxical(start.system, row, sliding))
-        continue;
+      if (row.kind != RowKind::Friction || !(lambda[static_cast<std::size_t>(row.normal)] > 0)) return false;
+      const double sliding = row_velocity(start, static_cast<int>(i), before);
+      return std::abs(sliding) > state_.config.rest_speed && is_paradoxical(start.system, row, sliding);
+    };
+    // Nearly always there is none.
+    const std::size_t rows = start.system.rows.size();
+    if (!any_of(state_.island_threads, rows, kRowsAPiece, is_one)) return;
+    for (std::size_t i = 0; i < rows; ++i) {
+      if (!is_one(i)) continue;
       const Contact& contact = state_.contacts[start.origin[i].index];
       result_.motion_events.push_back({MotionEventKind::Paradox, piece_.elapsed,
                                        state_.shapes[contact.shape_a].body,
