@@ -14,8 +14,8 @@
 // phase are by the clock. Box2D 2.4 runs with its defaults and without its continuous collision; ratios are
 // to both.
 //   --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
-//                   the least of its times by the clock, as its bits are the same; the row has the sums and
-//                   their ratio
+//                   the least of its times by the clock, as its bits are the same; the row has the sums,
+//                   their ratio, and whether the bits are; the exit status is 1 where they are not
 //   --peer-work N   peers make N times their usual iterations (2.4: 8 and 3) or sub-steps (3: 4)
 //   --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows
 #include <algorithm>
@@ -108,6 +108,7 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
   row.collision = 1e3 * collision / static_cast<double>(row.ms.size());
   row.residual = world.report().worst_residual;
   row.asleep = world.report().bodies_asleep;
+  row.state_hash = world.report().state_hash;
   return row;
 }
 
@@ -146,14 +147,19 @@ void print(std::vector<Ratio> ratios) {
                 r.collision);
 }
 
-/// What threads gain. @param turns  runs of each kind
-void compare_threads(const char* name, const Scene& scene, Options options, int turns) {
+/// What threads gain. @param turns  runs of each kind @return whether all runs with as many steps ended with
+/// the same bits
+bool compare_threads(const char* name, const Scene& scene, Options options, int turns) {
   const int threads = options.threads;
   options.by_clock = true;
   std::vector<double> least[2];
+  Run first;
+  bool same = true;
   for (int turn = 0; turn < 2 * turns; ++turn) {
     options.threads = turn % 2 == 0 ? 1 : threads;
     const Run run = run_ours(name, scene, options);
+    if (turn == 0) first = run;
+    same &= run.ms.size() != first.ms.size() || run.state_hash == first.state_hash;
     std::vector<double>& all = least[turn % 2];
     if (all.empty()) all = run.ms;
     all.resize(std::min(all.size(), run.ms.size()));
@@ -162,9 +168,10 @@ void compare_threads(const char* name, const Scene& scene, Options options, int 
   const auto steps = static_cast<std::ptrdiff_t>(std::min(least[0].size(), least[1].size()));
   const double one = std::accumulate(least[0].begin(), least[0].begin() + steps, 0.0);
   const double many = std::accumulate(least[1].begin(), least[1].begin() + steps, 0.0);
-  std::printf("| %s | %zu | %td | %.1f | %.1f | %.2f |\n", name, scene.items.size(), steps, one, many,
-              one / many);
+  std::printf("| %s | %zu | %td | %.1f | %.1f | %.2f | %s |\n", name, scene.items.size(), steps, one, many,
+              one / many, same ? "yes" : "NO");
   std::fflush(stdout);
+  return same;
 }
 
 int usage(const std::string& what) {
@@ -224,12 +231,13 @@ int main(int argc, char** argv) {
   };
   if (turns > 0) {
     std::printf(
-        "| scene | bodies | steps | one thread ms | %d threads ms | ratio |\n"
-        "| --- | --- | --- | --- | --- | --- |\n",
+        "| scene | bodies | steps | one thread ms | %d threads ms | ratio | same bits |\n"
+        "| --- | --- | --- | --- | --- | --- | --- |\n",
         options.threads);
+    bool same = true;
     for (const Named& named : kScenes)
-      if (is_wanted(named)) compare_threads(named.name, named.make(), options, turns);
-    return 0;
+      if (is_wanted(named)) same &= compare_threads(named.name, named.make(), options, turns);
+    return same ? 0 : 1;
   }
   std::printf(
       "| scene | engine | bodies | steps | mean ms | median ms | slowest ms | pairs + narrow ms | "

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <ctime>
 #include <optional>
 #include <string>
@@ -42,6 +43,7 @@ struct Run {
   double apart = 0;         ///< largest distance of the two anchors of a hinge [m]
   double residual = -1;     ///< of the last step; < 0: unknown
   int asleep = 0;
+  std::uint64_t state_hash = 0;  ///< ours, of the last step
 
   double mean(std::size_t steps) const {
     double sum = 0;
