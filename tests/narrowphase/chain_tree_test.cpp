@@ -176,7 +176,14 @@ TEST(ChainTree, RaysDistancesAndFlightsAreThoseOfTheSegmentsOneByOne) {
       earliest = std::min(earliest, one.t);
     }
     ASSERT_EQ(impact.hit, any) << "case " << k << " seed " << seed;
-    ASSERT_NEAR(impact.t, earliest, 1e-12) << "case " << k << " seed " << seed;
+    // Where the approach is slow, a gap within rounding lasts: it is open at the one time and at the other.
+    const double slack = std::abs(impact.t - earliest);
+    if (slack > 1e-12) {
+      ASSERT_LT(slack, 1e-5) << "case " << k << " seed " << seed;
+      for (const double t : {impact.t, earliest})
+        ASSERT_LT(distance(chain, still.at(t), other, flight.at(t)).distance, 1e-11)
+            << "case " << k << " seed " << seed;
+    }
     flights += impact.hit ? 1 : 0;
   }
   EXPECT_GT(rays, 100);
