@@ -177,12 +177,12 @@ TEST(ChainTree, RaysDistancesAndFlightsAreThoseOfTheSegmentsOneByOne) {
     }
     ASSERT_EQ(impact.hit, any) << "case " << k << " seed " << seed;
     // Where the approach is slow, a gap within rounding lasts: it is open at the one time and at the other.
+    // What comes through a one-sided segment from behind is in it, and meets it at no certain time.
+    const auto gap = [&](double t) { return distance(chain, still.at(t), other, flight.at(t)).distance; };
     const double slack = std::abs(impact.t - earliest);
-    if (slack > 1e-12) {
+    if (slack > 1e-12 && gap(earliest) > -1e-11) {
       ASSERT_LT(slack, 1e-5) << "case " << k << " seed " << seed;
-      for (const double t : {impact.t, earliest})
-        ASSERT_LT(distance(chain, still.at(t), other, flight.at(t)).distance, 1e-11)
-            << "case " << k << " seed " << seed;
+      ASSERT_LT(gap(impact.t), 1e-11) << "case " << k << " seed " << seed;
     }
     flights += impact.hit ? 1 : 0;
   }
