@@ -87,8 +87,8 @@ class Bytes {
 
  private:
   std::vector<Vec2> corners(int n) {
-    std::vector<Vec2> out;
-    for (int i = 0; i < n; ++i) out.push_back(vec());
+    std::vector<Vec2> out(static_cast<std::size_t>(n));
+    for (Vec2& corner : out) corner = vec();
     return out;
   }
   std::mt19937_64 random_;
