@@ -22,10 +22,10 @@
 namespace skerry {
 namespace {
 
-// Enough for the longest rung seen to succeed; beyond it, nothing was ever solved.
+// Factorisations where somebody waits: of what is struck hard, more are needed where nobody does.
 constexpr int kFactorisationLimit = 1000;
-// Pivots of the last rung are factorisations, too, up to about half a second of them.
-constexpr double kPathVisits = 5e7;
+// Pivots of the last rung are factorisations, too, up to about half a second of them, or ten times that.
+constexpr double kPathVisits = 5e7, kUnlimitedPathVisits = 5e8;
 // Rows above which sweeps wander for longer than anybody waits.
 constexpr std::size_t kSettlingRows = 4096;
 // Sweeps hardly move what is so many times heavier, or what friction above this locks: those few settle at
@@ -151,7 +151,10 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   if (trace) trace->ordering = model.pattern().order();
 
   SolveBudget budget;
-  budget.factorisations = options.max_iterations > 0 ? options.max_iterations : kFactorisationLimit;
+  const bool unlimited = options.max_iterations == 0 && options.work_limit == 0 && options.time_budget == 0;
+  budget.factorisations = options.max_iterations > 0 ? options.max_iterations
+                          : unlimited                ? std::numeric_limits<int>::max()
+                                                     : kFactorisationLimit;
   if (options.work_limit > 0) budget.visits = options.work_limit;
   if (options.time_budget > 0) {
     const auto deadline =
@@ -267,10 +270,10 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     active.set_impulses(std::isfinite(active.best_residual()) ? active.best().data() : zero.data());
     continue_from_best(ProximalOptions().eta);
   }
-  if (!solved && !vain && !warm && options.max_iterations == 0) {
+  if (!solved && !vain && (!warm || unlimited) && options.max_iterations == 0) {
     SolveBudget rest = budget;
     rest.factorisations = std::numeric_limits<int>::max();
-    rest.visits = std::min(budget.visits, work.visits + kPathVisits);
+    rest.visits = std::min(budget.visits, work.visits + (unlimited ? kUnlimitedPathVisits : kPathVisits));
     note(trace, "path following, one state at a time");
     if (!std::isfinite(active.best_residual())) active.offer(zero.data());
     solved = follow_paths(model, active, {.tolerance = options.tolerance}, rest, work, trace);
@@ -278,7 +281,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     // Not worth beginning where the work does not allow for all of it.
     const SettlingOptions settling = settling_options(system, options.tolerance);
     const double all = settling.sweeps * static_cast<double>(n);
-    if (!solved && n <= kSettlingRows && work.visits + all <= budget.visits && !rest.spent(work)) {
+    if (!solved && !warm && n <= kSettlingRows && work.visits + all <= budget.visits && !rest.spent(work)) {
       note(trace, "sweeps until the states settle");
       solved = settle_by_sweeps(system, active, settling, rest, work, trace);
     }

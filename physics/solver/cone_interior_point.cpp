@@ -22,6 +22,10 @@ constexpr double kFollow = 3;
 constexpr double kProximal = 1e-13;
 // Of the step to the boundary.
 constexpr double kToBoundary = 0.99;
+// A product below this share of the mean after a step is raised to it, by the smaller of the two: what came
+// to its boundary far from the path would stop all steps from then on. Of 10 000 random islands of 12 bodies
+// 258 ended above 1e-7 without, and 3 do, in 0.93 of the steps.
+constexpr double kLeastProduct = 0.3;
 // Smoothing of the sign of sliding, of the centre; share of its slope that is left out, of what the step
 // before was cut by.
 constexpr double kSmoothing = 0.003, kDamping = 0.3;
@@ -259,12 +263,17 @@ struct ConeInteriorPoint::Kernels {
 
   struct Move {
     static SKERRY_ALWAYS_INLINE void run(ConeInteriorPoint& p, std::size_t first, std::size_t last,
-                                         double length) {
+                                         double length, double least) {
       for (std::size_t k = first; k < last; ++k) {
         Group& g = p.groups_[k];
+        const Vec4 wanted = least * g.weight;
         for (int e = 0; e < 2; ++e) {
           g.l[e] += length * g.dl[e];
           g.s[e] += length * g.ds[e];
+          const auto small = g.l[e] * g.s[e]<wanted, acts = g.l[e]> g.s[e];
+          const Vec4 l = wanted / g.s[e], s = wanted / g.l[e];
+          g.l[e] = small & ~acts ? l : g.l[e];
+          g.s[e] = small & acts ? s : g.s[e];
         }
       }
     }
@@ -344,10 +353,12 @@ double ConeInteriorPoint::take_step() {
   const double products = Kernels::sum_of_pieces(*this) + joints_.predict(length);
   const double reached = std::max(0.0, products / products_) / tau;
   const double left = (1 - length) * (1 - length) * off;
-  fall = direct(std::max(reached * reached * reached * tau, kFollow * left));
+  const double target = std::max(reached * reached * reached * tau, kFollow * left);
+  fall = direct(target);
   length = kToBoundary * (fall > kToBoundary ? 1 / fall : 1 / kToBoundary);
-  Kernels::each_piece<Kernels::Move>(*this, length);
-  joints_.move(length);
+  const double least = kLeastProduct * ((1 - length) * tau + length * target);
+  Kernels::each_piece<Kernels::Move>(*this, length, least);
+  joints_.move(length, least);
   return length;
 }
 

@@ -8,7 +8,8 @@
 //
 //   0 <= l+-  perp  s+- = w_n + mu |w_t| +- mu w_t >= 0,      w = W lambda - b      [De Saxce & Feng 1998]
 //
-// Steps of Mehrotra's predictor and corrector on l s = tau [Mehrotra 1992], in the unknowns of the bodies:
+// Steps of Mehrotra's predictor and corrector on l s = tau [Mehrotra 1992], after which products stay near
+// the path [Wachter & Biegler 2006, eq. 16], in the unknowns of the bodies:
 //
 //   (1 + sum (l/s) J+-' (J+- + theta mu J_t)) dy = ...,      theta = w_t / (|w_t| + smoothing)
 //

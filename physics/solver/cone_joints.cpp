@@ -193,12 +193,15 @@ double ConeJoints::predict(double length) {
   return all;
 }
 
-void ConeJoints::move(double length) {
+void ConeJoints::move(double length, double least) {
   for (Joint& joint : joints_) {
     joint.impulse += length * joint.change;
     for (Side& side : joint.sides) {
       side.slack += length * side.d_slack;
       side.press += length * side.d_press;
+      const double wanted = least * joint.weight;
+      if (side.is && side.slack * side.press < wanted && side.press < side.slack)
+        side.press = wanted / side.slack;
     }
   }
 }

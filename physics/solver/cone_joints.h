@@ -58,7 +58,8 @@ class ConeJoints {
   double direct(const std::vector<BodyVector>& y, double target);
   /// What the predictor changes in products. @return their sum, over their weight
   double predict(double length);
-  void move(double length);
+  /// @param least  what presses where a product is smaller, over its weight, rises to that
+  void move(double length, double least);
 
  private:
   /// A bound, the slack before it and what presses against it.

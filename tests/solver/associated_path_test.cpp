@@ -37,8 +37,10 @@ Found follow(const IslandSystem& system) {
 }
 
 TEST(AssociatedPath, EndsWhereNothingComesNearerThanItSlidesApart) {
-  int points = 0;
-  for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(test_scale(8)); ++seed) {
+  // Two or three in a hundred came to a boundary far from the path when products could vanish, seed 63 for one.
+  int points = 0, lost = 0;
+  const int islands = test_scale(80);
+  for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(islands); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const IslandSystem system =
         scenes::random_island({.bodies = 12, .contacts = 20}, {.friction = 0.4, .noise = 1, .seed = seed})
@@ -50,7 +52,10 @@ TEST(AssociatedPath, EndsWhereNothingComesNearerThanItSlidesApart) {
     path.start(std::vector<double>(system.rows.size(), 0.0), 0.3 * scale,
                ConeInteriorPoint::Sliding::Associated);
     for (int k = 0; k < 40 && path.centre() > 1e-7 * scale; ++k) path.step(work);
-    ASSERT_LE(path.centre(), 1e-7 * scale);
+    if (path.centre() > 1e-7 * scale) {
+      ++lost;
+      continue;
+    }
     std::vector<double> lambda;
     path.get(lambda);
     const std::vector<double> w = row_velocities(system, lambda);
@@ -65,7 +70,8 @@ TEST(AssociatedPath, EndsWhereNothingComesNearerThanItSlidesApart) {
       ++points;
     }
   }
-  EXPECT_GT(points, 100);
+  EXPECT_GT(points, 1000);
+  EXPECT_LE(lost, islands / 500);
 }
 
 TEST(AssociatedPath, FindsForcesThatHoldWhatCanRest) {

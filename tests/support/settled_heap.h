@@ -33,7 +33,8 @@ inline Scene settled_discs(int count, double width, const SceneOptions& options 
   for (int i = 0; i < count; ++i) {
     radius.push_back(size(random));
     const double aside = 0.05 * size(random);
-    discs.push_back(test::add(world, {0.65 + 1.25 * (i % columns) + aside, 0.65 + 1.25 * (i / columns)},
+    const int row = i / columns;
+    discs.push_back(test::add(world, {0.65 + 1.25 * (i % columns) + aside, 0.65 + 1.25 * row},
                               test::smooth(make_disc(radius.back()))));
   }
   for (int step = 0; step < 480; ++step) world.step(1.0 / 60);
