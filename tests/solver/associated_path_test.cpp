@@ -37,7 +37,8 @@ Found follow(const IslandSystem& system) {
 }
 
 TEST(AssociatedPath, EndsWhereNothingComesNearerThanItSlidesApart) {
-  // Two or three in a hundred came to a boundary far from the path when products could vanish, seed 63 for one.
+  // Two or three in a hundred came to a boundary far from the path when products could vanish, seed 63 for
+  // one.
   int points = 0, lost = 0;
   const int islands = test_scale(80);
   for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(islands); ++seed) {
