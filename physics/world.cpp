@@ -16,8 +16,8 @@ namespace skerry {
 namespace {
 
 void require_accuracy(const std::optional<double>& accuracy) {
-  require(!accuracy || (*accuracy >= 1e-14 && *accuracy <= 1e-2),
-          "accuracy must be from 1e-14 to 1e-2, got " + to_text(accuracy.value_or(0)));
+  require(!accuracy || (*accuracy >= 1e-14 && *accuracy <= 1e-2), "accuracy must be from 1e-14 to 1e-2, got ",
+          accuracy.value_or(0));
 }
 
 /// Refuses settings out of range.
@@ -30,11 +30,11 @@ void check(const WorldConfig& config) {
   require_at_least_zero(config.solve.work_limit, "solve.work_limit");
   require_at_least_zero(config.flow_work.value_or(0), "flow_work");
   require_accuracy(config.accuracy);
-  require(config.max_impacts_per_step >= 0,
-          "max_impacts_per_step must be >= 0, got " + std::to_string(config.max_impacts_per_step));
+  require(config.max_impacts_per_step >= 0, "max_impacts_per_step must be >= 0, got ",
+          config.max_impacts_per_step);
   require(config.touch_tolerance <= config.contact_margin,
-          "touch_tolerance must not exceed contact_margin, got " + to_text(config.touch_tolerance) + " and " +
-              to_text(config.contact_margin));
+          "touch_tolerance must not exceed contact_margin, got ", config.touch_tolerance, " and ",
+          config.contact_margin);
 }
 
 /// All names are looked up before any is taken.

@@ -8,29 +8,28 @@
 
 namespace skerry {
 
-void require(bool condition, const std::string& message) {
-  if (!condition) throw std::invalid_argument(message);
+void refuse(const std::string& message) {
+  throw std::invalid_argument(message);
 }
 
 void require_finite(double value, const char* what) {
-  require(std::isfinite(value), std::string(what) + " must be finite, got " + to_text(value));
+  require(std::isfinite(value), what, " must be finite, got ", value);
 }
 
 void require_finite(Vec2 value, const char* what) {
-  require(is_finite(value), std::string(what) + " must be finite, got " + to_text(value));
+  require(is_finite(value), what, " must be finite, got ", value);
 }
 
 void require_at_least_zero(double value, const char* what) {
-  require(value >= 0 && std::isfinite(value),
-          std::string(what) + " must be finite and >= 0, got " + to_text(value));
+  require(value >= 0 && std::isfinite(value), what, " must be finite and >= 0, got ", value);
 }
 
 namespace {
 
 template <class Tag, class Slots>
 std::uint32_t checked(Handle<Tag> id, const Slots& generation_of, std::size_t count, const char* what) {
-  require(id.index < count && generation_of(id.index) == id.generation,
-          std::string(what) + " " + (id ? std::to_string(id.index) : "none") + " does not exist (any more)");
+  if (!(id.index < count && generation_of(id.index) == id.generation)) [[unlikely]]
+    refuse(std::string(what) + " " + (id ? std::to_string(id.index) : "none") + " does not exist (any more)");
   return id.index;
 }
 

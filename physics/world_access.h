@@ -4,14 +4,37 @@
 // body was changed. Not for users.
 #pragma once
 
+#include <concepts>
 #include <string>
 
+#include "physics/text.h"
 #include "physics/world_state.h"
 
 namespace skerry {
 
-/// @throws std::invalid_argument with `message` unless the condition holds.
-void require(bool condition, const std::string& message);
+/// Part of a message.
+inline std::string to_part(const char* text) {
+  return text;
+}
+std::string to_part(std::integral auto value) {
+  return std::to_string(value);
+}
+inline std::string to_part(double value) {
+  return to_text(value);
+}
+inline std::string to_part(Vec2 value) {
+  return to_text(value);
+}
+
+[[noreturn]] void refuse(const std::string& message);
+
+/// Unless the condition holds. The message is put together then only: these checks stand before every getter.
+/// @throws std::invalid_argument with `message`, one part after the other
+template <class... Parts>
+void require(bool condition, const Parts&... message) {
+  if (!condition) [[unlikely]]
+    refuse((to_part(message) + ...));
+}
 /// @throws std::invalid_argument "WHAT must be ..., got VALUE".
 void require_finite(double value, const char* what);
 void require_finite(Vec2 value, const char* what);

@@ -140,7 +140,7 @@ void World::wake(BodyId id) {
 }
 
 BodyId World::body_id(std::size_t i) const {
-  require(i < state_->bodies.size() && state_->bodies.alive[i], "no body in slot " + std::to_string(i));
+  require(i < state_->bodies.size() && state_->bodies.alive[i], "no body in slot ", i);
   return {static_cast<std::uint32_t>(i), state_->bodies.generation[i]};
 }
 

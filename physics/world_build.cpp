@@ -154,8 +154,7 @@ BodyId World::create_body(const BodyDef& def) {
   require_finite(def.velocity, "velocity");
   require_finite(def.omega, "omega");
   require_finite(def.gravity_scale, "gravity_scale");
-  if (def.mass)
-    require(*def.mass > 0 && std::isfinite(*def.mass), "mass must be positive, got " + to_text(*def.mass));
+  if (def.mass) require(*def.mass > 0 && std::isfinite(*def.mass), "mass must be positive, got ", *def.mass);
   if (def.inertia) require_at_least_zero(*def.inertia, "inertia");
 
   WorldState& s = *state_;
@@ -201,12 +200,11 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   require_at_least_zero(def.material.friction, "friction");
   const double held = def.material.static_friction.value_or(def.material.friction);
   require(held >= def.material.friction && std::isfinite(held),
-          "static_friction must be finite and at least friction, got " + to_text(held) + " and " +
-              to_text(def.material.friction));
+          "static_friction must be finite and at least friction, got ", held, " and ", def.material.friction);
   require_at_least_zero(def.material.rolling_resistance, "rolling_resistance");
   require_finite(def.material.surface_velocity, "surface_velocity");
   require(def.material.restitution >= 0 && def.material.restitution <= 1,
-          "restitution must be between 0 and 1, got " + to_text(def.material.restitution));
+          "restitution must be between 0 and 1, got ", def.material.restitution);
   require(!def.shape.vertices.empty(), "shape is empty; use make_disc, make_polygon, ...");
   const bool endless = def.shape.kind == ShapeKind::HalfPlane || def.shape.kind == ShapeKind::Chain;
   require(!endless || s.bodies.type[body] != BodyType::Dynamic,

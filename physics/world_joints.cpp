@@ -26,10 +26,8 @@ void check_joint(JointDef& def) {
           "distance joint: length must be positive, got 0; use a revolute joint, or a spring");
   require_finite(def.axis, "joint: axis");
   require(def.axis != Vec2{}, "joint: axis must not be zero");
-  require(std::isfinite(def.ratio) && def.ratio != 0,
-          "joint: ratio must not be 0, got " + to_text(def.ratio));
-  require(def.kind != JointKind::Pulley || def.ratio > 0,
-          "pulley: ratio must be positive, got " + to_text(def.ratio));
+  require(std::isfinite(def.ratio) && def.ratio != 0, "joint: ratio must not be 0, got ", def.ratio);
+  require(def.kind != JointKind::Pulley || def.ratio > 0, "pulley: ratio must be positive, got ", def.ratio);
   require_finite(def.pulley_a, "joint: pulley_a");
   require_finite(def.pulley_b, "joint: pulley_b");
   require_at_least_zero(def.stiffness, "joint: stiffness");
@@ -37,14 +35,14 @@ void check_joint(JointDef& def) {
   if (def.lower) require_finite(*def.lower, "joint: lower limit");
   if (def.upper) require_finite(*def.upper, "joint: upper limit");
   require(!def.lower || !def.upper || *def.lower <= *def.upper,
-          "joint: lower limit must not exceed the upper one, got " + to_text(def.lower.value_or(0)) +
-              " and " + to_text(def.upper.value_or(0)));
+          "joint: lower limit must not exceed the upper one, got ", def.lower.value_or(0), " and ",
+          def.upper.value_or(0));
   if (def.motor_speed) require_finite(*def.motor_speed, "joint: motor_speed");
   require(def.kind != JointKind::Motor || def.motor_speed, "motor joint: motor_speed must be given");
   require(def.kind != JointKind::Spring || def.stiffness > 0 || def.damping > 0,
           "spring: stiffness or damping must be positive, got 0 and 0");
   for (const double most : {def.motor_limit, def.break_force, def.break_torque})
-    require(most >= 0, "joint: the largest force must be >= 0, got " + to_text(most));
+    require(most >= 0, "joint: the largest force must be >= 0, got ", most);
   // What a kind does not have is refused rather than ignored.
   const bool limits = def.lower || def.upper;
   const bool spring = def.stiffness > 0 || def.damping > 0;
@@ -81,7 +79,7 @@ JointId World::create_joint(const JointDef& given) {
   require(static_cast<bool>(def.b), "joint: body b must be given; body a may be none for the ground");
   const std::uint32_t b = slot(s, def.b);
   if (def.a) slot(s, def.a);
-  require(def.a != def.b, "joint: both ends are body " + std::to_string(def.b.index));
+  require(def.a != def.b, "joint: both ends are body ", def.b.index);
   check_joint(def);
 
   std::uint32_t i;
