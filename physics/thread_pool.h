@@ -101,4 +101,13 @@ inline void raise_to(std::atomic<double>& most, double value) {
   }
 }
 
+/// The largest of what `item(begin, end)` gives for pieces of [0, count) as those of `share`, at least 0; a
+/// NaN does not count.
+template <class Item>
+double largest_of(ThreadPool* pool, std::size_t count, std::size_t piece, Item&& item) {
+  std::atomic<double> largest = 0;
+  share(pool, count, piece, [&](std::size_t from, std::size_t to) { raise_to(largest, item(from, to)); });
+  return largest;
+}
+
 }  // namespace skerry

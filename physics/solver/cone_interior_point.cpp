@@ -270,7 +270,8 @@ struct ConeInteriorPoint::Kernels {
         for (int e = 0; e < 2; ++e) {
           g.l[e] += length * g.dl[e];
           g.s[e] += length * g.ds[e];
-          const auto small = g.l[e] * g.s[e]<wanted, acts = g.l[e]> g.s[e];
+          const auto small = (g.l[e] * g.s[e]) < wanted;
+          const auto acts = g.l[e] > g.s[e];
           const Vec4 l = wanted / g.s[e], s = wanted / g.l[e];
           g.l[e] = small & ~acts ? l : g.l[e];
           g.s[e] = small & acts ? s : g.s[e];

@@ -2,7 +2,6 @@
 #include "physics/stepping/island_energy.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
@@ -108,8 +107,7 @@ double told_speed(const WorldState& state, const Island& island, double h) {
     }
     return most;
   };
-  std::atomic<double> fastest = 0;
-  share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
+  const auto fastest_of = [&](std::size_t from, std::size_t to) {
     double most = 0;
     for (std::size_t k = from; k < to; ++k) {
       const Contact& contact = state.contacts[island.contacts[k]];
@@ -117,9 +115,9 @@ double told_speed(const WorldState& state, const Island& island, double h) {
       if (!state.kinematic.empty())
         most = std::max({most, speed_of(contact.body_a), speed_of(contact.body_b)});
     }
-    raise_to(fastest, most);
-  });
-  double most = fastest;
+    return most;
+  };
+  double most = largest_of(state.island_threads, island.contacts.size(), kContactsAPiece, fastest_of);
   for (const std::uint32_t i : island.joints) {
     const JointDef& def = state.joints[i].def;
     most = std::max({most, speed_of(def.a.index), speed_of(def.b.index)});

@@ -64,10 +64,9 @@ class PieceSolve {
   /// Geometry half-way through the piece, if anything moves enough to matter.
   bool midpoint(double h, const std::vector<Velocity>& v, std::vector<Transform>& poses,
                 std::vector<double>& angles, std::vector<Manifold>& manifolds) {
-    std::atomic<double> largest = 0;
     poses.resize(v.size());
     angles.resize(v.size());
-    share(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+    const auto move = [&](std::size_t from, std::size_t to) {
       double most = 0;
       for (std::size_t k = from; k < to; ++k) {
         const std::uint32_t body = island_.bodies[k];
@@ -76,8 +75,9 @@ class PieceSolve {
                     Rot::from_angle(angles[k])};
         most = std::max(most, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
       }
-      raise_to(largest, most);
-    });
+      return most;
+    };
+    const double largest = largest_of(state_.island_threads, v.size(), kBodiesAPiece, move);
     // Below this the Jacobian changes by less than rounding.
     if (largest < 1e-12 && !piece_.told) return false;
     const auto pose = [&](std::uint32_t body) {
@@ -343,15 +343,15 @@ class PieceSolve {
       return std::max({std::abs(v[k][0]), std::abs(v[k][1]), turn});
     };
     const double floor = 1e-10 * h * largest_acceleration(state_, island_);  // the solvers' tolerance
-    std::atomic<double> fastest = 0;
-    share(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+    const auto stop_slow_ones = [&](std::size_t from, std::size_t to) {
       double most = 0;
       for (std::size_t k = from; k < to; ++k) {
         if (speed(k) < floor) v[k] = {0, 0, 0};
         most = std::max(most, speed(k));
       }
-      raise_to(fastest, most);
-    });
+      return most;
+    };
+    const double fastest = largest_of(state_.island_threads, v.size(), kBodiesAPiece, stop_slow_ones);
     if (fastest > 0 && fastest < rounding_of_balance(state_, island_, largest_magnitude(lambda)))
       std::fill(v.begin(), v.end(), Velocity{});
   }

@@ -2,7 +2,6 @@
 #include "physics/stepping/projection.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "physics/joint_rows.h"
@@ -95,8 +94,7 @@ bool needs_projection(const WorldState& state, const Island& island) {
 
 /// Largest violation of the rows [m]; loaded contacts count gaps, too.
 double position_error(const WorldState& state, const Assembly& assembly) {
-  std::atomic<double> worst = 0;
-  share(state.island_threads, assembly.origin.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
+  const auto worst_of = [&](std::size_t from, std::size_t to) {
     double most = 0;
     for (std::size_t i = from; i < to; ++i) {
       const RowOrigin& origin = assembly.origin[i];
@@ -104,9 +102,9 @@ double position_error(const WorldState& state, const Assembly& assembly) {
           origin.kind == RowKind::Joint || (origin.kind == RowKind::Normal && carried_load(state, origin));
       most = std::max(most, closed ? std::abs(origin.error) : -origin.error);
     }
-    raise_to(worst, most);
-  });
-  return worst;
+    return most;
+  };
+  return largest_of(state.island_threads, assembly.origin.size(), kRowsAPiece, worst_of);
 }
 
 /// @param floor   errors below this are rounding, in the unit of the right-hand side
@@ -628,17 +626,16 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   wanted.resize(bilateral.system.rows.size());
   // The largest violation, which is what the next round is to take away.
   const auto violation = [&](const std::vector<Velocity>& u) {
-    std::atomic<double> worst = 0;
-    share(state.island_threads, wanted.size(), kRowsAPiece, [&](std::size_t from, std::size_t to) {
-      double most = 0;
-      for (std::size_t i = from; i < to; ++i) {
-        const double speed = row_velocity(bilateral, static_cast<int>(i), u);
-        wanted[i] = -speed;
-        most = std::max(most, std::abs(speed));
-      }
-      raise_to(worst, most);
-    });
-    return worst.load();
+    return largest_of(state.island_threads, wanted.size(), kRowsAPiece,
+                      [&](std::size_t from, std::size_t to) {
+                        double most = 0;
+                        for (std::size_t i = from; i < to; ++i) {
+                          const double speed = row_velocity(bilateral, static_cast<int>(i), u);
+                          wanted[i] = -speed;
+                          most = std::max(most, std::abs(speed));
+                        }
+                        return most;
+                      });
   };
   double error = violation(v), work = 0;
   std::vector<double>& lambda = scratch->lambda;
