@@ -43,7 +43,7 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
           "a free slot that is not there");
   require(from.joints, below(s.free_joints, s.joints.size()), "a free slot that is not there");
   for (const ShapeRecord& shape : s.shapes) {
-    require(from.shapes, !shape.alive || (shape.body.index < n && !shape.shape.vertices.empty()),
+    require(from.shapes, !shape.alive || (shape.body.index < n && !shape.shape->vertices.empty()),
             "a shape without a body or without corners");
   }
   for (const JointRecord& joint : s.joints) {
@@ -84,7 +84,8 @@ void complete(WorldState& s) {
   s.angular_acceleration.resize(n);
   s.way.resize(n);
   s.rerouted.resize(n);
-  for (const ShapeRecord& shape : s.shapes) {
+  for (ShapeRecord& shape : s.shapes) {
+    if (shape.alive) s.shape_pool.share(shape.shape);
     const std::uint32_t body = shape.body.index;
     s.start_box.push_back(shape.alive ? bounding_box(shape.shape, {b.position[body], b.rotation[body]})
                                       : Aabb{});

@@ -51,6 +51,11 @@ inline void fields(Archive& a, Shape& v) {
   auto& [kind, radius, vertices, normals, closed, tree, rectangle] = v;
   a(kind, radius, vertices, normals, closed, tree, rectangle);
 }
+inline void fields(Archive& a, SharedShape& v) {
+  Shape shape = *v;
+  fields(a, shape);
+  if (a.reading()) v = SharedShape(std::move(shape));
+}
 
 // --- World
 // ----------------------------------------------------------------------------------------------------------
@@ -86,8 +91,8 @@ inline void fields(Archive& a, BodyArrays& v) {
     gravity_scale, type, alive, asleep, island, generation);
 }
 inline void fields(Archive& a, ShapeRecord& v) {
-  auto& [shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase,
-         body, generation, box] = v;
+  auto& [shape, body, filter, generation, sensor, alive, in_broad_phase, friction_rule, restitution_rule, box,
+         density, material] = v;
   a(shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase, body,
     generation, box);
 }
@@ -246,14 +251,15 @@ struct WorldArchives {
 
 inline void fields(WorldArchives a, WorldState& v) {
   // Not archived: the broad phase and the threads, made again from the configuration and the shapes' boxes;
-  // sums, which the next step takes anew; the working set, which follows from the bodies; what every step
-  // fills before it looks; islands and flags that a step looks for anew where it does not find them; the
-  // methods, looked up by name; the callbacks (prescribed, field with its threads), which only the caller has
+  // which shapes are equal, looked for again; sums, which the next step takes anew; the working set, which
+  // follows from the bodies; what every step fills before it looks; islands and flags that a step looks for
+  // anew where it does not find them; the methods, looked up by name; the callbacks (prescribed, field with
+  // its threads), which only the caller has
   // (`World::adopt_callbacks`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
-         thickness, stray_guess, free_bodies, drag, prescribed, field, shapes, free_shapes, joints,
-         free_joints, broad_phase, pool, island_threads, island_builder, islands, graph_bodies, graph_joints,
-         links, contacts, memories, resting, step_memory, support, step_paths, sleepers, ledger,
+         thickness, stray_guess, free_bodies, drag, prescribed, field, shapes, shape_pool, free_shapes,
+         joints, free_joints, broad_phase, pool, island_threads, island_builder, islands, graph_bodies,
+         graph_joints, links, contacts, memories, resting, step_memory, support, step_paths, sleepers, ledger,
          field_threads, graph_known, table_changed, joints_changed, paths_known, springs, awake, kinematic,
          touched, last_h, rests, kept, active, active_joints, acceleration, angular_acceleration, paths,
          reach, travelled, way, allowance, strayed, flight, rerouted, start_box, local_index, backup,

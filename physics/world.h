@@ -27,7 +27,7 @@
 #include "physics/forces.h"
 #include "physics/joint.h"
 #include "physics/narrowphase/queries.h"
-#include "physics/shape.h"
+#include "physics/shared_shape.h"
 #include "physics/skips.h"
 #include "physics/step_report.h"
 
@@ -86,17 +86,18 @@ struct WorldConfig {
 
 /// A shape of the world, for drawing and queries.
 struct ShapeRecord {
-  Shape shape;  ///< relative to the body's centre of mass
-  double density = 0;
-  Material material;
-  MixingRule friction_rule{}, restitution_rule{};
+  // First, side by side, what is looked at of every pair.
+  SharedShape shape;  ///< relative to the body's centre of mass
+  BodyId body;
   Filter filter;
+  std::uint32_t generation = 0;
   bool sensor = false;
   bool alive = false;
   bool in_broad_phase = false;
-  BodyId body;
-  std::uint32_t generation = 0;
+  MixingRule friction_rule{}, restitution_rule{};
   Aabb box;  ///< last box given to the broad phase
+  double density = 0;
+  Material material;
 };
 
 /// A joint of the world with the reaction of the last step.

@@ -100,8 +100,11 @@ void update_mass(WorldState& s, std::uint32_t body) {
 
   make_loose(s, body);
   if (centre != Vec2{}) {
-    for (const std::uint32_t i : s.shapes_of[body])
-      s.shapes[i].shape = translated(s.shapes[i].shape, -centre);
+    for (const std::uint32_t i : s.shapes_of[body]) {
+      SharedShape& shape = s.shapes[i].shape;
+      shape = SharedShape(translated(shape, -centre));
+      s.shape_pool.share(shape);
+    }
     for (const std::uint32_t i : s.joints_of[body]) {
       JointRecord& joint = s.joints[i];
       if (joint.def.a.index == body) joint.local_a -= centre;
@@ -222,7 +225,7 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   ShapeRecord& record = s.shapes[i];
   // Shapes are given in the frame of the definition, whose origin the centre of mass may have left by now.
   const Vec2 centre = s.centre[body];
-  record.shape = centre == Vec2{} ? def.shape : translated(def.shape, -centre);
+  record.shape = SharedShape(centre == Vec2{} ? def.shape : translated(def.shape, -centre));
   record.density = s.bodies.type[body] == BodyType::Dynamic ? def.density : 0;
   record.material = def.material;
   record.friction_rule = def.friction_rule;
@@ -235,6 +238,7 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   auto& list = s.shapes_of[body];
   list.insert(std::lower_bound(list.begin(), list.end(), i), i);
   update_mass(s, body);
+  s.shape_pool.share(record.shape);
   return {i, record.generation};
 }
 

@@ -272,8 +272,8 @@ bool Step::are_pairs_of_table() const {
 }
 
 bool Step::is_chain(const Pair& pair) const {
-  return s_.shapes[pair.low].shape.kind == ShapeKind::Chain ||
-         s_.shapes[pair.high].shape.kind == ShapeKind::Chain;
+  return s_.shapes[pair.low].shape->kind == ShapeKind::Chain ||
+         s_.shapes[pair.high].shape->kind == ShapeKind::Chain;
 }
 
 /// One contact, or one for each near segment of a chain.
@@ -281,8 +281,8 @@ void Step::add_wanted(const Pair& pair) {
   std::vector<ContactKey>& wanted = s_.scratch.wanted;
   const ShapeRecord& a = s_.shapes[pair.low];
   const ShapeRecord& b = s_.shapes[pair.high];
-  const bool a_chain = a.shape.kind == ShapeKind::Chain;
-  const bool b_chain = b.shape.kind == ShapeKind::Chain;
+  const bool a_chain = a.shape->kind == ShapeKind::Chain;
+  const bool b_chain = b.shape->kind == ShapeKind::Chain;
   if (a_chain == b_chain) {
     // Terrain does not meet terrain.
     if (!a_chain) wanted.push_back({pair.low, pair.high, 0});

@@ -224,8 +224,8 @@ double Step::make_manifold(Contact& contact, LinkCount& count) const {
 /// between the two, and until then the next has none: whether it is near as well, by boxes.
 bool Step::may_come_over(const Contact& contact) const {
   if (contact.manifold.count > 0) return false;
-  const bool a_chain = s_.shapes[contact.shape_a].shape.kind == ShapeKind::Chain;
-  if (!a_chain && s_.shapes[contact.shape_b].shape.kind != ShapeKind::Chain) return false;
+  const bool a_chain = s_.shapes[contact.shape_a].shape->kind == ShapeKind::Chain;
+  if (!a_chain && s_.shapes[contact.shape_b].shape->kind != ShapeKind::Chain) return false;
   const Shape& chain = s_.shapes[a_chain ? contact.shape_a : contact.shape_b].shape;
   const BodyBackup& at = s_.backup[a_chain ? contact.body_a : contact.body_b];
   const Aabb& other = s_.start_box[a_chain ? contact.shape_b : contact.shape_a];

@@ -146,7 +146,7 @@ PairLook Step::look_at(const Pair& pair) const {
   look.body_a = a;
   look.body_b = b;
   look.may_touch = may_touch(low, high);
-  look.chain = low.shape.kind == ShapeKind::Chain || high.shape.kind == ShapeKind::Chain;
+  look.chain = low.shape->kind == ShapeKind::Chain || high.shape->kind == ShapeKind::Chain;
   if (s_.flight[a] != FlightKind::Fast && s_.flight[b] != FlightKind::Fast) return look;
   look.alike = fly_alike(a, b);
   const Aabb &box_a = s_.start_box[pair.low], &box_b = s_.start_box[pair.high];

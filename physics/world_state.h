@@ -147,6 +147,7 @@ struct WorldState {
   ForceField field;
 
   std::vector<ShapeRecord> shapes;
+  ShapePool shape_pool;
   std::vector<std::uint32_t> free_shapes;
   std::vector<JointRecord> joints;
   std::vector<std::uint32_t> free_joints;

@@ -52,7 +52,7 @@ render::Camera place_camera(const View& view, int width_px, int height_px, int c
 View fitted_view(const World& world) {
   Aabb all{{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
   for (const ShapeRecord& shape : world.shapes()) {
-    if (!shape.alive || shape.shape.kind == ShapeKind::HalfPlane) continue;
+    if (!shape.alive || shape.shape->kind == ShapeKind::HalfPlane) continue;
     const Aabb box = bounding_box(shape.shape, world.pose(shape.body));
     all = united(all, box);
   }

@@ -60,12 +60,12 @@ using Grounds = std::vector<const ShapeRecord*>;  // half-planes
 /// Whether a fixed disc sticks in the ground.
 bool sticks_in_ground(const World& world, const Grounds& grounds, const ShapeRecord& record) {
   if (world.bodies().type[record.body.index] != BodyType::Static) return false;
-  const Vec2 centre = to_world(world.pose(record.body), record.shape.vertices.front());
+  const Vec2 centre = to_world(world.pose(record.body), record.shape->vertices.front());
   for (const ShapeRecord* ground : grounds) {
     const Transform pose = world.pose(ground->body);
     const double height = dot(rotate(pose.q, ground->shape.normals.front()),
                               centre - to_world(pose, ground->shape.vertices.front()));
-    if (std::abs(height) < record.shape.radius) return true;
+    if (std::abs(height) < record.shape->radius) return true;
   }
   return false;
 }
@@ -259,7 +259,7 @@ void draw_world(const OverlayContext& context, render::DrawList& list) {
   draw_grid(context, list[Layer::Background]);
   Grounds grounds;
   for (const ShapeRecord& shape : context.world.shapes())
-    if (shape.alive && shape.shape.kind == ShapeKind::HalfPlane) grounds.push_back(&shape);
+    if (shape.alive && shape.shape->kind == ShapeKind::HalfPlane) grounds.push_back(&shape);
   // Static shapes, then the endless ground that they may stick in, then all that moves.
   enum class Turn { Static, Ground, Moving };
   for (const Turn turn : {Turn::Static, Turn::Ground, Turn::Moving}) {
@@ -267,7 +267,7 @@ void draw_world(const OverlayContext& context, render::DrawList& list) {
       if (!shape.alive) continue;
       const std::size_t body = shape.body.index;
       const bool fixed = context.world.bodies().type[body] == BodyType::Static;
-      const Turn its = shape.shape.kind == ShapeKind::HalfPlane ? Turn::Ground
+      const Turn its = shape.shape->kind == ShapeKind::HalfPlane ? Turn::Ground
                        : fixed                                  ? Turn::Static
                                                                 : Turn::Moving;
       if (its != turn) continue;

@@ -133,9 +133,9 @@ class Builder {
     std::vector<int> segments;
     for (const auto& [i, j] : overlapping(boxes)) {
       if (!may_touch(shapes[i], shapes[j])) continue;
-      const bool chain_i = shapes[i].shape.kind == ShapeKind::Chain;
-      if (chain_i && shapes[j].shape.kind == ShapeKind::Chain) continue;
-      if (!chain_i && shapes[j].shape.kind != ShapeKind::Chain) {
+      const bool chain_i = shapes[i].shape->kind == ShapeKind::Chain;
+      if (chain_i && shapes[j].shape->kind == ShapeKind::Chain) continue;
+      if (!chain_i && shapes[j].shape->kind != ShapeKind::Chain) {
         add_pair(i, j, 0);
         continue;
       }

@@ -137,7 +137,7 @@ void draw_force(const Diagram& diagram, const Force& force, double top) {
 double reach_of(const World& world, BodyId body) {
   double reach = 0;
   for (const ShapeRecord& shape : world.shapes())
-    if (shape.alive && shape.body == body && shape.shape.kind != ShapeKind::HalfPlane)
+    if (shape.alive && shape.body == body && shape.shape->kind != ShapeKind::HalfPlane)
       reach = std::max(reach, bounding_radius(shape.shape));
   return reach > 0 ? reach : 1;
 }

@@ -56,7 +56,7 @@ std::optional<std::pair<Placed, Placed>> picked_pair(const OverlayContext& conte
     if (s.body && s.other && !has(s.other)) continue;
     const ShapeRecord& a = world.shapes()[contact.shape_a.index];
     const ShapeRecord& b = world.shapes()[contact.shape_b.index];
-    if (a.shape.kind == ShapeKind::Chain || b.shape.kind == ShapeKind::Chain) continue;
+    if (a.shape->kind == ShapeKind::Chain || b.shape->kind == ShapeKind::Chain) continue;
     double separation = contact.points[0].separation;
     if (contact.count > 1) separation = std::min(separation, contact.points[1].separation);
     // Rounding noise must not make the choice flicker.
@@ -66,7 +66,7 @@ std::optional<std::pair<Placed, Placed>> picked_pair(const OverlayContext& conte
   }
   if (!best) return std::nullopt;
   const auto placed = [&](ShapeId id, BodyId body) {
-    return Placed{&world.shapes()[id.index].shape, context.demo.shown(body.index).pose(), body};
+    return Placed{&*world.shapes()[id.index].shape, context.demo.shown(body.index).pose(), body};
   };
   return std::pair(placed(best->shape_a, best->body_a), placed(best->shape_b, best->body_b));
 }

@@ -29,21 +29,21 @@ void draw_mechanism(const OverlayContext& context, const statics::RestAnalysis& 
   };
   const auto each = [&](auto&& use) {
     for (const ShapeRecord& shape : context.world.shapes()) {
-      if (!shape.alive || shape.shape.kind != ShapeKind::Polygon) continue;
+      if (!shape.alive || shape.shape->kind != ShapeKind::Polygon) continue;
       const auto body = std::find(rest.bodies.begin(), rest.bodies.end(), shape.body);
       if (body != rest.bodies.end()) use(static_cast<std::size_t>(body - rest.bodies.begin()), shape);
     }
   };
   each([&](std::size_t k, const ShapeRecord& shape) {
     const Transform pose = context.world.pose(shape.body);
-    for (const Vec2 corner : shape.shape.vertices)
+    for (const Vec2 corner : shape.shape->vertices)
       fastest = std::max(fastest, length(moved(k, to_world(pose, corner))));
   });
   if (!(fastest > 0)) return;
   const double scale = kGhost * context.camera.height / fastest;
   each([&](std::size_t k, const ShapeRecord& shape) {
     const Transform pose = context.world.pose(shape.body);
-    const std::vector<Vec2>& corners = shape.shape.vertices;
+    const std::vector<Vec2>& corners = shape.shape->vertices;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vec2 from = to_world(pose, corners[i]), to = to_world(pose, corners[(i + 1) % corners.size()]);
       layer.lines.push_back({.from = to_point(from + scale * moved(k, from)),

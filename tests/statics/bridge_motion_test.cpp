@@ -26,8 +26,8 @@ double largest_difference(double speed, double h) {
     std::vector<double> result;
     const BodyId wagon = bridge.wagons()[0];
     for (const ShapeRecord& shape : world.shapes()) {
-      if (shape.alive && shape.body == wagon && shape.shape.kind == ShapeKind::Disc)
-        result.push_back(to_world(world.pose(wagon), shape.shape.vertices[0]).x);
+      if (shape.alive && shape.body == wagon && shape.shape->kind == ShapeKind::Disc)
+        result.push_back(to_world(world.pose(wagon), shape.shape->vertices[0]).x);
     }
     return result;
   };
