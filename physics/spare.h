@@ -48,12 +48,12 @@ requires(!std::is_reference_v<T>) void give_spare(T&& used) {
   if (all.size() < spare::kMost) all.push_back(std::forward<T>(used));
 }
 
-/// Resizes a vector that is used again and again. Where it has to take memory, it takes twice what it
-/// needs: what is filled anew each time and is a little longer each time would else take new pages every
-/// time.
+/// Resizes a vector that is used again and again. Where it has to take memory, it takes four times what it
+/// needs: what is a little longer each time would else take new pages every time, and these take longer than
+/// filling them does. Pages that are not used yet are none.
 template <class T>
 void resize_with_room(std::vector<T>& all, std::size_t size) {
-  if (size > all.capacity()) all.reserve(2 * size);
+  if (size > all.capacity()) all.reserve(4 * size);
   all.resize(size);
 }
 

@@ -201,8 +201,8 @@ void Step::update_table() {
   if (run.count > 0) plan->runs.push_back(run);
   if (place == table.size() && plan->fresh.empty()) return;
   graph_changed_ = true;
-  table.resize(std::max(place, table.size()));
-  links.resize(table.size());
+  resize_with_room(table, std::max(place, table.size()));
+  resize_with_room(links, table.size());
   move_runs(*s_.pool, table, plan->runs, place);
   move_runs(*s_.pool, links, plan->runs, place);
   share(s_.pool.get(), plan->fresh.size(), kPairsAPiece, [&](std::size_t from, std::size_t to) {

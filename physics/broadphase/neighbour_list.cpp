@@ -29,9 +29,9 @@ namespace skerry {
 
 namespace {
 
-/// Margin on each side, relative to the size of the box. A wide margin lets the list live longer and makes
-/// it longer: at moves of a tenth of the size a step, 0.31 makes it anew every fourth step.
-constexpr double kMargin = 0.31;
+/// Margin on each side, relative to the size of the box, and steps that it reaches ahead of a box that moves
+/// (relative to the frame). Wide margins let the list live longer and make it longer.
+constexpr double kMargin = 0.28, kAheadInMass = 2;
 /// Margin of thin boxes, relative to their longer side.
 constexpr double kThinMargin = 0.03;
 /// The same where few boxes move. A box that moves by a tenth of its size a step leaves its margin after
@@ -44,12 +44,9 @@ constexpr double kStepsAhead = 20;
 constexpr float kStepsSoon = 6;
 /// Larger margins would only overflow.
 constexpr double kLargestMargin = 1e300;
-/// Lists that live for less than the first number of steps get margins wider by a factor, those that live for
-/// the second narrower ones again: faster boxes want wider ones. At most by so much in all.
-constexpr int kShortLife = 3, kLongLife = 8;
-constexpr double kWidening = 1.5, kWidest = 3;
-/// Lists that live for one step only even so are worth nothing: no margins for so many steps then.
-constexpr int kStepsWithoutMargin = 15;
+/// So many lists one after the other that live for one step only are worth nothing: no margins for so many
+/// steps then.
+constexpr int kShortLists = 3, kStepsWithoutMargin = 15;
 /// The list is made anew when one box of so many has left its margin since.
 constexpr std::size_t kShareThatLeft = 16;
 /// Below so many candidates a second thread costs more than it tests.
@@ -101,22 +98,27 @@ class NeighbourList final : public PairFinder {
     }
     follow(boxes, dirty);
     if (drifts) look_for_left(boxes);
+    if (in_mass || many_left(boxes, left_.size())) note_shifts(boxes, dirty);
     if (in_mass) predict_drift(boxes, dirty);
     updates_.clear();
     if (many_left(boxes, left_.size())) {
       // The rest of those that move will follow soon: new margins for all of them.
       is_complete_ = false;
-      choose_width();
+      count_short_lists();
       const bool all = frame_ != Vec2{} || drift_ != Vec2{};
       frame_ = {};
-      for (ProxyIndex proxy = 0; all && proxy < boxes.limit(); ++proxy) {
-        if (boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
-      }
-      for (const ProxyIndex proxy : dirty) {
-        if (!all && boxes.is_present(proxy)) updates_.push_back({proxy, fattened(boxes, proxy)});
+      const auto renew = [&](ProxyIndex proxy) {
+        if (boxes.is_present(proxy))
+          updates_.push_back({proxy, fattened(boxes, proxy, shifts_[proxy] - drift_)});
+      };
+      if (all) {
+        for (ProxyIndex proxy = 0; proxy < boxes.limit(); ++proxy) renew(proxy);
+      } else {
+        for (const ProxyIndex proxy : dirty) renew(proxy);
       }
     } else if (in_mass) {
-      for (const Leaver& l : left_) updates_.push_back({l.proxy, fattened(boxes, l.proxy)});
+      for (const Leaver& l : left_)
+        updates_.push_back({l.proxy, fattened(boxes, l.proxy, shifts_[l.proxy] - drift_)});
     } else if (!left_.empty()) {
       find_leaving(boxes, dirty);
       for (const Leaver& l : left_)
@@ -181,8 +183,8 @@ class NeighbourList final : public PairFinder {
            (tight_.capacity() + margin_.capacity() + before_.capacity()) * sizeof(FloatBox) +
            (list_.capacity() + more_.capacity() + found_.capacity()) * sizeof(Pair) +
            (left_.capacity() + leaving_.capacity()) * sizeof(Leaver) +
-           updates_.capacity() * sizeof(BoxUpdate) + merged_.bytes() + scratch_.bytes() +
-           in_motion_.capacity() + was_moving_.capacity() +
+           updates_.capacity() * sizeof(BoxUpdate) + shifts_.capacity() * sizeof(Vec2) + merged_.bytes() +
+           scratch_.bytes() + in_motion_.capacity() + was_moving_.capacity() +
            (few_.capacity() + old_few_.capacity()) * sizeof(Pair) + bytes_of(few_keys_);
   }
 
@@ -214,30 +216,35 @@ class NeighbourList final : public PairFinder {
                 found.end());
   }
 
-  /// Margins of the next list, after how long the last one lived.
-  void choose_width() {
+  /// Whether the next list is worth margins, after how long the last ones lived.
+  void count_short_lists() {
     if (steps_without_margin_ > 0) return;
-    if (list_age_ < 2 && width_ >= kWidest) steps_without_margin_ = kStepsWithoutMargin;
-    if (list_age_ < kShortLife) width_ = std::min(kWidest, width_ * kWidening);
-    if (list_age_ >= kLongLife) width_ = std::max(1.0, width_ / kWidening);
+    short_lists_ = list_age_ < 2 ? short_lists_ + 1 : 0;
+    if (short_lists_ < kShortLists) return;
+    short_lists_ = 0;
+    steps_without_margin_ = kStepsWithoutMargin;
   }
 
   /// Where a box is for the margins. Each number goes over by a function that keeps their order.
   Aabb in_frame(const Aabb& box) const { return {box.lower - frame_, box.upper - frame_}; }
 
   /// The box with its margin; fixed boxes have none, but for how the frame will go over them.
-  Aabb fattened(const BoxSet& boxes, ProxyIndex proxy) const {
+  /// @param shift  of its middle against the frame in the last step [m]
+  Aabb fattened(const BoxSet& boxes, ProxyIndex proxy, Vec2 shift) const {
     const Aabb box = in_frame(boxes.box(proxy));
     if (steps_without_margin_ > 0) return box;
-    if (boxes.is_fixed(proxy)) {
-      const Vec2 way = -kFixedAhead * drift_;
-      return {box.lower + Vec2{std::min(way.x, 0.0), std::min(way.y, 0.0)},
-              box.upper + Vec2{std::max(way.x, 0.0), std::max(way.y, 0.0)}};
-    }
+    if (boxes.is_fixed(proxy)) return along(box, -kFixedAhead * drift_);
     const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
     const double margin =
-        width_ * std::max(kMargin * std::sqrt(width * height), kThinMargin * std::max(width, height));
-    const Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
+        std::max(kMargin * std::sqrt(width * height), kThinMargin * std::max(width, height));
+    return if_finite(along(grown(box, margin <= kLargestMargin ? margin : 0), kAheadInMass * shift), box);
+  }
+  /// What the box covers on its way.
+  static Aabb along(const Aabb& box, Vec2 way) {
+    return {box.lower + Vec2{std::min(way.x, 0.0), std::min(way.y, 0.0)},
+            box.upper + Vec2{std::max(way.x, 0.0), std::max(way.y, 0.0)}};
+  }
+  static Aabb if_finite(const Aabb& fat, const Aabb& box) {
     return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
   }
 
@@ -256,12 +263,8 @@ class NeighbourList final : public PairFinder {
     const double width = box.upper.x - box.lower.x, height = box.upper.y - box.lower.y;
     const double size = std::sqrt(width * height);
     const double margin = std::max(kSmallMargin * size, kThinMargin * std::max(width, height));
-    Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
-    if (is_steady(box, shift)) {
-      fat.lower += kStepsAhead * Vec2{std::min(shift.x, 0.0), std::min(shift.y, 0.0)};
-      fat.upper += kStepsAhead * Vec2{std::max(shift.x, 0.0), std::max(shift.y, 0.0)};
-    }
-    return std::isfinite(fat.upper.x - fat.lower.x) && std::isfinite(fat.upper.y - fat.lower.y) ? fat : box;
+    const Aabb fat = grown(box, margin <= kLargestMargin ? margin : 0);
+    return if_finite(is_steady(box, shift) ? along(fat, kStepsAhead * shift) : fat, box);
   }
 
   /// Brings the copies of the boxes up to date, and says in `left_` which have left their margins. What they
@@ -318,19 +321,25 @@ class NeighbourList final : public PairFinder {
         left_.push_back({proxy, {}});
     }
   }
+  /// How far the middles of boxes went in the last step.
+  void note_shifts(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
+    shifts_.assign(boxes.limit(), Vec2{});
+    for (std::size_t i = 0; i < dirty.size(); ++i) {
+      const FloatBox &before = before_[i], &now = tight_[dirty[i]];
+      if (before.v[0] == kNoFloatBox.v[0] || now.v[0] == kNoFloatBox.v[0]) continue;
+      shifts_[dirty[i]] = 0.5 * Vec2{(double{now.v[0]} - before.v[0]) - (double{now.v[2]} - before.v[2]),
+                                     (double{now.v[1]} - before.v[1]) - (double{now.v[3]} - before.v[3])};
+    }
+  }
   /// The mean shift of the last step, where it is most of what moved and about that of the step before.
   void predict_drift(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
     drift_ = {};
     if (steps_without_margin_ > 0) return;
     Vec2 sum;
     double squares = 0;
-    for (std::size_t i = 0; i < dirty.size(); ++i) {
-      const FloatBox &before = before_[i], &now = tight_[dirty[i]];
-      if (before.v[0] == kNoFloatBox.v[0] || now.v[0] == kNoFloatBox.v[0]) continue;
-      const Vec2 shift = 0.5 * Vec2{(double{now.v[0]} - before.v[0]) - (double{now.v[2]} - before.v[2]),
-                                    (double{now.v[1]} - before.v[1]) - (double{now.v[3]} - before.v[3])};
-      sum += shift;
-      squares += dot(shift, shift);
+    for (const ProxyIndex proxy : dirty) {
+      sum += shifts_[proxy];
+      squares += dot(shifts_[proxy], shifts_[proxy]);
     }
     const Vec2 mean = sum / static_cast<double>(boxes.size() - boxes.fixed_count());
     const Vec2 there = frame_ + mean, change = mean - last_mean_;
@@ -378,7 +387,7 @@ class NeighbourList final : public PairFinder {
     const bool is_fixed = boxes.is_fixed(proxy);
     if (is_fixed && was_moving_[proxy] != 0) is_complete_ = false;
     was_moving_[proxy] = is_fixed ? 0 : 1;
-    fat_.insert(proxy, fattened(boxes, proxy), is_fixed ? ProxyKind::Fixed : ProxyKind::Moving);
+    fat_.insert(proxy, fattened(boxes, proxy, {}), is_fixed ? ProxyKind::Fixed : ProxyKind::Moving);
     set_margin(proxy, fat_.box(proxy), is_fixed);
   }
   void set_margin(ProxyIndex proxy, const Aabb& fat, bool is_fixed) {
@@ -577,11 +586,11 @@ class NeighbourList final : public PairFinder {
   bool wide_tests_;
   bool after_mass_ = false;  ///< most boxes moved in the last report
   int list_age_ = 2;         ///< reports from the list
+  int short_lists_ = 0;      ///< in a row
   int steps_without_margin_ = 0;
-  double width_ = 1;  ///< of margins, times their usual width
-  Vec2 frame_;        ///< how far the margins went since all of them were made [m]
-  Vec2 last_mean_;    ///< of the shifts in the last step in which most moved [m]
-  Vec2 drift_;        ///< how far they go in the next step [m]
+  Vec2 frame_;      ///< how far the margins went since all of them were made [m]
+  Vec2 last_mean_;  ///< of the shifts in the last step in which most moved [m]
+  Vec2 drift_;      ///< how far they go in the next step [m]
   // Kept between calls.
   struct Leaver {
     ProxyIndex proxy;
@@ -589,6 +598,7 @@ class NeighbourList final : public PairFinder {
   };
   std::vector<Leaver> left_, leaving_;
   std::vector<FloatBox> before_;
+  std::vector<Vec2> shifts_;                         ///< by proxy; see `note_shifts`
   std::vector<std::vector<std::uint32_t>> wanting_;  ///< by thread
   std::vector<ProxyIndex> anew_;
   std::vector<PairBuffer> few_keys_ = std::vector<PairBuffer>(1);  ///< by thread

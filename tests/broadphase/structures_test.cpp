@@ -316,10 +316,10 @@ TEST(NeighbourList, TestsTheSameCandidatesUntilBoxesLeaveTheirMargins) {
     return tested->stats().box_tests;
   };
   const std::uint64_t kept = tests_after(0.1);
-  // 3 overlaps a box, and (1 + 2 * 0.31)^2 times as many of the margins.
+  // 3 overlaps a box, and (1 + 2 * 0.28)^2 times as many of the margins.
   EXPECT_LT(kept, 6000u);
   EXPECT_EQ(tests_after(-0.2), kept);
-  EXPECT_EQ(tests_after(0.3), kept);
+  EXPECT_EQ(tests_after(0.25), kept);
   EXPECT_GT(tests_after(0.4), kept);
 }
 
