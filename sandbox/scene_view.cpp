@@ -63,8 +63,8 @@ bool sticks_in_ground(const World& world, const Grounds& grounds, const ShapeRec
   const Vec2 centre = to_world(world.pose(record.body), record.shape->vertices.front());
   for (const ShapeRecord* ground : grounds) {
     const Transform pose = world.pose(ground->body);
-    const double height = dot(rotate(pose.q, ground->shape.normals.front()),
-                              centre - to_world(pose, ground->shape.vertices.front()));
+    const double height = dot(rotate(pose.q, ground->shape->normals.front()),
+                              centre - to_world(pose, ground->shape->vertices.front()));
     if (std::abs(height) < record.shape->radius) return true;
   }
   return false;
@@ -268,8 +268,8 @@ void draw_world(const OverlayContext& context, render::DrawList& list) {
       const std::size_t body = shape.body.index;
       const bool fixed = context.world.bodies().type[body] == BodyType::Static;
       const Turn its = shape.shape->kind == ShapeKind::HalfPlane ? Turn::Ground
-                       : fixed                                  ? Turn::Static
-                                                                : Turn::Moving;
+                       : fixed                                   ? Turn::Static
+                                                                 : Turn::Moving;
       if (its != turn) continue;
       const BodyState shown = context.demo.shown(body);
       draw_shape(context, shape, shown.pose(), paint_of(context, body), shown.angle, grounds,

@@ -167,8 +167,8 @@ void sort_by_digits(std::uint64_t* keys, std::size_t count, int bits, PairSortSc
 }  // namespace
 
 void PairBuffer::grow(std::size_t least) {
-  // Pages that are not used yet are none, and new ones take longer than writing keys.
-  const std::size_t capacity = 4 * least + 256;
+  // New pages take longer than writing keys.
+  const std::size_t capacity = 2 * least + 256;
   auto larger = std::make_unique_for_overwrite<std::uint64_t[]>(capacity);
   if (size_ > 0) std::memcpy(larger.get(), keys_.get(), size_ * sizeof(std::uint64_t));
   keys_ = std::move(larger);

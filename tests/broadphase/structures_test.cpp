@@ -217,7 +217,8 @@ TEST(NeighbourList, FallsWithTheBoxes) {
   const int count = 2500, side = 50;
   std::vector<Aabb> boxes;
   for (ProxyIndex i = 0; i < count; ++i) {
-    boxes.push_back(box_at(1.1 * (i % side), 1.1 * (i / side), 0.5, 0.5));
+    const int column = static_cast<int>(i) % side, row = static_cast<int>(i) / side;
+    boxes.push_back(box_at(1.1 * column, 1.1 * row, 0.5, 0.5));
     tested->insert(i, boxes[i], ProxyKind::Moving);
   }
   tested->insert(count, {{-100, -101}, {200, -100}}, ProxyKind::Fixed);
