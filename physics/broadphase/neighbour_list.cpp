@@ -53,11 +53,14 @@ constexpr std::size_t kShareThatLeft = 16;
 constexpr std::size_t kCandidatesPerThread = 50000;
 /// The same of boxes that moved.
 constexpr std::size_t kFollowedPerThread = 2000;
-/// The margins go along with the boxes where that takes away so much of the sum of the squares of their
-/// shifts, and no farther than this [m]: a finite number less the frame is finite.
+/// The margins go along with the boxes where such a share of them shifted alike, and no farther than this
+/// [m]: a finite number less the frame is finite.
 constexpr double kCommon = 0.8, kFarthestFrame = 1e9;
-/// And where the square of the mean shift's change is no larger share of its own.
-constexpr double kSteady = 0.25;
+/// And where the squares of the differences from the common shift, and of its change, are no larger shares of
+/// its own.
+constexpr double kAlike = 0.1, kSteady = 0.25;
+/// So many boxes say what that is.
+constexpr std::size_t kSample = 64;
 /// Steps for which fixed boxes have margins in a frame that moves.
 constexpr double kFixedAhead = 8;
 /// Where some boxes move once more in a step in which most did, the list serves for them, too, if it has
@@ -183,8 +186,9 @@ class NeighbourList final : public PairFinder {
            (tight_.capacity() + margin_.capacity() + before_.capacity()) * sizeof(FloatBox) +
            (list_.capacity() + more_.capacity() + found_.capacity()) * sizeof(Pair) +
            (left_.capacity() + leaving_.capacity()) * sizeof(Leaver) +
-           updates_.capacity() * sizeof(BoxUpdate) + shifts_.capacity() * sizeof(Vec2) + merged_.bytes() +
-           scratch_.bytes() + in_motion_.capacity() + was_moving_.capacity() +
+           updates_.capacity() * sizeof(BoxUpdate) +
+           (shifts_.capacity() + sample_.capacity()) * sizeof(Vec2) + merged_.bytes() + scratch_.bytes() +
+           in_motion_.capacity() + was_moving_.capacity() +
            (few_.capacity() + old_few_.capacity()) * sizeof(Pair) + bytes_of(few_keys_);
   }
 
@@ -327,27 +331,38 @@ class NeighbourList final : public PairFinder {
     for (std::size_t i = 0; i < dirty.size(); ++i) {
       const FloatBox &before = before_[i], &now = tight_[dirty[i]];
       if (before.v[0] == kNoFloatBox.v[0] || now.v[0] == kNoFloatBox.v[0]) continue;
-      shifts_[dirty[i]] = 0.5 * Vec2{(double{now.v[0]} - before.v[0]) - (double{now.v[2]} - before.v[2]),
-                                     (double{now.v[1]} - before.v[1]) - (double{now.v[3]} - before.v[3])};
+      const Vec2 shift = 0.5 * Vec2{(double{now.v[0]} - before.v[0]) - (double{now.v[2]} - before.v[2]),
+                                    (double{now.v[1]} - before.v[1]) - (double{now.v[3]} - before.v[3])};
+      // What is beyond single precision has none.
+      if (is_finite(shift)) shifts_[dirty[i]] = shift;
     }
   }
-  /// The mean shift of the last step, where it is most of what moved and about that of the step before.
+  /// The common shift of the last step, where most boxes had it and it was about that of the step before.
   void predict_drift(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
     drift_ = {};
     if (steps_without_margin_ > 0) return;
-    Vec2 sum;
-    double squares = 0;
-    for (const ProxyIndex proxy : dirty) {
-      sum += shifts_[proxy];
-      squares += dot(shifts_[proxy], shifts_[proxy]);
-    }
-    const Vec2 mean = sum / static_cast<double>(boxes.size() - boxes.fixed_count());
-    const Vec2 there = frame_ + mean, change = mean - last_mean_;
-    last_mean_ = mean;
-    if (dot(sum, mean) > kCommon * squares && dot(change, change) < kSteady * dot(mean, mean) &&
+    sample_.clear();
+    for (std::size_t i = 0; i < dirty.size(); i += dirty.size() / kSample + 1)
+      sample_.push_back(shifts_[dirty[i]]);
+    const Vec2 common = {median_of_sample(&Vec2::x), median_of_sample(&Vec2::y)};
+    const auto alike = std::count_if(sample_.begin(), sample_.end(), [&](Vec2 shift) {
+      return length_squared(shift - common) < kAlike * length_squared(common);
+    });
+    const double share = static_cast<double>(alike) / static_cast<double>(sample_.size()) *
+                         static_cast<double>(dirty.size()) /
+                         std::max(1.0, static_cast<double>(boxes.size() - boxes.fixed_count()));
+    const Vec2 there = frame_ + common, change = common - last_common_;
+    last_common_ = common;
+    if (share > kCommon && length_squared(change) < kSteady * length_squared(common) &&
         std::abs(there.x) < kFarthestFrame && std::abs(there.y) < kFarthestFrame) {
-      drift_ = mean;
+      drift_ = common;
     }
+  }
+  double median_of_sample(double Vec2::*part) {
+    const auto middle = sample_.begin() + static_cast<std::ptrdiff_t>(sample_.size() / 2);
+    std::nth_element(sample_.begin(), middle, sample_.end(),
+                     [part](Vec2 p, Vec2 q) { return p.*part < q.*part; });
+    return (*middle).*part;
   }
   /// Says in `leaving_` which boxes are still in their margins, and will not be soon.
   void find_leaving(const BoxSet& boxes, std::span<const ProxyIndex> dirty) {
@@ -423,6 +438,7 @@ class NeighbourList final : public PairFinder {
   }
   void list_more(std::vector<PairBuffer>& parts, BroadPhaseStats& stats) {
     find_fat(false, parts, found_, stats);
+    drop_listed(found_);
     if (!more_.empty()) more_.resize(more_.size() - kCandidatePadding);
     const auto known = static_cast<std::ptrdiff_t>(more_.size());
     more_.insert(more_.end(), found_.begin(), found_.end());
@@ -430,6 +446,23 @@ class NeighbourList final : public PairFinder {
     more_.erase(std::unique(more_.begin(), more_.end()), more_.end());
     more_.insert(more_.end(), kCandidatePadding, {});
     if (4 * more_.size() > list_.size() + 64) list_all(parts, stats);
+  }
+
+  /// Drops those that the list has already, of a large box that leaves its margin most of them.
+  void drop_listed(std::vector<Pair>& found) const {
+    auto place = list_.begin();
+    const auto end = list_.end() - static_cast<std::ptrdiff_t>(kCandidatePadding);
+    std::erase_if(found, [&](const Pair& pair) {
+      // The next one is near.
+      std::ptrdiff_t step = 1;
+      auto next = place;
+      while (end - next > step && next[step] < pair) {
+        next += step;
+        step *= 2;
+      }
+      place = std::lower_bound(next, end - next > step ? next + step + 1 : end, pair);
+      return place != end && *place == pair;
+    });
   }
 
   /// The candidates of a list without the places after them.
@@ -481,8 +514,10 @@ class NeighbourList final : public PairFinder {
 
   /// A box that moves again will be searched for anew.
   void rest(ProxyIndex proxy) {
-    count_in_motion_ -= in_motion_[proxy] != kAtRest;
+    if (in_motion_[proxy] == kAtRest) return;
+    --count_in_motion_;
     in_motion_[proxy] = kAtRest;
+    few_rested_ = true;
   }
   void forget_few() {
     if (few_.empty()) return;
@@ -512,7 +547,7 @@ class NeighbourList final : public PairFinder {
     workers_->run(few_keys_.size(), [&](std::size_t part) { keep_few(boxes, few_keys_[part]); });
     sort_pairs(few_keys_, boxes.limit(), scratch_, found_);
     found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
-    // What the list had of these boxes goes, and what was found joins it.
+    // What the list had of these boxes and of those at rest goes, and what was found joins it.
     old_few_.swap(few_);
     if (old_few_.empty()) old_few_.resize(kCandidatePadding);
     few_.resize(old_few_.size() + found_.size());
@@ -520,22 +555,26 @@ class NeighbourList final : public PairFinder {
     const Pair* old = old_few_.data();
     const Pair* const old_last = old + candidates_of(old_few_).size();
     Pair* to = few_.data();
+    const auto stays = [this](const Pair& pair) {
+      return (in_motion_[pair.low] | in_motion_[pair.high]) == kInMotion;
+    };
     while (old < old_last && next < last) {
       // Without branches: which of the two comes next cannot be predicted.
       const std::uint64_t a = to_key(*old), b = to_key(*next);
       const bool is_old = a < b;
       *to = *(is_old ? old : next);
-      to += !is_old || ((in_motion_[old->low] | in_motion_[old->high]) & kAnew) == 0;
+      to += static_cast<unsigned>(!is_old) | static_cast<unsigned>(stays(*old));
       old += is_old;
       next += !is_old;
     }
     for (; old < old_last; ++old) {
       *to = *old;
-      to += ((in_motion_[old->low] | in_motion_[old->high]) & kAnew) == 0 ? 1 : 0;
+      to += stays(*old) ? 1 : 0;
     }
     to = std::copy(next, last, to);
     few_.resize(static_cast<std::size_t>(to - few_.data()) + kCandidatePadding);
     for (const ProxyIndex proxy : anew_) in_motion_[proxy] = kInMotion;
+    few_rested_ = false;
   }
 
   /// Drops pairs of a margin with a box at rest that lies in that box's margin only.
@@ -563,7 +602,7 @@ class NeighbourList final : public PairFinder {
   void find_moved(const PairRequest& request, PairBuffer& out, BroadPhaseStats& stats) {
     list_few(request.boxes, stats);
     // Boxes in motion that did not move in this step are those beyond the ones that did.
-    const bool by_mark = count_in_motion_ != request.boxes.moved().size();
+    const bool by_mark = few_rested_ || count_in_motion_ != request.boxes.moved().size();
     if (few_.empty()) return;
     const bool scattered = tight_.size() > kBoxesInCache;
     CandidateTests{request, tight_, by_mark, scattered, wide_tests_}.run(candidates_of(few_), out, stats);
@@ -581,6 +620,7 @@ class NeighbourList final : public PairFinder {
   enum : std::uint8_t { kAtRest = 0, kAnew = 1, kInMotion = 2 };
   std::vector<std::uint8_t> in_motion_;
   std::size_t count_in_motion_ = 0;
+  bool few_rested_ = false;  ///< the list of the few has pairs of boxes that were in motion when it was made
   std::vector<std::uint8_t> was_moving_;  ///< by proxy: the kind with which it was inserted last
   bool is_complete_ = false;              ///< false: the list has to be made anew
   bool wide_tests_;
@@ -588,9 +628,9 @@ class NeighbourList final : public PairFinder {
   int list_age_ = 2;         ///< reports from the list
   int short_lists_ = 0;      ///< in a row
   int steps_without_margin_ = 0;
-  Vec2 frame_;      ///< how far the margins went since all of them were made [m]
-  Vec2 last_mean_;  ///< of the shifts in the last step in which most moved [m]
-  Vec2 drift_;      ///< how far they go in the next step [m]
+  Vec2 frame_;        ///< how far the margins went since all of them were made [m]
+  Vec2 last_common_;  ///< shift in the last step in which most moved [m]
+  Vec2 drift_;        ///< how far they go in the next step [m]
   // Kept between calls.
   struct Leaver {
     ProxyIndex proxy;
@@ -598,6 +638,7 @@ class NeighbourList final : public PairFinder {
   };
   std::vector<Leaver> left_, leaving_;
   std::vector<FloatBox> before_;
+  std::vector<Vec2> sample_;                         ///< of them
   std::vector<Vec2> shifts_;                         ///< by proxy; see `note_shifts`
   std::vector<std::vector<std::uint32_t>> wanting_;  ///< by thread
   std::vector<ProxyIndex> anew_;
