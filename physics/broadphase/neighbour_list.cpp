@@ -8,9 +8,9 @@
 // new pairs join the list; where many leave, the list is made anew.
 //
 // What falls or flies together does not meet by that: margins go along with the common motion of the boxes,
-// which is predicted from the last step. They live in a frame of their own, and what does not move leaves its
-// margin there. Going over to the frame, a difference of doubles, keeps the order of numbers, so boxes that
-// overlap overlap in the frame.
+// which is predicted from the last step. They live in a frame of their own, and reach ahead of what moves in
+// it, as what does not move in the world does there. Going over to the frame, a difference of doubles, keeps
+// the order of numbers, so boxes that overlap overlap in the frame.
 //
 // While few boxes move, the list has the pairs of these only, and their margins reach ahead in the direction
 // of their flight, so that a few of them leave in each step.
