@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 
 #include "physics/shape.h"
 
@@ -41,7 +42,7 @@ class ShapePool {
  private:
   void forget_unused();
 
-  /// By hash of all bits. Of different shapes with one hash the last one is known.
+  /// By hash of what decides the rest. Of different shapes with one hash the last one is known.
   std::unordered_map<std::uint64_t, std::weak_ptr<const Shape>> known_;
   std::size_t most_ = 64;  ///< with more entries, those that nobody has are looked for
 };
