@@ -17,8 +17,8 @@ std::size_t at(int i) {
 
 // Blocks, or chunks of them, that a thread takes at a time where each is by itself.
 constexpr std::size_t kBlocksAPiece = 256, kChunksAPiece = 4;
-// With fewer chunks, sweeps that follow each other are soon done.
-constexpr std::size_t kManyChunks = 24;
+// With fewer blocks, some 24 chunks of them, sweeps that follow each other are soon done.
+constexpr std::size_t kManyBlocks = 2200;
 
 }  // namespace
 
@@ -483,8 +483,14 @@ void BlockSweeps::restart() {
   push(0, chunks_.size());
 }
 
+/// Whatever the number of threads, on which the order and how groups are filled depend.
 bool BlockSweeps::large() const {
-  return chunks_.size() >= kManyChunks;
+  return blocks_.size() >= kManyBlocks;
+}
+
+/// Several sweeps at the same time, one a thread.
+bool BlockSweeps::follow_each_other() const {
+  return large() && threads_ != nullptr && threads_->threads() > 1;
 }
 
 double BlockSweeps::sweep(int count) {
@@ -506,7 +512,7 @@ double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
                           : Kernels::sweep_portable<kMode>(*this, how, from, to);
   };
   double largest = 0;
-  if (!large() || threads_ == nullptr || threads_->threads() == 1) {
+  if (!follow_each_other()) {
     for (int i = 0; i < count; ++i) largest = some(manner_of(i), 0, chunks_.size());
     return largest;
   }

@@ -29,7 +29,9 @@ void SweepOrder::add(int a, int b) {
   blocks_.push_back({static_cast<int>(blocks_.size()), {known(a), known(b)}});
 }
 
-void SweepOrder::arrange() {
+void SweepOrder::arrange(bool followed) {
+  followed_ = followed;
+  if (!followed) return go_by_levels();
   // Contacts with a fixed body stand before all others, far from those that they hold up. Going there once
   // they may end before another such contact's old place.
   come_late();
@@ -38,7 +40,22 @@ void SweepOrder::arrange() {
 
 void SweepOrder::finish(std::span<const std::uint8_t> kind, int kinds) {
   fill_groups(kind, kinds);
-  find_need();
+  need_.clear();
+  if (followed_) find_need();
+}
+
+/// A block has the first level after those of the blocks before it that share a body with it.
+void SweepOrder::go_by_levels() {
+  place_.assign(at(ground_) + 1, 0);
+  key_.resize(blocks_.size());
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const auto [a, b] = blocks_[i].body;
+    const int level = std::max(place_[at(a)], place_[at(b)]);
+    key_[i] = level;
+    if (a < ground_) place_[at(a)] = level + 1;
+    if (b < ground_) place_[at(b)] = level + 1;
+  }
+  sort_by_key();
 }
 
 /// Moves each block to just before the first later one that shares a body with it.
@@ -48,15 +65,21 @@ void SweepOrder::come_late() {
   const int n = static_cast<int>(blocks_.size());
   place_.assign(at(ground_) + 1, n);
   key_.resize(at(n));
-  beginning_.assign(at(n) + 1, 0);
   for (int i = n - 1; i >= 0; --i) {
     const auto [a, b] = blocks_[at(i)].body;
     const int next = std::min(place_[at(a)], place_[at(b)]);
     key_[at(i)] = next < n ? next - 1 : i;
     if (a < ground_) place_[at(a)] = i;
     if (b < ground_) place_[at(b)] = i;
-    ++beginning_[at(key_[at(i)]) + 1];
   }
+  sort_by_key();
+}
+
+/// Keys are below the number of blocks; those of one key keep their order.
+void SweepOrder::sort_by_key() {
+  const int n = static_cast<int>(blocks_.size());
+  beginning_.assign(at(n) + 1, 0);
+  for (const int key : key_) ++beginning_[at(key) + 1];
   for (int i = 0; i < n; ++i) beginning_[at(i) + 1] += beginning_[at(i)];
   sorted_.resize(at(n));
   for (int i = 0; i < n; ++i) sorted_[at(beginning_[at(key_[at(i)])]++)] = blocks_[at(i)];

@@ -2,8 +2,12 @@
 //
 // Which blocks of a Gauss-Seidel sweep are swept side by side, and in which order. A block reads and writes
 // the velocities of its two bodies only, so what matters is the order of the blocks that share a body: every
-// order that keeps it gives the bits of one block after the other. Of these it is one in which the blocks of
-// a body stand close together: then the next sweep can follow this one at a short distance.
+// order that keeps it gives the bits of one block after the other. Of these there are two:
+//
+// - by levels, as early as the blocks before allow: fills groups best, and puts most of what waits for each
+//   other some groups apart;
+// - one in which the blocks of a body stand close together: then the next sweep, of another thread, can
+//   follow this one at a short distance.
 #pragma once
 
 #include <array>
@@ -31,13 +35,14 @@ class SweepOrder {
   /// nothing moves.
   void add(int a, int b);
   /// After the last block: what does not depend on what they are like.
-  void arrange();
+  /// @param followed  other sweeps follow this one at a distance, and `need` is asked for
+  void arrange(bool followed);
   /// Makes the groups. @param kind  by block, below `kinds`
   void finish(std::span<const std::uint8_t> kind, int kinds);
 
   const std::vector<Group>& groups() const { return groups_; }
   /// By chunk of groups, the last chunk that touches one of its bodies: so far a sweep has to have come
-  /// before the next one may begin the chunk.
+  /// before the next one may begin the chunk. Of sweeps that are followed.
   const std::vector<int>& need() const { return need_; }
 
  private:
@@ -45,12 +50,15 @@ class SweepOrder {
     int number;
     std::array<int, 2> body;  ///< the ground is the number after the last body's
   };
+  void go_by_levels();
   void come_late();
+  void sort_by_key();
   void fill_groups(std::span<const std::uint8_t> kind, int kinds);
   void find_need();
   int find_open(int kind, int from) const;
 
   int ground_ = 0;
+  bool followed_ = false;
   std::vector<Block> blocks_, sorted_;
   std::vector<int> place_, key_, beginning_;
   std::vector<Group> groups_;

@@ -333,7 +333,7 @@ bool share_a_body(const Pair& p, const Pair& q, int bodies) {
   return false;
 }
 
-SweepOrder order_of(const std::vector<Pair>& pairs, int bodies) {
+SweepOrder order_of(const std::vector<Pair>& pairs, int bodies, bool followed) {
   SweepOrder order;
   std::vector<std::uint8_t> kinds;
   order.start(static_cast<std::size_t>(bodies));
@@ -341,7 +341,7 @@ SweepOrder order_of(const std::vector<Pair>& pairs, int bodies) {
     order.add(pair.a, pair.b);
     kinds.push_back(static_cast<std::uint8_t>(pair.kind));
   }
-  order.arrange();
+  order.arrange(followed);
   order.finish(kinds, 3);
   return order;
 }
@@ -351,7 +351,7 @@ TEST(Sweeps, GroupsKeepTheOrderOfBlocksThatShareABody) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const int bodies = 2 + static_cast<int>(seed * 7 % 40), blocks = static_cast<int>(seed * 37 % 900);
     const std::vector<Pair> pairs = random_pairs(seed, bodies, blocks);
-    const SweepOrder order = order_of(pairs, bodies);
+    const SweepOrder order = order_of(pairs, bodies, seed % 2 == 0);
     std::vector<int> group_of(pairs.size(), -1);
     for (std::size_t g = 0; g < order.groups().size(); ++g) {
       const SweepOrder::Group& group = order.groups()[g];
@@ -371,12 +371,47 @@ TEST(Sweeps, GroupsKeepTheOrderOfBlocksThatShareABody) {
   }
 }
 
+TEST(Sweeps, LevelsFillGroupsAndKeepWhatWaitsApart) {
+  // A wall whose blocks are numbered by column: each hangs on the one below and on its neighbours.
+  constexpr int columns = 40, rows = 40;
+  std::vector<Pair> pairs;
+  pairs.reserve(2 * columns * rows);
+  for (int x = 0; x < columns; ++x) {
+    for (int y = 0; y < rows; ++y) {
+      const int body = x * rows + y;
+      pairs.push_back({y > 0 ? body - 1 : -1, body, 0});
+      if (x > 0) pairs.push_back({body - rows, body, 0});
+    }
+  }
+  const auto waiting = [&](const SweepOrder& order) {
+    int count = 0;
+    for (std::size_t g = 1; g < order.groups().size(); ++g) {
+      const SweepOrder::Group &now = order.groups()[g], &last = order.groups()[g - 1];
+      bool waits = false;
+      for (int i = 0; i < now.count; ++i) {
+        for (int j = 0; j < last.count; ++j)
+          waits |= share_a_body(pairs[static_cast<std::size_t>(now.block[static_cast<std::size_t>(i)])],
+                                pairs[static_cast<std::size_t>(last.block[static_cast<std::size_t>(j)])],
+                                columns * rows);
+      }
+      count += waits;
+    }
+    return count;
+  };
+  const SweepOrder levels = order_of(pairs, columns * rows, false);
+  const SweepOrder late = order_of(pairs, columns * rows, true);
+  EXPECT_LE(levels.groups().size(), late.groups().size());
+  EXPECT_LT(4 * levels.groups().size() - pairs.size(), pairs.size() / 10);
+  EXPECT_LT(waiting(levels), static_cast<int>(levels.groups().size()) / 4);
+  EXPECT_GT(waiting(late), 2 * waiting(levels));
+}
+
 TEST(Sweeps, TheNextSweepWaitsForTheLastChunkWithABodyOfItsChunk) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const int bodies = 40 + static_cast<int>(seed * 31 % 300), blocks = 1500;
     const std::vector<Pair> pairs = random_pairs(seed, bodies, blocks);
-    const SweepOrder order = order_of(pairs, bodies);
+    const SweepOrder order = order_of(pairs, bodies, true);
     std::vector<std::vector<Pair>> chunks;
     for (std::size_t g = 0; g < order.groups().size(); ++g) {
       if (g % SweepOrder::kChunk == 0) chunks.emplace_back();
@@ -403,9 +438,10 @@ TEST(Sweeps, ContactsWithTheGroundStandWithTheOthersOfTheirBodies) {
   // A row of bodies on the ground, whose contacts come first: a sweep follows the one before it closely.
   constexpr int bodies = 2000;
   std::vector<Pair> pairs;
+  pairs.reserve(2 * bodies);
   for (int k = 0; k < bodies; ++k) pairs.push_back({-1, k, 0});
   for (int k = 1; k < bodies; ++k) pairs.push_back({k - 1, k, 0});
-  const SweepOrder order = order_of(pairs, bodies);
+  const SweepOrder order = order_of(pairs, bodies, true);
   const int chunks = static_cast<int>(order.need().size());
   for (int c = 0; c < chunks; ++c)
     EXPECT_LE(order.need()[static_cast<std::size_t>(c)] - c, 1 + 160 / SweepOrder::kChunk);
