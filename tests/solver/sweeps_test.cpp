@@ -73,6 +73,7 @@ IslandSystem islands(unsigned seed, int count, bool joints) {
   constexpr int bodies = 6, blocks = 11;
   IslandSystem system;
   std::vector<InverseMass> one;
+  one.reserve(bodies);
   for (int i = 0; i < bodies; ++i) one.push_back({1 + 0.5 * number(random), 2 + number(random)});
   for (int c = 0; c < count; ++c) system.bodies.insert(system.bodies.end(), one.begin(), one.end());
   for (int k = 0; k < blocks; ++k) {
