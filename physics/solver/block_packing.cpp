@@ -459,7 +459,7 @@ void BlockSweeps::arrange() {
   // The ground's number is that of no body.
   order_.start(mass_.size() - 1);
   for (const Block& block : blocks_) order_.add(block.a, block.b_body);
-  order_.arrange(follow_each_other());
+  order_.arrange(at_the_same_time());
 }
 
 /// Four blocks a group.

@@ -488,9 +488,9 @@ bool BlockSweeps::large() const {
   return blocks_.size() >= kManyBlocks;
 }
 
-/// Several sweeps at the same time, one a thread.
-bool BlockSweeps::follow_each_other() const {
-  return large() && threads_ != nullptr && threads_->threads() > 1;
+/// Sweeps, one a thread.
+int BlockSweeps::at_the_same_time() const {
+  return large() && threads_ != nullptr ? std::min(threads_->threads(), kTogether) : 1;
 }
 
 double BlockSweeps::sweep(int count) {
@@ -512,7 +512,7 @@ double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
                           : Kernels::sweep_portable<kMode>(*this, how, from, to);
   };
   double largest = 0;
-  if (!follow_each_other()) {
+  if (at_the_same_time() == 1) {
     for (int i = 0; i < count; ++i) largest = some(manner_of(i), 0, chunks_.size());
     return largest;
   }

@@ -168,7 +168,7 @@ class BlockSweeps {
   void group();
   void push(std::size_t from, std::size_t to);
   bool large() const;
-  bool follow_each_other() const;
+  int at_the_same_time() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
   static ImpulseBounds bounds_of(const Numbers& numbers, const Impulses& impulses, int r);

@@ -12,6 +12,10 @@ namespace {
 // percent more lanes, but lengthen the distance between sweeps.
 constexpr int kWords = 2, kWord = 64;
 
+// So many sweeps at the same time go by levels: a second one may stand a third of a sweep behind the first,
+// and both are soon through.
+constexpr int kByLevels = 2;
+
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
@@ -29,9 +33,9 @@ void SweepOrder::add(int a, int b) {
   blocks_.push_back({static_cast<int>(blocks_.size()), {known(a), known(b)}});
 }
 
-void SweepOrder::arrange(bool followed) {
-  followed_ = followed;
-  if (!followed) return go_by_levels();
+void SweepOrder::arrange(int sweeps) {
+  followed_ = sweeps > 1;
+  if (sweeps <= kByLevels) return go_by_levels();
   // Contacts with a fixed body stand before all others, far from those that they hold up. Going there once
   // they may end before another such contact's old place.
   come_late();

@@ -7,7 +7,7 @@
 // - by levels, as early as the blocks before allow: fills groups best, and puts most of what waits for each
 //   other some groups apart;
 // - one in which the blocks of a body stand close together: then the next sweep, of another thread, can
-//   follow this one at a short distance.
+//   follow this one at a short distance, which pays where more than one does.
 #pragma once
 
 #include <array>
@@ -35,14 +35,15 @@ class SweepOrder {
   /// nothing moves.
   void add(int a, int b);
   /// After the last block: what does not depend on what they are like.
-  /// @param followed  other sweeps follow this one at a distance, and `need` is asked for
-  void arrange(bool followed);
+  /// @param sweeps  that are made at the same time, each behind the one before it; of more than one, `need`
+  /// is known
+  void arrange(int sweeps);
   /// Makes the groups. @param kind  by block, below `kinds`
   void finish(std::span<const std::uint8_t> kind, int kinds);
 
   const std::vector<Group>& groups() const { return groups_; }
   /// By chunk of groups, the last chunk that touches one of its bodies: so far a sweep has to have come
-  /// before the next one may begin the chunk. Of sweeps that are followed.
+  /// before the next one may begin the chunk. Where several are made at the same time.
   const std::vector<int>& need() const { return need_; }
 
  private:

@@ -334,7 +334,7 @@ bool share_a_body(const Pair& p, const Pair& q, int bodies) {
   return false;
 }
 
-SweepOrder order_of(const std::vector<Pair>& pairs, int bodies, bool followed) {
+SweepOrder order_of(const std::vector<Pair>& pairs, int bodies, int sweeps) {
   SweepOrder order;
   std::vector<std::uint8_t> kinds;
   order.start(static_cast<std::size_t>(bodies));
@@ -342,7 +342,7 @@ SweepOrder order_of(const std::vector<Pair>& pairs, int bodies, bool followed) {
     order.add(pair.a, pair.b);
     kinds.push_back(static_cast<std::uint8_t>(pair.kind));
   }
-  order.arrange(followed);
+  order.arrange(sweeps);
   order.finish(kinds, 3);
   return order;
 }
@@ -352,7 +352,7 @@ TEST(Sweeps, GroupsKeepTheOrderOfBlocksThatShareABody) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const int bodies = 2 + static_cast<int>(seed * 7 % 40), blocks = static_cast<int>(seed * 37 % 900);
     const std::vector<Pair> pairs = random_pairs(seed, bodies, blocks);
-    const SweepOrder order = order_of(pairs, bodies, seed % 2 == 0);
+    const SweepOrder order = order_of(pairs, bodies, 1 + static_cast<int>(seed % 4));
     std::vector<int> group_of(pairs.size(), -1);
     for (std::size_t g = 0; g < order.groups().size(); ++g) {
       const SweepOrder::Group& group = order.groups()[g];
@@ -399,8 +399,8 @@ TEST(Sweeps, LevelsFillGroupsAndKeepWhatWaitsApart) {
     }
     return count;
   };
-  const SweepOrder levels = order_of(pairs, columns * rows, false);
-  const SweepOrder late = order_of(pairs, columns * rows, true);
+  const SweepOrder levels = order_of(pairs, columns * rows, 1);
+  const SweepOrder late = order_of(pairs, columns * rows, 4);
   EXPECT_LE(levels.groups().size(), late.groups().size());
   EXPECT_LT(4 * levels.groups().size() - pairs.size(), pairs.size() / 10);
   EXPECT_LT(waiting(levels), static_cast<int>(levels.groups().size()) / 4);
@@ -412,7 +412,7 @@ TEST(Sweeps, TheNextSweepWaitsForTheLastChunkWithABodyOfItsChunk) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const int bodies = 40 + static_cast<int>(seed * 31 % 300), blocks = 1500;
     const std::vector<Pair> pairs = random_pairs(seed, bodies, blocks);
-    const SweepOrder order = order_of(pairs, bodies, true);
+    const SweepOrder order = order_of(pairs, bodies, 2 + static_cast<int>(seed % 3));
     std::vector<std::vector<Pair>> chunks;
     for (std::size_t g = 0; g < order.groups().size(); ++g) {
       if (g % SweepOrder::kChunk == 0) chunks.emplace_back();
@@ -442,7 +442,7 @@ TEST(Sweeps, ContactsWithTheGroundStandWithTheOthersOfTheirBodies) {
   pairs.reserve(2 * bodies);
   for (int k = 0; k < bodies; ++k) pairs.push_back({-1, k, 0});
   for (int k = 1; k < bodies; ++k) pairs.push_back({k - 1, k, 0});
-  const SweepOrder order = order_of(pairs, bodies, true);
+  const SweepOrder order = order_of(pairs, bodies, 4);
   const int chunks = static_cast<int>(order.need().size());
   for (int c = 0; c < chunks; ++c)
     EXPECT_LE(order.need()[static_cast<std::size_t>(c)] - c, 1 + 160 / SweepOrder::kChunk);
