@@ -85,6 +85,7 @@ template <class Test>
 bool any_of(ThreadPool* pool, std::size_t count, std::size_t piece, Test&& test) {
   std::atomic<bool> any = false;
   share(pool, count, piece, [&](std::size_t from, std::size_t to) {
+    if (any.load(std::memory_order_relaxed)) return;
     for (std::size_t i = from; i < to; ++i) {
       if (!test(i)) continue;
       any.store(true, std::memory_order_relaxed);

@@ -18,13 +18,12 @@ bool has_varying_forces(const WorldState& state, const Island& island) {
 
 namespace {
 
-/// Whether a contact or joint of the island has a body for which `test` holds.
+/// Whether a contact or joint of the island has a body for which `test` holds. Within a step.
 template <class Test>
 bool meets(const Island& island, const WorldState& state, const Test& test) {
-  return std::any_of(island.contacts.begin(), island.contacts.end(),
-                     [&](std::uint32_t i) {
-                       return test(state.contacts[i].body_a) || test(state.contacts[i].body_b);
-                     }) ||
+  return std::any_of(
+             island.contacts.begin(), island.contacts.end(),
+             [&](std::uint32_t i) { return test(state.links[i].body_a) || test(state.links[i].body_b); }) ||
          std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
            return test(state.joints[i].def.a.index) || test(state.joints[i].def.b.index);
          });

@@ -22,8 +22,8 @@ constexpr std::size_t kFewestBodies = 8;
 // Touching points that part more slowly [m/s], or hop no higher than so many touch tolerances, are no flight.
 constexpr double kParting = 1e-8;
 constexpr double kHop = 16;
-// Contacts that a thread takes at a time.
-constexpr std::size_t kContactsAPiece = 256;
+// Contacts, and bodies, that a thread takes at a time.
+constexpr std::size_t kContactsAPiece = 256, kBodiesAPiece = 512;
 
 class FlightQueue {
  public:
@@ -40,12 +40,12 @@ class FlightQueue {
   /// True if every pair that touches is about to bounce or parts, and none overlaps.
   bool applies() const {
     if (island_.bodies.size() < kFewestBodies || !island_.joints.empty()) return false;
-    const bool flies = std::all_of(island_.contacts.begin(), island_.contacts.end(), [this](std::uint32_t i) {
-      const Contact& contact = state_.contacts[i];
-      return (parts(contact, from_) || approaches(contact, from_)) && !overlaps(state_, contact);
-    });
     // Events want flights that are no parabolas to the last digit.
-    return flies && !(varying_ && note_events_) && !meets_prescribed_motion(state_, island_);
+    if ((varying_ && note_events_) || meets_prescribed_motion(state_, island_)) return false;
+    return !any_of(state_.island_threads, island_.contacts.size(), kContactsAPiece, [this](std::size_t k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      return !(parts(contact, from_) || approaches(contact, from_)) || overlaps(state_, contact);
+    });
   }
 
   double run() {
@@ -69,7 +69,9 @@ class FlightQueue {
       flies = meet(next.contact, now);
     }
     if (flies) now = to_;
-    for (std::size_t k = 0; k < island_.bodies.size(); ++k) bring(k, now);
+    // What is recorded of them is one list.
+    ThreadPool* threads = state_.observe.paths ? nullptr : state_.island_threads;
+    share_each(threads, island_.bodies.size(), kBodiesAPiece, [&](std::size_t k) { bring(k, now); });
     result_.manifolds_reused += update_manifolds(state_, island_, now, result_.narrow);
     ++result_.substeps;
     return now;
@@ -129,29 +131,29 @@ class FlightQueue {
     struck_.assign(n, 0);
     version_.assign(island_.contacts.size(), 0);
     first_.assign(n + 1, 0);
-    const auto each_end = [this](const Contact& contact, auto&& visit) {
-      for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+    const auto each_end = [this](std::size_t k, auto&& visit) {
+      const ContactLink& link = state_.links[island_.contacts[k]];
+      for (const std::uint32_t body : {link.body_a, link.body_b}) {
         if (state_.local_index[body] >= 0) visit(static_cast<std::size_t>(state_.local_index[body]));
       }
     };
     for (std::size_t k = 0; k < island_.contacts.size(); ++k)
-      each_end(contact_at(k), [&](std::size_t i) { ++first_[i + 1]; });
+      each_end(k, [&](std::size_t i) { ++first_[i + 1]; });
     for (std::size_t i = 0; i < n; ++i) first_[i + 1] += first_[i];
     contacts_of_.resize(first_[n]);
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     for (std::size_t k = 0; k < island_.contacts.size(); ++k)
-      each_end(contact_at(k),
-               [&](std::size_t i) { contacts_of_[next[i]++] = static_cast<std::uint32_t>(k); });
+      each_end(k, [&](std::size_t i) { contacts_of_[next[i]++] = static_cast<std::uint32_t>(k); });
   }
 
   /// In flight nothing is held.
   void forget_loads() {
-    for (const std::uint32_t index : island_.contacts) {
-      for (PointMemory& memory : state_.contacts[index].points) {
+    share_each(state_.island_threads, island_.contacts.size(), kContactsAPiece, [this](std::size_t k) {
+      for (PointMemory& memory : contact_at(k).points) {
         memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
         memory.sticking = false;
       }
-    }
+    });
   }
 
   /// Flight of a body with its clock at `time`; the body itself stays at its own clock.
@@ -187,15 +189,15 @@ class FlightQueue {
   void bring(std::size_t k, double time) {
     const double t = time - clock_[k];
     if (!(t > 0)) return;
-    const std::vector<std::uint32_t> body{island_.bodies[k]};
+    const std::uint32_t body = island_.bodies[k];
     std::vector<PathEnd> start;
-    if (state_.observe.paths) start = path_ends(state_, body);
+    if (state_.observe.paths) start = path_ends(state_, {body});
     Velocity change{};
-    if (varying_ && time < to_) change = change_of_cut(body.front(), clock_[k], t);
-    fly(state_, body.front(), clock_[k], t);
-    state_.bodies.velocity[body.front()] += Vec2{change[0], change[1]};
-    state_.bodies.omega[body.front()] += change[2];
-    if (state_.observe.paths) record_hermite(state_, body, clock_[k], t, start, result_);
+    if (varying_ && time < to_) change = change_of_cut(body, clock_[k], t);
+    fly(state_, body, clock_[k], t);
+    state_.bodies.velocity[body] += Vec2{change[0], change[1]};
+    state_.bodies.omega[body] += change[2];
+    if (state_.observe.paths) record_hermite(state_, {body}, clock_[k], t, start, result_);
     clock_[k] = time;
   }
 
