@@ -8,11 +8,13 @@
 #include "physics/contact_batch.h"
 #include "physics/narrowphase/chain.h"
 #include "physics/share_islands.h"
+#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/coming_to_rest.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
+#include "physics/stepping/travel.h"
 #include "physics/world_step.h"
 
 namespace skerry {
@@ -30,15 +32,6 @@ constexpr std::size_t kPiece = 64, kContactSize = 8;
 // for the next one to be exact, too.
 constexpr int kExactRounds = 3;
 constexpr double kDearRound = 10;
-
-/// Both are empty but for what the first one holds; most hold numbers only.
-void take_over(IslandResult& from, IslandResult& to) {
-  static_cast<IslandNumbers&>(to) = from;
-  to.motion_events.swap(from.motion_events);
-  to.traces.swap(from.traces);
-  to.path.swap(from.path);
-  to.memories.swap(from.memories);
-}
 
 void clear(LinkCount& count) {
   count.narrow = {};
@@ -267,7 +260,6 @@ void Step::find_islands() {
     }
     std::swap(s_.islands[n].island, graph[n]);
     s_.islands[n].kept = false;
-    if (rounds_ > 1) s_.islands[n].result.clear();
   });
   s_.graph_bodies = s_.awake;
   s_.graph_joints = s_.active_joints;
@@ -278,10 +270,7 @@ void Step::step_islands() {
   const bool known = rounds_ == 1 && !graph_changed_ && s_.graph_known && s_.awake == s_.graph_bodies &&
                      s_.active_joints == s_.graph_joints;
   if (!known) find_islands();
-  if (rounds_ > 1) {
-    give_exact_rounds_up();
-    count_last_round();
-  }
+  if (rounds_ > 1) give_exact_rounds_up();
   graph_changed_ = false;
   // Until the step is through: what throws leaves islands behind that mean nothing.
   s_.graph_known = false;
@@ -300,33 +289,35 @@ void Step::step_islands() {
   for (std::size_t n = 0; n < s_.islands.size(); ++n) {
     SteppedIsland& island = s_.islands[n];
     if (rounds_ == 1) {
-      if (island.kept || reuse_resting(s_, island.island, h_, island.result)) continue;
+      if (island.kept || island.flew_alone || reuse_resting(s_, island.island, h_, island.result())) continue;
     } else {
       const std::vector<std::uint32_t>& bodies = island.island.bodies;
       const auto is_dirty = [this](std::uint32_t i) { return s_.scratch.dirty[i] != 0; };
       const bool same = std::none_of(bodies.begin(), bodies.end(), is_dirty);
       // The same bodies as before: a merger would have made them dirty. Both lists are in their order.
       while (same && last->island.bodies.front() < bodies.front()) ++last;
-      if (same && !last->result.unmoved) {
-        take_over(last->result, island.result);
-        island.totals = last->totals;
-        island.rest_key = last->rest_key;
+      island.again = !same || (!last->flew_alone && last->result().unmoved);
+      if (!island.again) {
+        std::swap(island.outcome, last->outcome);
+        island.flew_alone = last->flew_alone;
         island.kept = last->kept;
         continue;
       }
       prepare_again(island);
+      if (island.flew_alone) continue;
     }
     to_step.push_back(n);
   }
+  if (rounds_ > 1) count_last_round();
   s_.island_threads = nullptr;
   book(Stage::Islands, start);
   // Islands share nothing that is written, so their order does not matter.
   const auto step = [&](std::size_t k) {
     SteppedIsland& island = s_.islands[to_step[k]];
-    if (!stop_if_slow(s_, island.island, h_, island.result))
-      s_.stepper->step(s_, island.island, h_, island.result);
-    note_slowness(s_, island.island, h_, island.result);
-    note_parted(s_, island.island, h_, island.result);
+    IslandResult& result = island.result();
+    if (!stop_if_slow(s_, island.island, h_, result)) s_.stepper->step(s_, island.island, h_, result);
+    note_slowness(s_, island.island, h_, result);
+    note_parted(s_, island.island, h_, result);
   };
   if (s_.field && s_.field_threads == FieldThreads::One) {
     // A callback is asked in one order, by one thread.
@@ -380,8 +371,9 @@ const std::vector<std::size_t>& Step::cut_into_pieces(const std::vector<std::siz
 /// A later round found nothing that met but what is known already: the islands are right as they are.
 bool Step::is_through() const {
   return rounds_ > 1 && !newly_linked_ && !graph_changed_ &&
-         std::none_of(s_.islands.begin(), s_.islands.end(),
-                      [](const SteppedIsland& island) { return island.result.unmoved; });
+         std::none_of(s_.islands.begin(), s_.islands.end(), [](const SteppedIsland& island) {
+           return !island.flew_alone && island.result().unmoved;
+         });
 }
 
 /// A blow that spreads by a layer of bodies a round throws the work of each round away: where that was dear,
@@ -390,9 +382,10 @@ void Step::give_exact_rounds_up() {
   for (const SteppedIsland& last : s_.scratch.last_round) {
     const std::vector<std::uint32_t>& bodies = last.island.bodies;
     // What bounces well goes exactly for as many rounds as it takes, while all of them together are not dear.
-    const bool bounces = last.result.bounces_well;
+    const bool bounces = !last.flew_alone && last.result().bounces_well;
     const double usual = usual_flow_work(s_) * static_cast<double>(bodies.size());
-    const double visits = last.result.work.visits + (bounces ? last.result.thrown_away.visits : 0);
+    const double visits =
+        last.flew_alone ? 0 : last.result().work.visits + (bounces ? last.result().thrown_away.visits : 0);
     const bool dear = visits > kDearRound * usual;
     if (!dear && (bounces || rounds_ <= kExactRounds)) continue;
     if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
@@ -407,15 +400,19 @@ void Step::give_exact_rounds_up() {
 /// What islands took that are stepped again is part of what their bodies' islands take.
 void Step::count_last_round() {
   for (const SteppedIsland& last : s_.scratch.last_round) {
-    const auto now = static_cast<std::size_t>(s_.bodies.island[last.island.bodies.front()]);
-    s_.islands[now].result.thrown_away += last.result.thrown_away;
-    s_.islands[now].result.thrown_away += last.result.work;
+    if (last.flew_alone) continue;
+    const SteppedIsland& now =
+        s_.islands[static_cast<std::size_t>(s_.bodies.island[last.island.bodies.front()])];
+    if (!now.again || now.flew_alone) continue;
+    SolveWork& thrown_away = now.result().thrown_away;
+    thrown_away += last.result().thrown_away;
+    thrown_away += last.result().work;
   }
 }
 
 /// Known to change nothing, and neither its bodies nor what they lean on changed since.
 bool Step::stays(const SteppedIsland& island) const {
-  if (!may_keep_ || !island.result.at_rest) return false;
+  if (!may_keep_ || island.flew_alone || !island.result().at_rest) return false;
   const std::vector<std::uint32_t>& bodies = island.island.bodies;
   if (!std::all_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.kept[i] != 0; }))
     return false;
@@ -425,14 +422,30 @@ bool Step::stays(const SteppedIsland& island) const {
   });
 }
 
+/// Whether nothing but the external forces of the beginning acts on what is one body, and no counter runs on.
+bool Step::flies_alone(const Island& island) const {
+  return island.bodies.size() == 1 && island.contacts.empty() && island.joints.empty() &&
+         s_.config.skips.flight && !s_.observe.paths && !has_varying_forces(s_, island) &&
+         s_.step_memory[island.bodies.front()] == StepMemory{};
+}
+
+/// Ready to be stepped; a body that flies alone is through.
+void Step::set_off(SteppedIsland& island) const {
+  island.flew_alone = flies_alone(island.island);
+  if (island.flew_alone)
+    fly(s_, island.island.bodies.front(), 0, h_);
+  else
+    island.begin();
+}
+
 /// For the first try of a step.
 void Step::prepare(SteppedIsland& island, ThreadPool* threads) const {
-  island.result.clear();
   for (const std::uint32_t i : island.island.bodies) {
     s_.kept[i] = 0;
     // What was kept has this of an earlier step.
     s_.travelled[i] = s_.strayed[i] = 0;
   }
+  set_off(island);
   const std::vector<std::uint32_t>& contacts = island.island.contacts;
   share(threads, contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {
@@ -452,6 +465,7 @@ void Step::prepare_again(SteppedIsland& island) {
   ++s_.report.island_retries;
   restore(island.island.bodies);
   for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
+  set_off(island);
   const std::vector<std::uint32_t>& contacts = island.island.contacts;
   share(s_.pool.get(), contacts.size(), kContactsPerChunk, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {

@@ -206,32 +206,23 @@ void Step::expect_blows() {
   std::vector<PairLook>& looks = s_.scratch.looks;
   looks.resize(s_.pairs.size());
   share(s_.pool.get(), looks.size(), kPairsAPiece, [&](std::size_t from, std::size_t to) {
-    for (std::size_t k = from; k < to; ++k) looks[k] = look_at(s_.pairs[k]);
+    for (std::size_t k = from; k < to; ++k) {
+      looks[k] = look_at(s_.pairs[k]);
+      looks[k].may_strike = may_strike(s_.pairs[k], looks[k]);
+    }
   });
   std::vector<std::uint32_t>& expecting = s_.scratch.left;
   expecting.clear();
-  // Others are not fast, or their guess stays.
-  const auto is_open = [&](std::uint32_t i) {
-    const double guess = s_.stray_guess[i];
-    return s_.flight[i] == FlightKind::Fast && s_.bodies.type[i] == BodyType::Dynamic &&
-           !(guess > 0 && guess < kInfinity);
-  };
   const auto expect = [&](std::uint32_t i, double blow) {
-    if (!is_open(i)) return;
+    if (!may_stray(i)) return;
     const double most = std::min(blow, 2 * s_.reach[i]);
     if (most <= s_.allowance[i]) return;
     s_.allowance[i] = most;
     if (s_.stray_guess[i] == 0) expecting.push_back(i);
   };
-  for (std::size_t k = 0; k < looks.size(); ++k) {
-    const Pair& pair = s_.pairs[k];
-    const PairLook& look = looks[k];
+  for (const PairLook& look : looks) {
+    if (!look.may_strike) continue;
     const std::uint32_t a = look.body_a, b = look.body_b;
-    if (!is_open(a) && !is_open(b)) continue;
-    const double farthest = look.alike ? 0 : s_.reach[a] + s_.reach[b];
-    if (look.nearest > s_.config.touch_tolerance + farthest) continue;
-    if (look.gap > s_.config.touch_tolerance + s_.reach[a] + s_.reach[b]) continue;
-    if (!look.may_touch || s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) continue;
     // What is heavy makes what is light twice as fast as it was against it.
     const double blow = look.alike ? 2 * flight_apart(s_, a, b, h_) + s_.config.contact_margin : kInfinity;
     expect(a, blow);
@@ -239,6 +230,23 @@ void Step::expect_blows() {
   }
   std::sort(expecting.begin(), expecting.end());
   expecting.erase(std::unique(expecting.begin(), expecting.end()), expecting.end());
+}
+
+/// Whether it is open how far a blow may take a body: others are not fast, or their guess stays.
+bool Step::may_stray(std::uint32_t i) const {
+  const double guess = s_.stray_guess[i];
+  return s_.flight[i] == FlightKind::Fast && s_.bodies.type[i] == BodyType::Dynamic &&
+         !(guess > 0 && guess < kInfinity);
+}
+
+/// Whether the two bodies may strike each other in this step, and it matters.
+bool Step::may_strike(const Pair& pair, const PairLook& look) const {
+  const std::uint32_t a = look.body_a, b = look.body_b;
+  if (!may_stray(a) && !may_stray(b)) return false;
+  const double farthest = look.alike ? 0 : s_.reach[a] + s_.reach[b];
+  if (look.nearest > s_.config.touch_tolerance + farthest) return false;
+  if (look.gap > s_.config.touch_tolerance + s_.reach[a] + s_.reach[b]) return false;
+  return look.may_touch && !s_.shapes[pair.low].sensor && !s_.shapes[pair.high].sensor;
 }
 
 /// Whether the shapes can meet in this step, by their boxes where it begins; in later rounds by the ways that
@@ -301,7 +309,9 @@ bool Step::went_straight(std::uint32_t i) const {
   if (b.type[i] == BodyType::Kinematic) return s_.flight[i] != FlightKind::Bent;
   if (b.type[i] == BodyType::Static || b.asleep[i] || s_.travelled[i] == 0) return true;
   if (b.island[i] < 0) return false;
-  const IslandResult& result = s_.islands[static_cast<std::size_t>(b.island[i])].result;
+  const SteppedIsland& island = s_.islands[static_cast<std::size_t>(b.island[i])];
+  if (island.flew_alone) return true;
+  const IslandResult& result = island.result();
   return result.in_flight || (result.report.flowing && result.substeps == 1 && !result.unmoved);
 }
 

@@ -186,10 +186,11 @@ void add_contacts(WorldState& s) {
   StepReport& r = s.report;
   std::size_t linked = 0;
   share_islands(s, [&](SteppedIsland& island, ThreadPool* threads) {
-    if (!island.kept) island.totals = totals_of(s, island.island, threads);
+    if (!island.kept && !island.flew_alone) island.outcome->totals = totals_of(s, island.island, threads);
   });
   for (const SteppedIsland& island : s.islands) {
-    const IslandTotals& t = island.totals;
+    if (island.flew_alone) continue;
+    const IslandTotals& t = island.outcome->totals;
     linked += island.island.contacts.size();
     r.total_normal_impulse += t.normal_impulse;
     r.total_friction_impulse += t.friction_impulse;
@@ -311,11 +312,19 @@ void write_report(WorldState& s, double h) {
 
   add_events(s);
   add_contacts(s);
+  IslandReport alone;
+  alone.bodies = 1;
   for (std::size_t n = 0; n < s.islands.size(); ++n) {
     SteppedIsland& island = s.islands[n];
-    IslandResult& result = island.result;
+    if (island.flew_alone) {
+      ++r.islands_in_flight;
+      r.substeps = std::max(r.substeps, 1);
+      r.islands_list.push_back(alone);
+      continue;
+    }
+    IslandResult& result = island.result();
     result.report.bodies = static_cast<int>(island.island.bodies.size());
-    result.report.contacts = island.totals.points;
+    result.report.contacts = island.outcome->totals.points;
     r.islands_in_flight += result.in_flight;
     r.islands_at_rest += result.at_rest;
     r.rows += result.report.rows;

@@ -58,15 +58,34 @@ struct IslandTotals {
   double worst_penetration = 0;                     ///< [m]
 };
 
-/// An island with what its step produced; it stays from step to step while the graph of contacts and joints
-/// does.
-struct SteppedIsland {
-  Island island;
+/// What a step of an island produced.
+struct IslandOutcome {
   IslandResult result;
   IslandTotals totals;
   std::uint64_t rest_key = 0;  ///< of its entry in `WorldState::resting`
+};
+
+/// An island with its last step; it stays from step to step while the graph of contacts and joints does. Most
+/// islands of a falling pile are bodies that fly alone, and loops over all of them should not fetch what such
+/// a body has no use for.
+struct SteppedIsland {
+  Island island;
+  std::unique_ptr<IslandOutcome> outcome;  ///< means nothing, and may be null, where it `flew_alone`
+  /// One body, nothing to meet, and nothing to tell but that: flown in closed form.
+  bool flew_alone = false;
   /// Nothing of it or around it changed since a step that was already known to change nothing.
   bool kept = false;
+  bool again = false;  ///< stepped in this round, which is not the first
+
+  IslandResult& result() const { return outcome->result; }
+  /// For a step that is to be made: an outcome without anything in it.
+  void begin() {
+    if (outcome == nullptr)
+      outcome = std::make_unique<IslandOutcome>();
+    else
+      outcome->result.clear();
+    flew_alone = kept = false;
+  }
 };
 
 /// How a body moves in a step while nothing strikes it that was not foreseen: first in free flight; struck in
@@ -82,8 +101,9 @@ struct PairLook {
   double nearest = 0;  ///< bound on that gap while both go their ways [m]
   std::uint32_t body_a = 0, body_b = 0;
   bool alike = false;
-  bool may_touch = false;  ///< filters and joints let them
-  bool chain = false;      ///< one of the two shapes is one
+  bool may_touch = false;   ///< filters and joints let them
+  bool chain = false;       ///< one of the two shapes is one
+  bool may_strike = false;  ///< a blow between the two may take one of them off its way
 };
 
 /// Counters of a chunk of contacts.

@@ -381,9 +381,15 @@ void Step::remember() {
   std::vector<IslandMemory>& memories = s_.scratch.memories;
   std::vector<Sleepers::Candidate> sleepy;
   for (SteppedIsland& island : s_.islands) {
+    if (island.flew_alone) {
+      s_.rests[island.island.bodies.front()] = 0;
+      continue;
+    }
+    IslandResult& result = island.result();
+    std::uint64_t& rest_key = island.outcome->rest_key;
     if (island.kept) {
       // What there is of it goes on.
-      auto known = std::lower_bound(s_.resting.begin(), s_.resting.end(), island.rest_key, by_key);
+      auto known = std::lower_bound(s_.resting.begin(), s_.resting.end(), rest_key, by_key);
       for (const std::uint64_t key : known->memory_keys) {
         const auto memory = std::lower_bound(s_.memories.begin(), s_.memories.end(), key, by_key);
         if (memory != s_.memories.end() && memory->key == key) memories.push_back(std::move(*memory));
@@ -391,14 +397,13 @@ void Step::remember() {
       resting.push_back(std::move(*known));
       continue;
     }
-    std::optional<RestingIsland> known = s_.observe.systems
-                                             ? std::optional<RestingIsland>{}
-                                             : remember_resting(s_, island.island, h_, island.result);
-    std::vector<IslandMemory>& own = island.result.memories;
+    std::optional<RestingIsland> known =
+        s_.observe.systems ? std::optional<RestingIsland>{} : remember_resting(s_, island.island, h_, result);
+    std::vector<IslandMemory>& own = result.memories;
     std::erase_if(own, [](const IslandMemory& memory) { return memory.memory == nullptr; });
-    const bool at_rest = known && island.result.at_rest;
+    const bool at_rest = known && result.at_rest;
     for (const std::uint32_t i : island.island.bodies) s_.rests[i] = at_rest;
-    if (known) island.rest_key = known->key;
+    if (known) rest_key = known->key;
     if (known && may_sleep(island)) {
       sleepy.push_back({&island.island, std::move(*known), std::move(own)});
       continue;
@@ -419,7 +424,7 @@ void Step::remember() {
 
 /// At rest twice under the same input, and that input stays: forces of the user last one step only.
 bool Step::may_sleep(const SteppedIsland& island) const {
-  if (!s_.config.sleep || !island.result.at_rest) return false;
+  if (!s_.config.sleep || !island.result().at_rest) return false;
   return std::all_of(island.island.bodies.begin(), island.island.bodies.end(), [this](std::uint32_t i) {
     return s_.bodies.force[i] == Vec2{} && s_.bodies.torque[i] == 0 && has_bounds_of_rest(i);
   });
@@ -440,9 +445,11 @@ void Step::keep_motion() {
   s_.paths_known = s_.observe.paths;
   const auto note = [this](const SteppedIsland& island, std::size_t k) {
     const std::uint32_t i = island.island.bodies[k];
-    s_.step_memory[i] = island.result.step_memory;
     const bool struck = s_.flight[i] == FlightKind::Fast && s_.strayed[i] > 0 && s_.joints_of[i].empty();
-    s_.stray_guess[i] = island.result.report.flowing ? guess_stray(i) : struck ? kInfinity : 0;
+    const bool flows = !island.flew_alone && island.result().report.flowing;
+    s_.stray_guess[i] = flows ? guess_stray(i) : struck ? kInfinity : 0;
+    // What flew alone had nothing to remember, and still has not.
+    if (!island.flew_alone) s_.step_memory[i] = island.result().step_memory;
   };
   share_islands(s_, [&](const SteppedIsland& island, ThreadPool* threads) {
     if (island.kept) return;
@@ -450,8 +457,9 @@ void Step::keep_motion() {
   });
   if (!s_.paths_known) return;
   for (const SteppedIsland& island : s_.islands) {
-    if (!island.kept)
-      s_.step_paths.insert(s_.step_paths.end(), island.result.path.begin(), island.result.path.end());
+    if (island.kept || island.flew_alone) continue;
+    const std::vector<PathPiece>& path = island.result().path;
+    s_.step_paths.insert(s_.step_paths.end(), path.begin(), path.end());
   }
   // Pieces of one body are in the order of time already.
   std::stable_sort(s_.step_paths.begin(), s_.step_paths.end(),

@@ -88,6 +88,8 @@ class Step {
 
   // world_reach.cpp: how far bodies can go, and which pairs can meet therefore.
   void expect_blows();
+  bool may_stray(std::uint32_t body) const;
+  bool may_strike(const Pair& pair, const PairLook& look) const;
   PairLook look_at(const Pair& pair) const;
   bool is_near(const Pair& pair, const PairLook& look) const;
   double margin_of(std::uint32_t a, std::uint32_t b) const;
@@ -119,6 +121,8 @@ class Step {
   void give_exact_rounds_up();
   void count_last_round();
   bool stays(const SteppedIsland& island) const;
+  bool flies_alone(const Island& island) const;
+  void set_off(SteppedIsland& island) const;
   void prepare(SteppedIsland& island, ThreadPool* threads) const;
   void prepare_again(SteppedIsland& island);
 
