@@ -259,8 +259,13 @@ bool is_kept(const WorldState& s, const JointRecord& joint) {
 }
 
 void set_reaction(const WorldState& s, JointRecord& joint) {
-  joint.impulse = {};
   joint.angular_impulse = 0;
+  if (joint.def.kind == JointKind::Revolute && held_rows(joint.def) == 2) {
+    // Its rows are the axes of the world through the anchor.
+    joint.impulse = {joint.row_impulse[0], joint.row_impulse[1]};
+    return;
+  }
+  joint.impulse = {};
   const JointEnd b = joint_end(s, joint.def.b.index);
   JointRows rows;
   const int count = joint_geometry(joint, joint_end(s, joint.def.a.index), b, rows);
@@ -271,22 +276,32 @@ void set_reaction(const WorldState& s, JointRecord& joint) {
   }
 }
 
-void set_reactions(WorldState& s) {
+/// Mean force and torque over a step, in magnitude [N, N m].
+std::array<double, 2> load_of(const JointRecord& joint, double h) {
+  return {length(joint.impulse) / h, std::abs(joint.angular_impulse) / h};
+}
+
+bool breaks(const JointRecord& joint, double h) {
+  const auto [force, torque] = load_of(joint, h);
+  return force > joint.def.break_force || torque > joint.def.break_torque;
+}
+
+/// Joints that carried too much are noted; the world removes them after the report.
+void set_reactions(WorldState& s, double h) {
+  std::atomic<bool> any = false;
   share(s.pool.get(), s.active_joints.size(), kJointsAPiece, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {
       JointRecord& joint = s.joints[s.active_joints[k]];
-      if (!is_kept(s, joint)) set_reaction(s, joint);
+      if (is_kept(s, joint)) continue;
+      set_reaction(s, joint);
+      if (breaks(joint, h)) any.store(true, std::memory_order_relaxed);
     }
   });
-}
-
-/// Joints that carried too much; the world removes them after the report.
-void note_broken_joints(WorldState& s, double h) {
+  if (!any) return;
   for (const std::uint32_t i : s.active_joints) {
     const JointRecord& joint = s.joints[i];
-    if (is_kept(s, joint)) continue;
-    const double force = length(joint.impulse) / h, torque = std::abs(joint.angular_impulse) / h;
-    if (!(force > joint.def.break_force) && !(torque > joint.def.break_torque)) continue;
+    if (is_kept(s, joint) || !breaks(joint, h)) continue;
+    const auto [force, torque] = load_of(joint, h);
     s.report.joint_events.push_back({{i, joint.generation}, joint.def.a, joint.def.b, force, torque});
   }
 }
@@ -369,8 +384,7 @@ void write_report(WorldState& s, double h) {
     list_contacts(s);
     list_sleepers(s);
   }
-  set_reactions(s);
-  note_broken_joints(s, h);
+  set_reactions(s, h);
 }
 
 std::string_view to_string(ContainmentCause cause) {
