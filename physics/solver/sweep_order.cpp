@@ -12,9 +12,11 @@ namespace {
 // percent more lanes, but lengthen the distance between sweeps.
 constexpr int kWords = 2, kWord = 64;
 
-// So many sweeps at the same time go by levels: a second one may stand a third of a sweep behind the first,
-// and both are soon through.
+// So many sweeps at the same time may go by levels, where the second one stands no farther behind the first
+// than such a share of a sweep: four sweeps of two threads are then 1.7 times as fast as those of one, and in
+// the other order 1.9 times, with a seventh more groups.
 constexpr int kByLevels = 2;
+constexpr double kFarthestBehind = 1.0 / 3;
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
@@ -35,7 +37,13 @@ void SweepOrder::add(int a, int b) {
 
 void SweepOrder::arrange(int sweeps) {
   followed_ = sweeps > 1;
-  if (sweeps <= kByLevels) return go_by_levels();
+  if (!followed_) return go_by_levels();
+  if (sweeps <= kByLevels) {
+    given_ = blocks_;
+    go_by_levels();
+    if (spread() <= kFarthestBehind * static_cast<double>(blocks_.size())) return;
+    blocks_.swap(given_);
+  }
   // Contacts with a fixed body stand before all others, far from those that they hold up. Going there once
   // they may end before another such contact's old place.
   come_late();
@@ -60,6 +68,21 @@ void SweepOrder::go_by_levels() {
     if (b < ground_) place_[at(b)] = level + 1;
   }
   sort_by_key();
+}
+
+/// How far behind the first block of a body its last one stands at most.
+int SweepOrder::spread() {
+  int most = 0;
+  place_.assign(at(ground_) + 1, -1);  // by body: its first block
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    for (const int body : blocks_[i].body) {
+      if (body == ground_) continue;
+      int& first = place_[at(body)];
+      if (first < 0) first = static_cast<int>(i);
+      most = std::max(most, static_cast<int>(i) - first);
+    }
+  }
+  return most;
 }
 
 /// Moves each block to just before the first later one that shares a body with it.

@@ -7,7 +7,8 @@
 // - by levels, as early as the blocks before allow: fills groups best, and puts most of what waits for each
 //   other some groups apart;
 // - one in which the blocks of a body stand close together: then the next sweep, of another thread, can
-//   follow this one at a short distance, which pays where more than one does.
+//   follow this one at a short distance, which pays where more than one does, or where levels would let it
+//   wait until this one is nearly through.
 #pragma once
 
 #include <array>
@@ -52,6 +53,7 @@ class SweepOrder {
     std::array<int, 2> body;  ///< the ground is the number after the last body's
   };
   void go_by_levels();
+  int spread();
   void come_late();
   void sort_by_key();
   void fill_groups(std::span<const std::uint8_t> kind, int kinds);
@@ -60,7 +62,7 @@ class SweepOrder {
 
   int ground_ = 0;
   bool followed_ = false;
-  std::vector<Block> blocks_, sorted_;
+  std::vector<Block> blocks_, sorted_, given_;
   std::vector<int> place_, key_, beginning_;
   std::vector<Group> groups_;
   std::vector<int> need_;

@@ -442,10 +442,26 @@ TEST(Sweeps, ContactsWithTheGroundStandWithTheOthersOfTheirBodies) {
   pairs.reserve(2 * bodies);
   for (int k = 0; k < bodies; ++k) pairs.push_back({-1, k, 0});
   for (int k = 1; k < bodies; ++k) pairs.push_back({k - 1, k, 0});
-  const SweepOrder order = order_of(pairs, bodies, 4);
-  const int chunks = static_cast<int>(order.need().size());
-  for (int c = 0; c < chunks; ++c)
-    EXPECT_LE(order.need()[static_cast<std::size_t>(c)] - c, 1 + 160 / SweepOrder::kChunk);
+  // By levels the last contact of the row ends the sweep, and its body's first one begins it.
+  for (const int sweeps : {2, 4}) {
+    const SweepOrder order = order_of(pairs, bodies, sweeps);
+    const int chunks = static_cast<int>(order.need().size());
+    for (int c = 0; c < chunks; ++c)
+      EXPECT_LE(order.need()[static_cast<std::size_t>(c)] - c, 1 + 160 / SweepOrder::kChunk) << sweeps;
+  }
+}
+
+TEST(Sweeps, OfTwoThreadsGoByLevelsWhereTheyCanFollowClosely) {
+  // Many short rows of bodies: levels fill groups, and end a row soon after it began.
+  constexpr int rows = 400, bodies = 5 * rows;
+  std::vector<Pair> pairs;
+  for (int k = 0; k < bodies; ++k) {
+    if (k % 5 > 0) pairs.push_back({k - 1, k, k / 5 % 3});
+  }
+  const std::size_t levels = order_of(pairs, bodies, 1).groups().size();
+  EXPECT_LT(levels, order_of(pairs, bodies, 4).groups().size());
+  // A body has two contacts, a level apart of four: its last one is at most a third of all behind.
+  EXPECT_EQ(order_of(pairs, bodies, 2).groups().size(), levels);
 }
 
 TEST(Sweeps, OfThreadsThatMakeOneEachGiveTheBitsOfOneAfterTheOther) {
