@@ -24,6 +24,9 @@ constexpr double kEnter = 0.2, kLeave = 0.05;
 constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
 // So many pieces are dear for few points, too.
 constexpr int kManyPieces = 16, kFewestPoints = 8;
+// Pieces of islands with joints in a large world: each takes as long there as a step in flow, and what is
+// left of the joints and of overlaps is no more.
+constexpr int kPiecesWithJoints = 2;
 // Points from which on an impact of all of them, from nothing, costs more than the forces that it is solved
 // with here.
 constexpr int kManyPoints = 100;
@@ -143,7 +146,8 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   const int usual = few_points(static_cast<int>(island.joints.size()));
   const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
   OnePieceRule rule;
-  if (!island.joints.empty() && flow_serves(state))
+  const bool jointed = !island.joints.empty() && flow_serves(state);
+  if (jointed)
     rule.vain_limit =
         kBusy * usual_flow_work(state) *
         (static_cast<double>(island.bodies.size()) + kJointWork * static_cast<double>(island.joints.size()));
@@ -153,6 +157,8 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   Bounce bounce = Bounce::None;
   const int all = points_that_flow(state, island, bounce);
   rule.bounces_well = bounce == Bounce::Well;
+  if (jointed && !rule.bounces_well && !works_finely(state, island.joints.size()))
+    rule.most_pieces = kPiecesWithJoints;
   if (all > usual) {
     const double step = usual_flow_work(state) * static_cast<double>(island.bodies.size());
     rule.work_limit = flow > 0 && all > kManyPoints

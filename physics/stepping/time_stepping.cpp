@@ -81,7 +81,7 @@ class IslandStep {
 
   /// Brings the island from one time of the step to another [s]. @return where it came to: it gives up where
   /// the forces cost more than they may (`IslandResult::work_limit`), where nothing is left to find them
-  /// with, or a large one finds no exact impact
+  /// with, a large one finds no exact impact, or it was cut too often (`OnePieceRule::most_pieces`)
   double run(double from, double to) {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
@@ -95,6 +95,7 @@ class IslandStep {
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
     while (elapsed_ < to) {
       if (rule_.vain_limit > 0 && result_.vain > rule_.vain_limit) return elapsed_;
+      if (rule_.most_pieces > 0 && piece > rule_.most_pieces) return elapsed_;
       // A gas goes from impact to impact, and no impact costs a piece.
       if (flights < kMostFlights) {
         const double there = fly_by_queue(state_, island_, elapsed_, to, false, result_);
