@@ -10,8 +10,9 @@
 namespace skerry {
 
 constexpr double kUsualFlowWork = 400;
-// Joints make sweeps converge slower: the work of an island grows by so many bodies for each.
-constexpr double kJointWork = 2;
+// Joints make sweeps converge slower: the work of an island grows by so many bodies for each. With 2 sweeps
+// of thousands of people leave 0.7 of the residual, and the same overlaps and errors of hinges.
+constexpr double kJointWork = 0.5;
 
 /// What it costs in a large world, by which exact answers are judged dear; 0: nothing flows.
 inline double usual_flow_work(const WorldState& state) {
