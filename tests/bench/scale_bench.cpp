@@ -11,8 +11,8 @@
 // deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual of the
 // contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the means
 // are those over the steps that all made. With one thread times are processor times, but pairs and narrow
-// phase are by the clock, ours in a second run. Box2D 2.4 runs with its defaults and without its continuous
-// collision; ratios are to both.
+// phase are by the clock, ours in a second run. Every engine runs in a process of its own. Box2D 2.4 runs
+// with its defaults and without its continuous collision; ratios are to both.
 //   --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
 //                   the least of its times by the clock, as its bits are the same; the row has the sums,
 //                   their ratio, and whether the bits are; the exit status is 1 where they are not
@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "physics/world.h"
+#include "tests/bench/scale_alone.h"
 #include "tests/bench/scale_run.h"
 
 namespace {
@@ -132,10 +133,11 @@ template <class Note>
 void run_peers([[maybe_unused]] const char* name, [[maybe_unused]] const Scene& scene,
                [[maybe_unused]] const Options& options, [[maybe_unused]] Note&& note) {
 #ifdef SKERRY_WITH_BOX2D
-  for (const bool continuous : {true, false}) note(run_box2d(name, scene, options, continuous));
+  for (const bool continuous : {true, false})
+    note(alone([&] { return run_box2d(name, scene, options, continuous); }));
 #endif
 #ifdef SKERRY_WITH_BOX2D3
-  note(run_box2d3(name, scene, options));
+  note(alone([&] { return run_box2d3(name, scene, options); }));
 #endif
 }
 
@@ -172,7 +174,7 @@ bool compare_threads(const char* name, const Scene& scene, Options options, int 
   bool same = true;
   for (int turn = 0; turn < 2 * turns; ++turn) {
     options.threads = turn % 2 == 0 ? 1 : threads;
-    const Run run = run_ours(name, scene, options);
+    const Run run = alone([&] { return run_ours(name, scene, options); });
     if (turn == 0) first = run;
     same &= run.ms.size() != first.ms.size() || run.state_hash == first.state_hash;
     std::vector<double>& all = least[turn % 2];
@@ -263,8 +265,13 @@ int main(int argc, char** argv) {
   for (const Named& named : kScenes) {
     if (!is_wanted(named)) continue;
     const Scene scene = named.make();
-    Run ours = run_ours(named.name, scene, options);
-    ours.collision = collision_of_ours(scene, options, ours.ms.size());
+    const auto make = [&] {
+      Run run = run_ours(named.name, scene, options);
+      run.collision = collision_of_ours(scene, options, run.ms.size());
+      return run;
+    };
+    // A profile wants to see it.
+    const Run ours = ours_alone ? make() : alone(make);
     print(ours);
     if (ours_alone) continue;
     run_peers(named.name, scene, options, [&](const Run& peer) {
