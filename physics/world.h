@@ -56,8 +56,8 @@ struct WorldConfig {
   /// Counted work (`SolveWork::visits`, some 10 ns each) for each body of an island in flow and a step: its
   /// contacts are many and most of them move, so that exact forces of an instant are worth less than they
   /// cost (physics/stepping/one_piece.h). Not set: 400, and more in a small world, whose bodies share 4e5
-  /// (a joint of the island counts as half a one). From 1000 on overlaps stay below some micrometres. 0: no island
-  /// counts as in flow, for reference runs.
+  /// (a joint of the island counts as half a one). From 1000 on overlaps stay below some micrometres. 0: no
+  /// island counts as in flow, for reference runs.
   std::optional<double> flow_work{};
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]
@@ -68,8 +68,8 @@ struct WorldConfig {
   /// and `time_stepping` takes the steps as they are given.
   std::optional<double> accuracy{};
   /// Of one island, fewer for large ones (512 over its contact points, at least 4); then the rest of the step
-  /// treats landings as plastic. Where bodies in flow have less work than 1000, islands with joints that do
-  /// not bounce well flow after 2.
+  /// treats landings as plastic. Where bodies in flow have less work than 1000, islands with joints that
+  /// do not bounce well flow after 2 if they move fast, else after 16.
   int max_impacts_per_step = 64;
   /// Islands that a step did not change by a bit are not stepped again until something does.
   bool reuse_resting = true;

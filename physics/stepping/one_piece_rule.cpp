@@ -24,9 +24,10 @@ constexpr double kEnter = 0.2, kLeave = 0.05;
 constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
 // So many pieces are dear for few points, too.
 constexpr int kManyPieces = 16, kFewestPoints = 8;
-// Pieces of islands with joints in a large world: each takes as long there as a step in flow, and what is
-// left of the joints and of overlaps is no more.
-constexpr int kPiecesWithJoints = 2;
+// Pieces of islands with joints in a large world, where each takes as long as a step in flow: those of which
+// a point is fast, which leaves no more of the joints and of overlaps, and those that are but lightly
+// disturbed.
+constexpr int kFastPiecesWithJoints = 2, kPiecesWithJoints = 16;
 // Points from which on an impact of all of them, from nothing, costs more than the forces that it is solved
 // with here.
 constexpr int kManyPoints = 100;
@@ -157,8 +158,10 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   Bounce bounce = Bounce::None;
   const int all = points_that_flow(state, island, bounce);
   rule.bounces_well = bounce == Bounce::Well;
-  if (jointed && !rule.bounces_well && !works_finely(state, island.joints.size()))
-    rule.most_pieces = kPiecesWithJoints;
+  const bool cut_short = jointed && !rule.bounces_well && !works_finely(state, island.joints.size());
+  const auto limit_pieces = [&](int fast) {
+    if (cut_short) rule.most_pieces = fast > 0 ? kFastPiecesWithJoints : kPiecesWithJoints;
+  };
   if (all > usual) {
     const double step = usual_flow_work(state) * static_cast<double>(island.bodies.size());
     rule.work_limit = flow > 0 && all > kManyPoints
@@ -168,7 +171,13 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   // Only flow leaves joints off by more than exact steps take out at once: what it has jammed would be torn
   // apart.
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;
-  if (rule.flows || all <= few) return rule;
+  if (rule.flows) return rule;
+  if (all <= few) {
+    if (cut_short)
+      limit_pieces(
+          count_points(state, island, h, slow_speed(state, island, h), 0, island.contacts.size()).fast);
+    return rule;
+  }
   rule.flows = must || (!state.solver->exact && !rule.bounces_well);
   if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
@@ -180,6 +189,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
     strikes += some.strikes;
     landings += some.landings;
   });
+  limit_pieces(fast);
   if (points <= few) return rule;
   // What bounces well flows only where exact steps proved to be dear.
   rule.flows = flow > 0            ? fast > kLeave * points || landings > kFewLandings

@@ -38,10 +38,11 @@ struct OnePieceRule {
 /// without joints. Joints count with the points for the 30, beside more than 8 points; an island that flowed
 /// goes on while joints are off by a hundredth of a body's size. Joints that an exact step could not keep
 /// together, those of a chain without slack between two walls, flow with or without contacts. In a world
-/// too large for more than 1000 visits a body, islands with joints make 2 pieces of a step and flow through
-/// the rest, unless they bounce well: people who fall on a floor would be cut 64 times. Islands with
-/// restitution above 0.5 flow only where an exact step costs more than `work_limit`, those that bounce at all
-/// are not lightly disturbed; with a solver that is not exact all others of more than 8 points flow.
+/// too large for more than 1000 visits a body, islands with joints flow after 2 pieces of a step if a point
+/// is fast, and after 16 if none is, unless they bounce well: people who fall on a floor would be cut 64
+/// times. Islands with restitution above 0.5 flow only where an exact step costs more than `work_limit`,
+/// those that bounce at all are not lightly disturbed; with a solver that is not exact all others of more
+/// than 8 points flow.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// True if so many bodies are in each other that most contacts say what others do, as where many were made at
