@@ -8,7 +8,6 @@
 #include "physics/contact_batch.h"
 #include "physics/narrowphase/chain.h"
 #include "physics/share_islands.h"
-#include "physics/stepping/applied_forces.h"
 #include "physics/stepping/coming_to_rest.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
@@ -422,10 +421,9 @@ bool Step::stays(const SteppedIsland& island) const {
   });
 }
 
-/// Whether nothing but the external forces of the beginning acts on what is one body, and no counter runs on.
+/// Whether an island is one body in free flight of which nothing is asked, and no counter runs on.
 bool Step::flies_alone(const Island& island) const {
-  return island.bodies.size() == 1 && island.contacts.empty() && island.joints.empty() &&
-         s_.config.skips.flight && !s_.observe.paths && !has_varying_forces(s_, island) &&
+  return island.bodies.size() == 1 && is_in_flight(s_, island) && !s_.observe.paths &&
          s_.step_memory[island.bodies.front()] == StepMemory{};
 }
 

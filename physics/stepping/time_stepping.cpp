@@ -414,11 +414,13 @@ void advance_island(WorldState& state, const Island& island, double from, double
   IslandStep(state, island, {}, result).run(from, to);
 }
 
+bool is_in_flight(const WorldState& state, const Island& island) {
+  return state.config.skips.flight && island.contacts.empty() && island.joints.empty() &&
+         !has_varying_forces(state, island);
+}
+
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (!state.config.skips.flight || !island.contacts.empty() || !island.joints.empty() ||
-      has_varying_forces(state, island)) {
-    return false;
-  }
+  if (!is_in_flight(state, island)) return false;
   std::vector<PathEnd> start;
   if (state.observe.paths) start = path_ends(state, island.bodies);
   for (const std::uint32_t body : island.bodies) fly(state, body, 0, h);

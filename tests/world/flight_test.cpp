@@ -31,16 +31,15 @@ TEST(Flight, IsAParabolaWhateverTheStep) {
 
 /// For an observer of paths bodies that fly alone are stepped as all islands are.
 TEST(Flight, OfBodiesThatFlyAloneTellsWhatThatOfAnyIslandDoes) {
-  for (const double bounce : {0.0, 0.5, 0.9}) {
+  for (const double bounce : {0.6, 0.8}) {
     World worlds[2];
     for (World& world : worlds) {
       test::add_pit(world, bounce);
-      const std::vector<BodyId> pile = test::add_pile(world, 120, bounce);
-      for (std::size_t k = 0; k < pile.size(); k += 3) world.set_velocity(pile[k], {0, 8}, 0);
+      test::add_pile(world, 280, bounce);
     }
     worlds[1].observe({.paths = true});
     int alone = 0, retries = 0;
-    for (int step = 0; step < 90; ++step) {
+    for (int step = 0; step < 60; ++step) {
       const StepReport& r = worlds[0].step(1.0 / 60);
       const StepReport& other = worlds[1].step(1.0 / 60);
       ASSERT_EQ(r.state_hash, other.state_hash) << bounce << ", step " << step;
