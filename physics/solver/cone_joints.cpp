@@ -79,6 +79,9 @@ void ConeJoints::start(std::span<const double> lambda, double centre) {
     const double inside = std::min(centre / joint.unit, kInside * room);
     if (lower.is) joint.impulse = std::max(joint.impulse, lower.bound + inside);
     if (upper.is) joint.impulse = std::min(joint.impulse, upper.bound - inside);
+    // Away from the middle of a narrow room what presses from both sides would be far apart, and no step
+    // could bring it together.
+    if (room < 2 * centre / joint.unit) joint.impulse = 0.5 * (lower.bound + upper.bound);
     for (const int e : {0, 1}) {
       Side& side = joint.sides[at(e)];
       if (!side.is) continue;

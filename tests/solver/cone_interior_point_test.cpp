@@ -221,6 +221,33 @@ TEST(ConeInteriorPoint, HoldsJointsLimitsMotorsAndSprings) {
   EXPECT_GT(held, 5);
 }
 
+/// As where friction is bounded by what a contact carried that has since come to carry nothing.
+TEST(ConeInteriorPoint, GoesOnWhereBoundsLeaveAlmostNoRoom) {
+  IslandSystem system = scenes::pyramid(9, {.friction = 0.5, .noise = 0.5, .seed = 1}).system;
+  int narrow = 0;
+  for (Row& row : system.rows) {
+    if (row.kind != RowKind::Friction) continue;
+    const double bound = ++narrow % 2 == 0 ? 1e-12 : 0.01;
+    row.kind = RowKind::Motor;
+    row.normal = -1;
+    row.lower = -bound;
+    row.upper = bound;
+  }
+  std::vector<double> start(system.rows.size(), 0.0);
+  for (std::size_t i = 0; i < start.size(); ++i)
+    start[i] = system.rows[i].kind == RowKind::Motor ? system.rows[i].upper : 0.1;
+  ConeInteriorPoint path;
+  SolveWork work;
+  ASSERT_TRUE(path.assign(system, work));
+  const double scale = largest_magnitude(system.b);
+  path.start(start, 0.3 * scale, ConeInteriorPoint::Sliding::Associated);
+  EXPECT_GT(path.step(work), 0.1);
+  for (int k = 0; k < 40 && path.centre() > 1e-9 * scale; ++k) path.step(work);
+  std::vector<double> lambda;
+  path.get(lambda);
+  EXPECT_LE(natural_map_residual(system, lambda), 1e-6);
+}
+
 TEST(ConeInteriorPoint, BringsJointsInFlowCloseToCoulombsLaw) {
   std::vector<IslandSystem> islands;
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
