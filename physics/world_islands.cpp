@@ -387,7 +387,10 @@ void Step::give_exact_rounds_up() {
         last.flew_alone ? 0 : last.result().work.visits + (bounces ? last.result().thrown_away.visits : 0);
     const bool dear = visits > kDearRound * usual;
     if (!dear && (bounces || rounds_ <= kExactRounds)) continue;
-    if (std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
+    // What met nothing is made again where it did not move, and has the same exact answer, if it has one.
+    const bool vain = !last.flew_alone && last.result().unmoved && !last.result().one_piece;
+    if (!vain &&
+        std::none_of(bodies.begin(), bodies.end(), [this](std::uint32_t i) { return s_.scratch.dirty[i]; }))
       continue;
     for (const std::uint32_t i : bodies) {
       s_.step_memory[i].flow = kMustFlow;
