@@ -24,10 +24,9 @@ constexpr double kEnter = 0.2, kLeave = 0.05;
 constexpr int kLandings = 8, kFewLandings = 2, kPieces = 4;
 // So many pieces are dear for few points, too.
 constexpr int kManyPieces = 16, kFewestPoints = 8;
-// Pieces of islands with joints in a large world, where each takes as long as a step in flow: those of which
-// a point is fast, which leaves no more of the joints and of overlaps, and those that are but lightly
-// disturbed.
-constexpr int kFastPiecesWithJoints = 2, kPiecesWithJoints = 16;
+// In a large world a step in flow costs less than two pieces, and leaves no more of overlaps and joints, from
+// fewer points on. Pieces of islands of which a point is fast, and of those that are but lightly disturbed.
+constexpr int kFewestInLarge = 4, kFastPiecesInLarge = 1, kSlowPiecesInLarge = 16;
 // Points from which on an impact of all of them, from nothing, costs more than the forces that it is solved
 // with here.
 constexpr int kManyPoints = 100;
@@ -60,8 +59,8 @@ bool flow_serves(const WorldState& state) {
 enum class Bounce { None, Some, Well };
 
 /// Points of the island, or 0 where they are too few to flow.
-/// @param bounce  set to how much any of them bounces
-int points_that_flow(const WorldState& state, const Island& island, Bounce& bounce) {
+/// @param fewest  that are too few @param bounce  set to how much any of them bounces
+int points_that_flow(const WorldState& state, const Island& island, int fewest, Bounce& bounce) {
   std::atomic<int> points = 0;
   std::atomic<bool> some = false, well = false;
   share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
@@ -77,12 +76,21 @@ int points_that_flow(const WorldState& state, const Island& island, Bounce& boun
     if (most > kMostBounce) well = true;
   });
   bounce = well ? Bounce::Well : some ? Bounce::Some : Bounce::None;
-  return points > kFewestPoints && flow_serves(state) ? points.load() : 0;
+  return points > fewest && flow_serves(state) ? points.load() : 0;
 }
 
 /// @param elapsed  since the beginning of the step [s]
 bool has_parted(const WorldState& state, const Island& island, double elapsed) {
   return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
+}
+
+/// Whether something that no force moves holds a body of the island.
+bool is_supported(const WorldState& state, const Island& island) {
+  const auto fixed = [&](std::uint32_t i) { return state.bodies.type[i] != BodyType::Dynamic; };
+  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
+    const Contact& contact = state.contacts[i];
+    return contact.manifold.count > 0 && (fixed(contact.body_a) || fixed(contact.body_b));
+  });
 }
 
 struct PointCounts {
@@ -145,7 +153,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const bool must = flow == kMustFlow;
   const int usual = few_points(static_cast<int>(island.joints.size()));
-  const int few = (flow > 1 && !must) || !state.solver->exact ? kFewestPoints : usual;
+  const bool in_large = flow_serves(state) && !works_finely(state, island.joints.size());
+  const int fewest = in_large ? kFewestInLarge : kFewestPoints;
+  const int few = in_large || (flow > 1 && !must) || !state.solver->exact ? fewest : usual;
   OnePieceRule rule;
   const bool jointed = !island.joints.empty() && flow_serves(state);
   if (jointed)
@@ -156,11 +166,11 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
       is_crowded(state, island) || (flow == kParted && flow_serves(state) && has_parted(state, island, 0));
   if (rule.flows) return rule;
   Bounce bounce = Bounce::None;
-  const int all = points_that_flow(state, island, bounce);
+  const int all = points_that_flow(state, island, fewest, bounce);
   rule.bounces_well = bounce == Bounce::Well;
-  const bool cut_short = jointed && !rule.bounces_well && !works_finely(state, island.joints.size());
   const auto limit_pieces = [&](int fast) {
-    if (cut_short) rule.most_pieces = fast > 0 ? kFastPiecesWithJoints : kPiecesWithJoints;
+    if (!in_large || rule.bounces_well || (!jointed && (all == 0 || all > usual))) return;
+    rule.most_pieces = fast > 0 ? kFastPiecesInLarge : kSlowPiecesInLarge;
   };
   if (all > usual) {
     const double step = usual_flow_work(state) * static_cast<double>(island.bodies.size());
@@ -173,7 +183,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;
   if (rule.flows) return rule;
   if (all <= few) {
-    if (cut_short)
+    if (in_large && jointed)
       limit_pieces(
           count_points(state, island, h, slow_speed(state, island, h), 0, island.contacts.size()).fast);
     return rule;
@@ -198,6 +208,11 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   if (bounce != Bounce::None) return rule;
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
   rule.large = points > kManyPoints && island.joints.empty();
+  // A cloud that drifts together does not come to rest by being stepped exactly.
+  if (rule.large && rule.light && in_large && !is_supported(state, island)) {
+    rule.flows = true;
+    rule.light = false;
+  }
   return rule;
 }
 

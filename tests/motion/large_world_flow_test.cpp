@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+//
+// Which islands flow in worlds with less than 1000 visits a body (`stepping/one_piece_rule.h`), where a step
+// in flow costs less than two pieces of an exact one.
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <optional>
+#include <random>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+constexpr double kStep = 1.0 / 60, kLarge = 400;
+
+World make_world(std::optional<double> flow_work) {
+  WorldConfig config;
+  config.flow_work = flow_work;
+  config.gravity = {0, -10};
+  return World(config);
+}
+
+/// A stack of boxes on the ground. @param speed  of the upper one
+void add_sliding_stack(World& world, int count, double speed, double restitution = 0) {
+  const ShapeDef box = test::rough(make_box({1, 1}), 0.5, restitution);
+  test::add_ground(world, box);
+  for (int i = 0; i < count; ++i) test::add(world, {0, i + 0.5}, box, 1, {i + 1 == count ? speed : 0, 0});
+}
+
+int flowing(std::optional<double> flow_work, int boxes, double speed, double restitution = 0) {
+  World world = make_world(flow_work);
+  add_sliding_stack(world, boxes, speed, restitution);
+  return world.step(kStep).islands_in_flow;
+}
+
+TEST(FlowInLargeWorlds, TakesSmallIslandsOfWhichAFifthIsFast) {
+  EXPECT_EQ(flowing(kLarge, 3, 2), 1);         // 2 of 6 points
+  EXPECT_EQ(flowing(kLarge, 3, 0.05), 0);      // none
+  EXPECT_EQ(flowing(kLarge, 2, 2), 0);         // 4 points are too few
+  EXPECT_EQ(flowing(kLarge, 3, 2, 0.8), 0);    // bounces well
+  EXPECT_EQ(flowing(std::nullopt, 3, 2), 0);   // a small world
+  EXPECT_EQ(flowing(std::nullopt, 14, 2), 0);  // 2 of 28 points
+  EXPECT_EQ(flowing(1000, 3, 2), 0);           // as much work as in a small one
+  EXPECT_EQ(flowing(0, 3, 2), 0);              // switched off
+}
+
+TEST(FlowInLargeWorlds, TakesWhatALandingCuts) {
+  // A box falls onto a stack of seven within the step: one of 16 points is fast, too few to flow at once.
+  for (const bool large : {false, true}) {
+    World world = make_world(large ? std::optional(kLarge) : std::nullopt);
+    add_sliding_stack(world, 7, 0);
+    const BodyId ball = test::add(world, {0, 7.5 + 0.04}, test::rough(make_disc(0.5), 0.5), 1, {0, -6});
+    const StepReport& report = world.step(kStep);
+    EXPECT_EQ(report.islands, 1);
+    EXPECT_EQ(report.islands_in_flow, large ? 1 : 0);
+    EXPECT_EQ(report.substeps, 2);
+    // Sweeps leave a little of the blow, and say so.
+    EXPECT_NEAR(world.velocity(ball).y, 0, large ? 0.05 * 6 : 1e-6);
+    EXPECT_LE(report.worst_penetration, large ? 1e-3 : 1e-9);
+    EXPECT_EQ(report.worst_residual > 1e-6, large);
+  }
+}
+
+TEST(FlowInLargeWorlds, IsForCloudsThatDriftTogether) {
+  // 144 bricks that touch and drift against each other more slowly than gravity moves them in a step.
+  // What lies on the ground comes to rest, if it is stepped exactly; what falls never does.
+  for (const bool held : {false, true}) {
+    World world = make_world(kLarge);
+    const ShapeDef brick = test::rough(make_box({1, 1}), 0.5);
+    if (held) test::add_ground(world, brick);
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> noise(-0.05, 0.05);
+    for (int i = 0; i < 12; ++i) {
+      for (int row = 0; row < 12; ++row) test::add(world, {1.0 * i, row + 0.5}, brick, 1, {noise(random), 0});
+    }
+    int flow = 0, exact = 0;
+    for (int k = 0; k < 5; ++k) {
+      const StepReport& report = world.step(kStep);
+      flow += report.islands_in_flow;
+      exact += report.islands_in_one_piece;
+      EXPECT_LE(report.worst_penetration, 1e-3);
+    }
+    std::printf("%s: %d steps in flow, %d exact in one piece\n", held ? "held" : "falling", flow, exact);
+    EXPECT_EQ(exact > 0, held);
+    EXPECT_GE(held ? exact : flow, 1);
+  }
+}
+
+}  // namespace
+}  // namespace skerry
