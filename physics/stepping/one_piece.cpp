@@ -35,8 +35,9 @@ constexpr double kMissed = 0.005, kMissedBesideJoints = 0.1;
 // What an exact answer may cost, in steps of an island in flow; from so many bodies on more, as a factor
 // grows with the power 3/2 of them.
 constexpr double kExactWork = 30, kManyBodies = 1e4;
-// The same of an island that flows, in which attempts are many and vain.
-constexpr double kExactWorkInFlow = 10;
+// The same of an island that flows, in which attempts are many and vain; in a large world none that took more
+// than half of it came to anything.
+constexpr double kExactWorkInFlow = 10, kExactWorkInLargeFlow = 5;
 // Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
 constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
@@ -85,7 +86,9 @@ class OnePieceStep {
         result_(result) {
     slow_ = slow_speed(state, island, h_);
     const auto bodies = static_cast<double>(island.bodies.size());
-    const double share = was_in_flow(state, island) ? kExactWorkInFlow : kExactWork;
+    const double share = !was_in_flow(state, island)                 ? kExactWork
+                         : works_finely(state, island.joints.size()) ? kExactWorkInFlow
+                                                                     : kExactWorkInLargeFlow;
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
     double work = more * (may_flow(state) ? flow_work(state, island) : kUsualFlowWork);
