@@ -36,6 +36,8 @@ constexpr double kDisplaced = 0.01;
 constexpr double kApart = 1e-5;
 // Restitution up to which a pile flows by its motion: balls that keep more of their speed are no pile.
 constexpr double kMostBounce = 0.5;
+// The same up to which it does, in a large world, after a piece in which something rests.
+constexpr double kMostBounceInLarge = 0.9;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 // The same of a large one that flowed in the last step: attempts are many there, and mostly vain. Most, as
@@ -55,14 +57,11 @@ bool flow_serves(const WorldState& state) {
   return may_flow(state) && !state.config.accuracy;
 }
 
-/// How much an island bounces at most.
-enum class Bounce { None, Some, Well };
-
 /// Points of the island, or 0 where they are too few to flow.
-/// @param fewest  that are too few @param bounce  set to how much any of them bounces
-int points_that_flow(const WorldState& state, const Island& island, int fewest, Bounce& bounce) {
+/// @param fewest  that are too few @param bounce  set to the largest restitution of any of them
+int points_that_flow(const WorldState& state, const Island& island, int fewest, double& bounce) {
   std::atomic<int> points = 0;
-  std::atomic<bool> some = false, well = false;
+  std::atomic<double> largest = 0;
   share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
     int count = 0;
     double most = 0;
@@ -72,10 +71,9 @@ int points_that_flow(const WorldState& state, const Island& island, int fewest, 
       count += contact.manifold.count;
     }
     points += count;
-    if (most > 0) some = true;
-    if (most > kMostBounce) well = true;
+    raise_to(largest, most);
   });
-  bounce = well ? Bounce::Well : some ? Bounce::Some : Bounce::None;
+  bounce = largest;
   return points > fewest && flow_serves(state) ? points.load() : 0;
 }
 
@@ -165,9 +163,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   rule.flows =
       is_crowded(state, island) || (flow == kParted && flow_serves(state) && has_parted(state, island, 0));
   if (rule.flows) return rule;
-  Bounce bounce = Bounce::None;
+  double bounce = 0;
   const int all = points_that_flow(state, island, fewest, bounce);
-  rule.bounces_well = bounce == Bounce::Well;
+  rule.bounces_well = bounce > kMostBounce;
   const auto limit_pieces = [&](int fast) {
     if (!in_large || rule.bounces_well || (!jointed && (all == 0 || all > usual))) return;
     rule.most_pieces = fast > 0 ? kFastPiecesInLarge : kSlowPiecesInLarge;
@@ -200,12 +198,16 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
     landings += some.landings;
   });
   limit_pieces(fast);
+  // Flights are no pieces: a gas goes from impact to impact for as long as nothing in it rests.
+  if (rule.bounces_well && in_large && bounce <= kMostBounceInLarge && points > kManyPoints &&
+      landings > kLandings)
+    rule.most_pieces = kFastPiecesInLarge;
   if (points <= few) return rule;
   // What bounces well flows only where exact steps proved to be dear.
   rule.flows = flow > 0            ? fast > kLeave * points || landings > kFewLandings
                : rule.bounces_well ? false
                                    : fast > kEnter * points || landings > kLandings;
-  if (bounce != Bounce::None) return rule;
+  if (bounce > 0) return rule;
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
   rule.large = points > kManyPoints && island.joints.empty();
   // A cloud that drifts together does not come to rest by being stepped exactly.
