@@ -394,7 +394,7 @@ void Step::give_exact_rounds_up() {
       continue;
     for (const std::uint32_t i : bodies) {
       s_.step_memory[i].flow = kMustFlow;
-      if (dear) wait_after_failure(s_.step_memory[i]);
+      if (dear) wait_after_failure(s_, last.island, s_.step_memory[i]);
     }
   }
 }

@@ -42,8 +42,9 @@ constexpr double kExactWorkInFlow = 10, kExactWorkInLargeFlow = 5;
 constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
 constexpr double kAlmost = 1e-8;
-// The longest time, in steps, for which nobody asks for an exact answer after attempts that failed.
-constexpr int kLongestWait = 256;
+// Steps for which nobody asks for an exact answer after the first attempt that failed, which doubles with
+// each, and the most. In a large world a pile that is not ready in this step is not in the next one, either.
+constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
 // is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to
 // their number, but no more than the last number for all of them.
@@ -568,14 +569,16 @@ bool step_island_lightly(WorldState& state, const Island& island, double h, Isla
     memory.light_failures = 0;
     return true;
   }
-  wait_after_failure(memory);
+  wait_after_failure(state, island, memory);
   // What came almost there may well do so with the next step.
   if (made) --memory.light_wait;
   return made;
 }
 
-void wait_after_failure(StepMemory& memory) {
-  memory.light_wait = std::min(1 << memory.light_failures, kLongestWait);
+void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory) {
+  const bool in_large = may_flow(state) && island.joints.empty() && !works_finely(state, 0);
+  const int first = in_large ? kFirstWaitInLarge : kFirstWait;
+  memory.light_wait = std::min(first << memory.light_failures, kLongestWait);
   if (memory.light_wait < kLongestWait) ++memory.light_failures;
 }
 

@@ -407,7 +407,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     step_island_in_flow(state, island, there, h, result);
   }
   if (!result.report.flowing) result.step_memory.near_rest = 0;
-  if (dear && result.report.flowing) wait_after_failure(result.step_memory);
+  if (dear && result.report.flowing) wait_after_failure(state, island, result.step_memory);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {
