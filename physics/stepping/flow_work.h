@@ -23,24 +23,28 @@ inline bool may_flow(const WorldState& state) {
   return usual_flow_work(state) > 0;
 }
 
+// Work of a body with which what sweeps leave is small, an interior point fits in behind them, and overlaps
+// that come from elsewhere count.
+constexpr double kFineWork = 1000;
+
 /// What it may cost in this one. In a small world sweeps that are far from an answer, as with a heavy body on
-/// light ones, may go on, and an interior point after them, until a step takes some milliseconds. Where there
-/// are joints it is for the interior point alone: if these contradict each other, sweeps end nowhere.
+/// light ones, may go on, and an interior point after them, until a step takes some milliseconds; without
+/// joints each of up to a thousand bodies has `kFineWork`. Where there are joints what is more than usual is
+/// for the interior point alone: if these contradict each other, sweeps end nowhere.
 inline double flow_work(const WorldState& state, std::size_t joints) {
-  constexpr double kShared = 4e5;
+  constexpr double kShared = 4e5, kSmallWorld = 1000;
   const double usual = usual_flow_work(state);
   if (state.config.flow_work) return usual;
   const double bodies = static_cast<double>(state.bodies.size()) + kJointWork * static_cast<double>(joints);
-  return std::max(usual, kShared / std::max(bodies, 1.0));
+  return std::max(joints > 0 || bodies > kSmallWorld ? usual : kFineWork, kShared / std::max(bodies, 1.0));
 }
 inline double flow_work(const WorldState& state, const Island& island) {
   return flow_work(state, island.joints.size());
 }
 
-/// Whether there is so much that what sweeps leave is small, and overlaps that come from elsewhere count.
+/// Whether there is so much of it.
 inline bool works_finely(const WorldState& state, std::size_t joints) {
-  constexpr double kFine = 1000;
-  return flow_work(state, joints) >= kFine;
+  return flow_work(state, joints) >= kFineWork;
 }
 
 }  // namespace skerry
