@@ -43,7 +43,8 @@ constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
 constexpr double kAlmost = 1e-8;
 // Steps for which nobody asks for an exact answer after the first attempt that failed, which doubles with
-// each, and the most. In a large world a pile that is not ready in this step is not in the next one, either.
+// each, and the most. In a large world a pile that is not ready in this step is not in the next one, either;
+// what flow leaves of joints wants exact steps sooner.
 constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
 // is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to

@@ -36,8 +36,8 @@ constexpr double kDisplaced = 0.01;
 constexpr double kApart = 1e-5;
 // Restitution up to which a pile flows by its motion: balls that keep more of their speed are no pile.
 constexpr double kMostBounce = 0.5;
-// The same up to which it does, in a large world, after a piece in which something rests.
-constexpr double kMostBounceInLarge = 0.9;
+// The same up to which a large one does after a piece in which something rests.
+constexpr double kMostBounceOfPile = 0.9;
 // Exact forces that cost so many times what the step of an island in flow does are given up.
 constexpr double kBusy = 50;
 // The same of a large one that flowed in the last step: attempts are many there, and mostly vain. Most, as
@@ -199,9 +199,9 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   });
   limit_pieces(fast);
   // Flights are no pieces: a gas goes from impact to impact for as long as nothing in it rests.
-  if (rule.bounces_well && in_large && bounce <= kMostBounceInLarge && points > kManyPoints &&
+  if (rule.bounces_well && flow_serves(state) && bounce <= kMostBounceOfPile && points > kManyPoints &&
       landings > kLandings)
-    rule.most_pieces = kFastPiecesInLarge;
+    rule.most_pieces = 1;
   if (points <= few) return rule;
   // What bounces well flows only where exact steps proved to be dear.
   rule.flows = flow > 0            ? fast > kLeave * points || landings > kFewLandings

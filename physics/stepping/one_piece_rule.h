@@ -38,16 +38,16 @@ struct OnePieceRule {
 /// without joints. Joints count with the points for the 30, beside more than 8 points; an island that flowed
 /// goes on while joints are off by a hundredth of a body's size. Joints that an exact step could not keep
 /// together, those of a chain without slack between two walls, flow with or without contacts. Islands with
-/// restitution above 0.5 flow only where an exact step costs more than `work_limit`, those that bounce at all
-/// are not lightly disturbed; with a solver that is not exact all others of more than 8 points flow.
+/// restitution above 0.5 flow only where an exact step costs more than `work_limit`, or, with restitution to
+/// 0.9, after the first piece of a large one in which more than 8 points land: from then on something rests,
+/// and each piece costs all of it (flights are no pieces, `flight_queue.h`). Those that bounce at all are not
+/// lightly disturbed; with a solver that is not exact all others of more than 8 points flow.
 ///
 /// In a world too large for more than 1000 visits a body a step in flow costs less than two pieces of an
 /// exact one and leaves no deeper overlaps: there, more than 4 points will do for all of that, those that
 /// bounce well left out; what is not in flow, and has joints or more than 4 points, flows after a piece if a
-/// point is fast, and after 16 if none is; a large one in which more than 8 points land and that bounces,
-/// with restitution to 0.9, flows after its first piece: from then on something rests, and each piece costs
-/// all of it (flights are no pieces, `flight_queue.h`); and a large island that nothing holds, a cloud of
-/// bodies that drift together, flows instead of being lightly disturbed.
+/// point is fast, and after 16 if none is; and a large island that nothing holds, a cloud of bodies that
+/// drift together, flows instead of being lightly disturbed.
 OnePieceRule one_piece_rule(const WorldState& state, const Island& island, double h);
 
 /// True if so many bodies are in each other that most contacts say what others do, as where many were made at
