@@ -26,6 +26,10 @@ constexpr std::size_t kFewBodies = 8;
 constexpr double kDependent = 1e-11;
 // Weight of the proximal term relative to D. A step reduces the error to eta D / (least eigenvalue of W).
 constexpr double kEta = 1e-9;
+// Rows before its own that one of a chain is coupled with: those of two joints of three rows. A factor of it
+// counts so many visits a row.
+constexpr int kChainBand = 5;
+constexpr double kChainVisits = 4;
 // Relative error that ends the refinement, and the most refinements.
 constexpr double kTarget = 1e-13;
 constexpr int kRefinements = 4;
@@ -36,6 +40,10 @@ constexpr double kRounding = 0x1p-52;
 constexpr double kStands = 0.01;
 
 using Velocity = std::array<double, 3>;
+
+constexpr std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 struct BilateralMemory : SolverMemory {
   BodySpaceModel model;
@@ -136,16 +144,15 @@ class DenseFactor {
   std::array<std::size_t, kMost> order_;
 };
 
-/// r = b - W lambda by way of the bodies. @return its largest magnitude; NaN where it has one
-template <std::size_t N>
-double remainder(const IslandSystem& system, const double* lambda, std::array<double, kDenseRows>& r) {
-  const std::size_t n = N > 0 ? N : system.rows.size(), count = system.bodies.size();
+/// r = b - W lambda by way of the bodies. @tparam N  number of rows, 0: any @param v  zeros, of the bodies
+/// @return its largest magnitude; NaN where it has one
+template <std::size_t N = 0>
+double remainder_of(const IslandSystem& system, const double* lambda, Velocity* v, double* r) {
+  const std::size_t n = N > 0 ? N : system.rows.size();
   const Row* const rows = system.rows.data();
   const InverseMass* const bodies = system.bodies.data();
   const double* const target = system.b.data();
   const double* const compliance = system.compliance.empty() ? nullptr : system.compliance.data();
-  std::array<Velocity, kDenseBodies> v;
-  for (std::size_t k = 0; k < count; ++k) v[k] = {0, 0, 0};
   for (std::size_t i = 0; i < n; ++i) {
     const Row& row = rows[i];
     const auto a = static_cast<std::size_t>(row.a), b = static_cast<std::size_t>(row.b);
@@ -163,6 +170,14 @@ double remainder(const IslandSystem& system, const double* lambda, std::array<do
     if (!(std::abs(w) <= worst)) worst = std::abs(w);
   }
   return worst;
+}
+
+/// The same of few.
+template <std::size_t N>
+double remainder(const IslandSystem& system, const double* lambda, std::array<double, kDenseRows>& r) {
+  std::array<Velocity, kDenseBodies> v;
+  for (std::size_t k = 0; k < system.bodies.size(); ++k) v[k] = {0, 0, 0};
+  return remainder_of<N>(system, lambda, v.data(), r.data());
 }
 
 /// Refines by `step(floor)`, which returns the largest |w| after it and may set what rounding leaves of that,
@@ -208,6 +223,87 @@ double solve_dense_of_size(const IslandSystem& system, double target, double* la
     default:
       return solve_dense<0>(system, target, lambda, work);
   }
+}
+
+/// Numbers of a solve along a chain.
+struct ChainScratch {
+  std::vector<std::array<int, 2>> reach;              ///< of bodies: first and last of their rows
+  std::vector<std::array<double, kChainBand + 1>> L;  ///< by row: 1/D, then l to the rows before it
+  std::vector<double> r;
+  std::vector<Velocity> v;
+};
+
+/// True if rows of the same body stand so near to each other as those of a chain whose joints are in order.
+bool is_chain(const IslandSystem& system, std::vector<std::array<int, 2>>& reach) {
+  reach.assign(system.bodies.size(), {-1, -1});
+  for (int i = 0; i < system.size(); ++i) {
+    const Row& row = system.rows[at(i)];
+    for (const int body : {row.a, row.b}) {
+      if (body < 0) continue;
+      auto& [first, last] = reach[at(body)];
+      if (first < 0) first = i;
+      last = i;
+      if (last - first > kChainBand) return false;
+    }
+  }
+  return true;
+}
+
+/// W = L D L^T of a chain, which has no entries far from the diagonal. @return false if W is not regular to
+/// rounding
+bool factor_chain(const IslandSystem& system, std::vector<std::array<double, kChainBand + 1>>& L) {
+  const int n = system.size();
+  const InverseMass* const bodies = system.bodies.data();
+  L.resize(system.rows.size());
+  for (int i = 0; i < n; ++i) {
+    const Row& row = system.rows[at(i)];
+    auto& own = L[at(i)];
+    const int from = std::max(0, i - kChainBand);
+    double pivot = coupling(bodies, row, row);
+    if (!system.compliance.empty()) pivot += system.compliance[at(i)];
+    const double whole = pivot;
+    // own[i - j] holds l_ij d_j until all of them are there.
+    for (int j = from; j < i; ++j) {
+      double sum = coupling(bodies, row, system.rows[at(j)]);
+      const auto& other = L[at(j)];
+      for (int k = std::max(from, j - kChainBand); k < j; ++k) sum -= own[at(i - k)] * other[at(j - k)];
+      own[at(i - j)] = sum;
+    }
+    for (int j = from; j < i; ++j) {
+      const double l = own[at(i - j)] * L[at(j)][0];
+      pivot -= l * own[at(i - j)];
+      own[at(i - j)] = l;
+    }
+    if (!(pivot > kDependent * whole)) return false;
+    own[0] = 1 / pivot;
+  }
+  return true;
+}
+
+/// @param lambda  zeros, exchanged for the answer
+/// @return infinity if the rows are not those of a chain, or W is not regular to rounding
+double solve_chain(const IslandSystem& system, double target, double* lambda, SolveWork& work) {
+  Spare<ChainScratch> scratch;
+  if (!is_chain(system, scratch->reach) || !factor_chain(system, scratch->L)) return kInfinity;
+  ++work.factorisations;
+  const int n = system.size();
+  const auto& L = scratch->L;
+  std::vector<double>& r = scratch->r;
+  std::vector<Velocity>& v = scratch->v;
+  r = system.b;
+  work.visits += kChainVisits * n;
+  return refine(target, [&](double&) {
+    for (int i = 0; i < n; ++i)
+      for (int j = std::max(0, i - kChainBand); j < i; ++j) r[at(i)] -= L[at(i)][at(i - j)] * r[at(j)];
+    for (int i = 0; i < n; ++i) r[at(i)] *= L[at(i)][0];
+    for (int i = n; i-- > 0;)
+      for (int j = std::max(0, i - kChainBand); j < i; ++j) r[at(j)] -= L[at(i)][at(i - j)] * r[at(i)];
+    for (int i = 0; i < n; ++i) lambda[i] += r[at(i)];
+    ++work.resolves;
+    work.visits += n;
+    v.assign(system.bodies.size(), Velocity{});
+    return remainder_of(system, lambda, v.data(), r.data());
+  });
 }
 
 /// @param good           an error that will do, though `target` is what is tried for
@@ -308,6 +404,11 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
     error = solve_dense_of_size(system, kTarget * scale, solution.lambda.data(), solution.work);
     if (solution.trace && error < kInfinity) solution.trace->notes.emplace_back("no bounds: W, dense");
   }
+  if (error == kInfinity && n > kDenseRows) {
+    error = solve_chain(system, kTarget * scale, solution.lambda.data(), solution.work);
+    if (solution.trace && error < kInfinity)
+      solution.trace->notes.emplace_back("no bounds: W, along a chain");
+  }
   // Rows that depend on each other share their impulse there.
   if (error == kInfinity) {
     if (system.bodies.size() <= kFewBodies && try_small_states(system, {}, options, solution)) {
@@ -337,7 +438,7 @@ extern const SolverEntry kBilateralEntry;
 const SolverEntry kBilateralEntry = {
     .name = "bilateral",
     .summary = "joints and springs without bounds: one factorisation and its refinement",
-    .reference = "Golub & Van Loan 2013, sec. 3.5.3, 4.2.8; Rockafellar 1976",
+    .reference = "Golub & Van Loan 2013, sec. 3.5.3, 4.2.8, 4.3.5; Rockafellar 1976",
     .exact = true,
     .friction = false,
     .bilateral = true,
