@@ -4,7 +4,7 @@
 //
 //   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
 //               [--peer-work N] [--peer-stiff] [--awake] [--fresh] [--overlaps] [--ours]
-//               [--turns N] [SCENE...]
+//               [--turns N] [--copies N] [--everyday] [SCENE...]
 //
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
 // step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
@@ -16,6 +16,10 @@
 //   --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
 //                   the least of its times by the clock, as its bits are the same; the row has the sums,
 //                   their ratio, and whether the bits are; the exit status is 1 where they are not
+//   --copies N      of each scene N copies in which what moves has a little speed of its own; a row is over
+//   all
+//                   their steps. Piles are chancy: another way of the same one takes up to 1.2 times as long
+//   --everyday      the scenes of `everyday_scenes.h` if none is named, in place of the well-known ones
 //   --peer-work N   peers make N times their usual iterations (2.4: 8 and 3) or sub-steps (3: 4)
 //   --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows
 #include <algorithm>
@@ -26,6 +30,7 @@
 #include <vector>
 
 #include "physics/world.h"
+#include "tests/bench/everyday_scenes.h"
 #include "tests/bench/scale_alone.h"
 #include "tests/bench/scale_run.h"
 
@@ -71,8 +76,9 @@ World make_world(const Scene& scene, const Options& options, std::vector<BodyId>
       ShapeDef def;
       def.shape = part.half.y > 0 ? make_box({2 * part.half.x, 2 * part.half.y}, part.at, part.angle)
                                   : make_disc(part.half.x, part.at);
-      def.density = 1;
+      def.density = item.density;
       def.material.friction = scene.friction;
+      def.material.restitution = scene.restitution;
       world.add_shape(body, def);
     }
     bodies.push_back(body);
@@ -116,8 +122,7 @@ Run run_ours(const char* name, const Scene& scene, const Options& options) {
           const auto anchor = [&](int item) {
             const BodyId body = bodies[static_cast<std::size_t>(item)];
             const Rot turn = Rot::from_angle(world.angle(body));
-            return world.position(body) +
-                   rotate(turn, hinge.at - scene.items[static_cast<std::size_t>(item)].at);
+            return world.position(body) + rotate(turn, anchor_on(scene, item, hinge.at));
           };
           row.apart = std::max(row.apart, length(anchor(hinge.a) - anchor(hinge.b)));
         }
@@ -191,9 +196,32 @@ bool compare_threads(const char* name, const Scene& scene, Options options, int 
   return same;
 }
 
+std::vector<Named> all_scenes() {
+  std::vector<Named> all = kScenes;
+  all.insert(all.end(), kEverydayScenes.begin(), kEverydayScenes.end());
+  return all;
+}
+
+/// The copies of a scene that are asked for, or itself.
+std::vector<Scene> copies_of(const Named& named, const Options& options) {
+  std::vector<Scene> copies{named.make()};
+  if (options.copies == 0) return copies;
+  copies.resize(static_cast<std::size_t>(options.copies), copies.front());
+  for (std::size_t k = 0; k < copies.size(); ++k) disturb(copies[k], static_cast<unsigned>(k) + 1);
+  return copies;
+}
+
+/// Appends runs of one engine to each other, by their place among those of a scene.
+void append(std::vector<Run>& runs, std::size_t place, const Run& run) {
+  if (place < runs.size())
+    runs[place].append(run);
+  else
+    runs.push_back(run);
+}
+
 int usage(const std::string& what) {
   std::fprintf(stderr, "scale_bench: %s; scenes:", what.c_str());
-  for (const Named& n : kScenes) std::fprintf(stderr, " %s", n.name);
+  for (const Named& n : all_scenes()) std::fprintf(stderr, " %s", n.name);
   std::fprintf(stderr, "\n");
   return 2;
 }
@@ -203,7 +231,7 @@ int usage(const std::string& what) {
 int main(int argc, char** argv) {
   Options options;
   int turns = 0;
-  bool ours_alone = false;
+  bool ours_alone = false, everyday = false;
   std::vector<std::string> wanted;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -222,6 +250,10 @@ int main(int argc, char** argv) {
       options.flow_work = std::max(0.0, std::atof(next)), ++i;
     else if (word == "--peer-work")
       options.peer_work = std::max(1, std::atoi(next)), ++i;
+    else if (word == "--copies")
+      options.copies = std::max(1, std::atoi(next)), ++i;
+    else if (word == "--everyday")
+      everyday = true;
     else if (word == "--peer-stiff")
       options.peer_stiff = true;
     else if (word == "--stepper")
@@ -239,21 +271,23 @@ int main(int argc, char** argv) {
     else
       wanted.push_back(word);
   }
+  std::vector<Named> scenes = wanted.empty() ? (everyday ? kEverydayScenes : kScenes) : all_scenes();
   for (const std::string& name : wanted) {
-    if (std::none_of(kScenes.begin(), kScenes.end(), [&](const Named& n) { return n.name == name; }))
+    if (std::none_of(scenes.begin(), scenes.end(), [&](const Named& n) { return n.name == name; }))
       return usage("no scene '" + name + "'");
   }
-  const auto is_wanted = [&](const Named& named) {
-    return wanted.empty() || std::find(wanted.begin(), wanted.end(), named.name) != wanted.end();
-  };
+  std::erase_if(scenes, [&](const Named& named) {
+    return !wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end();
+  });
   if (turns > 0) {
     std::printf(
         "| scene | bodies | steps | one thread ms | %d threads ms | ratio | same bits |\n"
         "| --- | --- | --- | --- | --- | --- | --- |\n",
         options.threads);
     bool same = true;
-    for (const Named& named : kScenes)
-      if (is_wanted(named)) same &= compare_threads(named.name, named.make(), options, turns);
+    for (const Named& named : scenes)
+      for (const Scene& scene : copies_of(named, options))
+        same &= compare_threads(named.name, scene, options, turns);
     return same ? 0 : 1;
   }
   std::printf(
@@ -262,22 +296,24 @@ int main(int argc, char** argv) {
       "residual | asleep |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
       "|\n");
   std::vector<Ratio> ratios;
-  for (const Named& named : kScenes) {
-    if (!is_wanted(named)) continue;
-    const Scene scene = named.make();
-    const auto make = [&] {
-      Run run = run_ours(named.name, scene, options);
-      run.collision = collision_of_ours(scene, options, run.ms.size());
-      return run;
-    };
-    // A profile wants to see it.
-    const Run ours = ours_alone ? make() : alone(make);
-    print(ours);
-    if (ours_alone) continue;
-    run_peers(named.name, scene, options, [&](const Run& peer) {
-      print(peer);
-      ratios.push_back(ratio_of(ours, peer));
-    });
+  for (const Named& named : scenes) {
+    std::vector<Run> runs;  // ours, and of each peer
+    for (const Scene& scene : copies_of(named, options)) {
+      const auto make = [&] {
+        Run run = run_ours(named.name, scene, options);
+        run.collision = collision_of_ours(scene, options, run.ms.size());
+        return run;
+      };
+      // A profile wants to see it.
+      append(runs, 0, ours_alone ? make() : alone(make));
+      if (ours_alone) continue;
+      std::size_t place = 1;
+      run_peers(named.name, scene, options, [&](const Run& peer) { append(runs, place++, peer); });
+    }
+    for (const Run& run : runs) {
+      print(run);
+      if (&run != &runs.front()) ratios.push_back(ratio_of(runs.front(), run));
+    }
   }
   if (!ratios.empty()) print(std::move(ratios));
   return 0;

@@ -79,8 +79,9 @@ Run run_box2d(const char* name, const Scene& scene, const Options& options, bool
       disc.m_p = vec(part.at);
       b2FixtureDef fixture;
       fixture.shape = part.half.y > 0 ? static_cast<const b2Shape*>(&box) : &disc;
-      fixture.density = 1;
+      fixture.density = static_cast<float>(item.density);
       fixture.friction = static_cast<float>(scene.friction);
+      fixture.restitution = static_cast<float>(scene.restitution);
       body->CreateFixture(&fixture);
     }
     bodies.push_back(body);

@@ -29,6 +29,7 @@ struct Options {
   bool overlaps = false;    ///< measured after every step, which disturbs the times
   int peer_work = 1;        ///< so many times a peer's usual iterations or sub-steps
   bool peer_stiff = false;  ///< with contacts of Box2D 3 so many times as stiff, too
+  int copies = 0;           ///< disturbed ones of each scene; 0: the scene itself
   bool by_clock = false;    ///< times are not those of the processor with one thread, too
 };
 
@@ -45,6 +46,18 @@ struct Run {
   int asleep = 0;
   std::uint64_t state_hash = 0;  ///< ours, of the last step
 
+  /// Goes on with a run of another copy of the scene.
+  void append(const Run& run) {
+    const double share = static_cast<double>(run.ms.size()) / static_cast<double>(ms.size() + run.ms.size());
+    collision += share * (run.collision - collision);
+    mean_deepest += share * (run.mean_deepest - mean_deepest);
+    deepest = std::max(deepest, run.deepest);
+    apart = std::max(apart, run.apart);
+    residual = std::max(residual, run.residual);
+    asleep = std::min(asleep, run.asleep);
+    state_hash = run.state_hash;
+    ms.insert(ms.end(), run.ms.begin(), run.ms.end());
+  }
   double mean(std::size_t steps) const {
     double sum = 0;
     for (std::size_t i = 0; i < steps; ++i) sum += ms[i];

@@ -24,6 +24,7 @@ struct Item {
   Vec2 velocity{};
   double omega = 0;
   std::vector<Part> parts;
+  double density = 1;
 };
 struct Hinge {
   int a, b;
@@ -31,10 +32,16 @@ struct Hinge {
 };
 struct Scene {
   Vec2 gravity{0, -10};
-  double friction = 0.6;
+  double friction = 0.6, restitution = 0;
   std::vector<Item> items;
   std::vector<Hinge> hinges;
 };
+
+/// Where a point of the scene is on one of its bodies.
+inline Vec2 anchor_on(const Scene& scene, int item, Vec2 at) {
+  const Item& body = scene.items[static_cast<std::size_t>(item)];
+  return inverse_rotate(Rot::from_angle(body.angle), at - body.at);
+}
 
 inline void add_box(Scene& s, Vec2 at, Vec2 half, BodyType type = BodyType::Dynamic) {
   s.items.push_back({type, at, 0, {}, 0, {{half, {}, 0}}});

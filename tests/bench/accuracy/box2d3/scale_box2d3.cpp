@@ -13,7 +13,7 @@ b2Vec2 convert(Vec2 v) {
   return b2Vec2{static_cast<float>(v.x), static_cast<float>(v.y)};
 }
 
-b2BodyId create(b2WorldId world, const Item& item, double friction) {
+b2BodyId create(b2WorldId world, const Scene& scene, const Item& item) {
   b2BodyDef def = b2DefaultBodyDef();
   def.type = item.type == BodyType::Static      ? b2_staticBody
              : item.type == BodyType::Kinematic ? b2_kinematicBody
@@ -24,8 +24,9 @@ b2BodyId create(b2WorldId world, const Item& item, double friction) {
   def.angularVelocity = static_cast<float>(item.omega);
   const b2BodyId body = b2CreateBody(world, &def);
   b2ShapeDef shape = b2DefaultShapeDef();
-  shape.density = 1;
-  shape.material.friction = static_cast<float>(friction);
+  shape.density = static_cast<float>(item.density);
+  shape.material.friction = static_cast<float>(scene.friction);
+  shape.material.restitution = static_cast<float>(scene.restitution);
   for (const Part& part : item.parts) {
     if (part.half.y > 0) {
       const b2Polygon box = b2MakeOffsetBox(static_cast<float>(part.half.x), static_cast<float>(part.half.y),
@@ -51,7 +52,7 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
   }
   const b2WorldId world = b2CreateWorld(&def);
   std::vector<b2BodyId> bodies;
-  for (const Item& item : scene.items) bodies.push_back(create(world, item, scene.friction));
+  for (const Item& item : scene.items) bodies.push_back(create(world, scene, item));
   for (const Hinge& hinge : scene.hinges) {
     b2RevoluteJointDef pin = b2DefaultRevoluteJointDef();
     pin.bodyIdA = bodies[static_cast<std::size_t>(hinge.a)];
