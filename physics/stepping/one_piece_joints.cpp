@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/joint_rows.h"
+#include "physics/solver/bilateral.h"
 #include "physics/spare.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -17,6 +18,12 @@ namespace {
 // Sweeps over joints that are torn, the error at which they are mended (see `how_far_off`), and the angle by
 // which a row turns a body at most [rad].
 constexpr int kMendingSweeps = 50;
+// Those after which all of them are mended at once, so often at most, before sweeps go on, where more joints
+// hang together than there are in a person: along a chain sweeps take more than it has links. And the
+// tolerance of that.
+constexpr int kManyJoints = 20;
+constexpr int kFirstMendingSweeps = 10, kMendingRounds = 16;
+constexpr double kMendingTolerance = 1e-6;
 constexpr double kMended = 1e-3, kMostTurn = 0.5;
 // Joints that a thread takes at a time.
 constexpr std::size_t kJointsAPiece = 256;
@@ -117,6 +124,52 @@ void mend(WorldState& state, std::uint32_t slot, double elapsed, std::vector<Vel
       Velocity& all = shift[static_cast<std::size_t>(state.local_index[bodies[side]])];
       for (std::size_t c = 0; c < 3; ++c) all[c] += moves[side][c];
     }
+  }
+}
+
+/// Moves the bodies by what all joints want at once, linear where they are, by Newton's iteration.
+/// @param shift  what is added to theirs
+void mend_together(WorldState& state, const Island& island, double elapsed, std::vector<Velocity>& shift) {
+  Spare<Assembly> rows;
+  Spare<std::vector<std::uint8_t>> no_points;
+  no_points->assign(island.contacts.size(), 0);
+  AssemblyRequest request;
+  request.points = &*no_points;
+  request.elapsed = elapsed;
+  SolveOptions options;
+  options.tolerance = kMendingTolerance;
+  Spare<std::vector<Velocity>> moves;
+  for (int round = 0; round < kMendingRounds; ++round) {
+    assemble(state, island, request, *rows);
+    IslandSystem& system = rows->system;
+    for (std::size_t i = 0; i < system.rows.size(); ++i) {
+      Row& row = system.rows[i];
+      row.kind = RowKind::Joint;
+      row.lower = -kInfinity;
+      row.upper = kInfinity;
+      system.b[i] = -rows->origin[i].error;
+    }
+    const Solution solution = solve_without_bounds(system, options, nullptr);
+    moves->assign(island.bodies.size(), Velocity{});
+    apply_impulses(system, solution.lambda, *moves);
+    // What turns far does not end where its rows say.
+    double most = 0;
+    bool finite = true;
+    for (const Velocity& move : *moves) {
+      most = std::max(most, std::abs(move[2]));
+      finite &= std::isfinite(move[0]) && std::isfinite(move[1]) && std::isfinite(move[2]);
+    }
+    if (!finite) return;
+    const double share = most > kMostTurn ? kMostTurn / most : 1;
+    for (std::size_t k = 0; k < moves->size(); ++k) {
+      Velocity& move = (*moves)[k];
+      for (std::size_t c = 0; c < 3; ++c) {
+        move[c] *= share;
+        shift[k][c] += move[c];
+      }
+      shift_body(state, island.bodies[k], move);
+    }
+    if (!joints_are_off(state, island, elapsed, kMended)) return;
   }
 }
 
@@ -235,10 +288,15 @@ void mend_joints(WorldState& state, const Island& island, double elapsed, double
   for (const std::uint32_t slot : island.joints) {
     if (how_far_off(state, slot, elapsed) > share) (*torn)[set_of(slot)] = 1;
   }
+  Spare<std::vector<int>> joints;  // of what is torn
+  joints->assign(island.bodies.size(), 0);
+  for (const std::uint32_t slot : island.joints) (*joints)[set_of(slot)] += (*torn)[set_of(slot)];
+  const bool long_one = *std::max_element(joints->begin(), joints->end()) > kManyJoints;
   Spare<std::vector<Velocity>> shift;
   shift->assign(island.bodies.size(), Velocity{});
   bool off = true;
   for (int sweep = 0; off && sweep < kMendingSweeps; ++sweep) {
+    if (long_one && sweep == kFirstMendingSweeps) mend_together(state, island, elapsed, *shift);
     off = false;
     for (const std::uint32_t slot : island.joints) {
       if ((*torn)[set_of(slot)] == 0 || how_far_off(state, slot, elapsed) <= kMended) continue;

@@ -50,8 +50,9 @@ bool joints_are_off(const WorldState& state, const Island& island, double elapse
 
 /// Closes joints that are off by more than a share of the size of the smaller body, by sweeps over all joints
 /// of what hangs together with them, each taken where the bodies are by then: what turns by a radian in a
-/// step, as a forearm that was struck does, is not to be mended along straight lines. Does not look at
-/// contacts.
+/// step, as a forearm that was struck does, is not to be mended along straight lines. Where more than 20
+/// joints hang together what 10 sweeps leave is taken out of all at once, by Newton's iteration. Does not
+/// look at contacts.
 /// @param elapsed  since the beginning of the step [s]
 void mend_joints(WorldState& state, const Island& island, double elapsed, double share);
 

@@ -187,6 +187,52 @@ TEST(FlowWithJoints, OfManyWhoFallIsCutSeldom) {
   EXPECT_LT(gained, 1e-4);
 }
 
+/// A hundred planks that sag between two walls, and boxes that fall onto them.
+TEST(FlowWithJoints, HingesOfALongBridgeHoldUnderWhatFallsOnIt) {
+  WorldConfig config;
+  config.flow_work = 400;
+  World world(config);
+  const ShapeDef plank = test::rough(make_box({0.5, 0.2}), 0.6), box = test::rough(make_box({0.4, 0.4}), 0.6);
+  std::vector<Hinge> hinges;
+  const auto wall = [&](Vec2 at) {
+    const BodyId body = world.create_body({.type = BodyType::Static, .position = at});
+    world.add_shape(body, box);
+    return body;
+  };
+  const auto hinge = [&](BodyId a, BodyId b, Vec2 at) {
+    const JointId joint = world.create_joint({.a = a, .b = b, .anchor_a = at});
+    const auto on = [&](BodyId body) {
+      return inverse_rotate(Rot::from_angle(world.angle(body)), at - world.position(body));
+    };
+    hinges.push_back({joint, a, b, on(a), on(b)});
+  };
+  constexpr int count = 100;
+  Vec2 end{0, 10};
+  BodyId last = wall(end - Vec2{0.6, 0});
+  for (int k = 0; k < count; ++k) {
+    const double angle = std::atan(-kPi / 9 * std::cos(kPi * (k + 0.5) / count));
+    const Vec2 along{0.5 * std::cos(angle), 0.5 * std::sin(angle)};
+    const BodyId body = test::add(world, end + 0.5 * along, plank, 0.1, {}, 0, angle);
+    hinge(last, body, end);
+    end += along;
+    last = body;
+  }
+  hinge(last, wall(end + Vec2{0.6, 0}), end);
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  for (int k = 0; k < count; ++k)
+    test::add(world, {0.45 * k + 0.1 * noise(random), 12 + 3 * noise(random)}, box, 0.16);
+  double gap = 0;
+  int flowing = 0;
+  for (int step = 0; step < 120; ++step) {
+    flowing += world.step(kStep).islands_in_flow;
+    gap = std::max(gap, worst_gap(world, hinges));
+  }
+  std::printf("%d times in flow, hinges off by %.4f m\n", flowing, gap);
+  EXPECT_GT(flowing, 60);
+  EXPECT_LT(gap, 0.015);
+}
+
 TEST(FlowWithJoints, WhatIsHeldStaysAsItIsUntilItIsTouched) {
   const WorldConfig config;
   WorldConfig sleepless;
