@@ -55,8 +55,9 @@ inline Scene heap(double speed, double spread_of_mass) {
   Noise noise(1);
   for (int i = 0; i < count; ++i) {
     const double radius = 0.5 * (1 + 0.1 * noise());
+    const int row = i / wide;
     Item item;
-    item.at = {1.15 * (i % wide - 0.5 * wide), 1 + 1.15 * (i / wide)};
+    item.at = {1.15 * (i % wide - 0.5 * wide), 1 + 1.15 * row};
     item.velocity = noise.both(speed);
     item.angle = noise();
     item.parts = {{{radius, i % 2 == 0 ? radius : 0}}};

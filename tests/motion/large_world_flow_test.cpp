@@ -144,9 +144,11 @@ TEST(FlowInLargeWorlds, BeginsAboveAThousandBodies) {
     test::add_ground(world, box);
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> noise(-1, 1);
-    for (int i = 0; i < count; ++i)
-      test::add(world, {1.05 * (i % 30) + 0.02 * noise(random), 0.55 + 1.05 * (i / 30)}, box, 1,
+    for (int i = 0; i < count; ++i) {
+      const int row = i / 30;
+      test::add(world, {1.05 * (i % 30) + 0.02 * noise(random), 0.55 + 1.05 * row}, box, 1,
                 {3 * noise(random), -3});
+    }
     double most = 0;
     for (int k = 0; k < 10; ++k)
       most = std::max(most, static_cast<double>(world.step(kStep).work.visits) / count);
