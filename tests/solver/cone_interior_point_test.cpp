@@ -155,7 +155,7 @@ IslandSystem with_joints(scenes::Scene scene, std::uint64_t seed) {
   for (const Row& row : system.rows)
     if (row.kind == RowKind::Normal && row.a >= 0 && row.b >= 0) pairs.push_back({row.a, row.b});
   for (std::size_t k = 0; k < pairs.size(); k += 3) {
-    const auto [a, b] = pairs[k];
+    const int a = pairs[k][0], b = pairs[k][1];
     const auto add = [&](RowKind kind, std::array<double, 3> J, double lower, double upper, double give) {
       Row row{
           .kind = kind, .a = a, .b = b, .Ja = {-J[0], -J[1], -J[2]}, .Jb = J, .lower = lower, .upper = upper};
