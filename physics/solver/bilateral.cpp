@@ -406,6 +406,11 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
   }
   if (error == kInfinity && n > kDenseRows) {
     error = solve_chain(system, kTarget * scale, solution.lambda.data(), solution.work);
+    // What is nearly dependent is better off with the weights of the body graph.
+    if (!(error <= options.tolerance * scale)) {
+      error = kInfinity;
+      std::fill(solution.lambda.begin(), solution.lambda.end(), 0);
+    }
     if (solution.trace && error < kInfinity)
       solution.trace->notes.emplace_back("no bounds: W, along a chain");
   }

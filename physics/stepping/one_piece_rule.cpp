@@ -7,6 +7,7 @@
 
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flow_work.h"
+#include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/touching.h"
@@ -80,15 +81,6 @@ int points_that_flow(const WorldState& state, const Island& island, int fewest, 
 /// @param elapsed  since the beginning of the step [s]
 bool has_parted(const WorldState& state, const Island& island, double elapsed) {
   return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
-}
-
-/// Whether something that no force moves holds a body of the island.
-bool is_supported(const WorldState& state, const Island& island) {
-  const auto fixed = [&](std::uint32_t i) { return state.bodies.type[i] != BodyType::Dynamic; };
-  return std::any_of(island.contacts.begin(), island.contacts.end(), [&](std::uint32_t i) {
-    const Contact& contact = state.contacts[i];
-    return contact.manifold.count > 0 && (fixed(contact.body_a) || fixed(contact.body_b));
-  });
 }
 
 struct PointCounts {
@@ -211,7 +203,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   rule.light = fast == 0 && points > kFewPoints && (strikes > 0 || landings > kFewLandings);
   rule.large = points > kManyPoints && island.joints.empty();
   // A cloud that drifts together does not come to rest by being stepped exactly.
-  if (rule.large && rule.light && in_large && !is_supported(state, island)) {
+  if (rule.large && rule.light && in_large && is_free(state, island)) {
     rule.flows = true;
     rule.light = false;
   }

@@ -4,7 +4,6 @@
 // it belongs. They show steps that cost many times what others do.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <random>
 

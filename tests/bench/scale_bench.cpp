@@ -17,8 +17,7 @@
 //                   the least of its times by the clock, as its bits are the same; the row has the sums,
 //                   their ratio, and whether the bits are; the exit status is 1 where they are not
 //   --copies N      of each scene N copies in which what moves has a little speed of its own; a row is over
-//   all
-//                   their steps. Piles are chancy: another way of the same one takes up to 1.2 times as long
+//                   all of their steps: another way of the same pile takes up to 1.2 times as long
 //   --everyday      the scenes of `everyday_scenes.h` if none is named, in place of the well-known ones
 //   --peer-work N   peers make N times their usual iterations (2.4: 8 and 3) or sub-steps (3: 4)
 //   --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows

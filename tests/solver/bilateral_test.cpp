@@ -99,7 +99,7 @@ TEST(Bilateral, AgreesWithEliminationInLongDouble) {
 
 /// Joints of one to three rows, in the order of the chain or not, and chains that close.
 TEST(Bilateral, GoesAlongAChainWhoseJointsAreInOrder) {
-  int along = 0, others = 0;
+  int along = 0, others = 0, ordered = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937_64 random(seed);
@@ -141,17 +141,20 @@ TEST(Bilateral, GoesAlongAChainWhoseJointsAreInOrder) {
     ASSERT_EQ(solution.status, SolveStatus::Solved) << solution.residual;
     const std::string note = solution.trace->notes.back();
     const bool chain = note.find("chain") != std::string::npos;
-    EXPECT_EQ(chain, !closed && !shuffled) << note;
+    EXPECT_FALSE(chain && (closed || shuffled)) << note;
+    ordered += !closed && !shuffled;
     (chain ? along : others) += 1;
     // Some of these are near to singular, where the graph of the bodies ends at what rounding explains.
-    EXPECT_LE(natural_map_residual(system, solution.lambda), chain ? 1e-8 : 1e-6);
+    EXPECT_LE(natural_map_residual(system, solution.lambda), chain ? 1e-10 : 1e-6);
     const std::vector<long double> exact = eliminate(system);
     double largest = 0;
     for (const long double x : exact) largest = std::max(largest, std::abs(static_cast<double>(x)));
     for (std::size_t i = 0; i < exact.size(); ++i)
       EXPECT_NEAR(solution.lambda[i], static_cast<double>(exact[i]), 1e-6 * largest) << i;
   }
-  EXPECT_GT(along, 100);
+  // But for a few that are near to singular.
+  EXPECT_GT(ordered, 200);
+  EXPECT_GE(along, ordered - 3);
   EXPECT_GT(others, 50);
 }
 
