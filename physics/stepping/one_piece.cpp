@@ -48,9 +48,12 @@ constexpr double kAlmost = 1e-8;
 constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
 // is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to
-// their number, but no more than the last number for all of them.
+// their number, by which they come to rest. More bodies than the last number do not, for any work that a step
+// may have, and get what makes overlaps small. A step of which so many visits were thrown away has the usual
+// work.
 constexpr double kHeavyShare = 0.02, kHeavy = 100;
-constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyWork = 2e7;
+constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyBodies = 700;
+constexpr double kMostThrownAway = 2e7;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
 
@@ -68,7 +71,7 @@ double work_for_heavy(const WorldState& state, const Island& island) {
   const auto heavy = std::count_if(island.bodies.begin(), island.bodies.end(),
                                    [&](std::uint32_t i) { return mass[i] > kHeavy * lightest; });
   if (static_cast<double>(heavy) < kHeavyShare * bodies) return 0;
-  return std::min(std::max(kHeavyWork, kHeavyWorkOfEach * bodies), kMostHeavyWork / bodies);
+  return bodies > kMostHeavyBodies ? kFineWork : std::max(kHeavyWork, kHeavyWorkOfEach * bodies);
 }
 
 class OnePieceStep {
@@ -94,7 +97,7 @@ class OnePieceStep {
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
     double work = more * (may_flow(state) ? flow_work(state, island) : kUsualFlowWork);
-    if (!state.config.flow_work && result.thrown_away.visits < kMostHeavyWork)
+    if (!state.config.flow_work && result.thrown_away.visits < kMostThrownAway)
       work = std::max(work, work_for_heavy(state, island));
     const double with_joints = bodies + kJointWork * static_cast<double>(island.joints.size());
     limit_ = work * with_joints;

@@ -75,9 +75,15 @@ class OnePiecePositions {
     const bool has_work =
         uneven_ && state_.solver->exact && result_.work.visits < std::max(work_, kSmallWork);
     if (deep_ && round < kDeepSeparations && has_work) return true;
-    if (island_.joints.empty() && farthest_ > kBends && round < kFineSeparations && works_finely(state_, 0))
-      return true;
+    if (works_finely() && island_.joints.empty() && farthest_ > kBends && round < kFineSeparations) return true;
     return round < kFlowSeparations && joints_are_off(state_, island_, to_, kTorn);
+  }
+
+  /// The world does, or heavy bodies among light ones have as much work.
+  bool works_finely() const {
+    return skerry::works_finely(state_, island_.joints.size()) ||
+           (uneven_ && island_.joints.empty() &&
+            work_ >= kFineWork * static_cast<double>(island_.bodies.size()));
   }
 
   /// Takes overlaps out of the positions: the smallest shift, in the norm of the masses (see `even_out`),
@@ -205,8 +211,7 @@ class OnePiecePositions {
       const Velocity& s = shift[static_cast<std::size_t>(k)];
       return Vec2{s[0], s[1]} + s[2] * perp(where - state_.bodies.position[body]);
     };
-    const double into = works_finely(state_, island_.joints.size()) ? kFinelyPushedInto : kPushedInto;
-    return add_deep_points(state_, island_, into, moves, points);
+    return add_deep_points(state_, island_, works_finely() ? kFinelyPushedInto : kPushedInto, moves, points);
   }
 
   /// Positions carry no momentum. In the norm of the masses what is light between heavy bodies is shifted far
