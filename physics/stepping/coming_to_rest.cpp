@@ -37,7 +37,7 @@ constexpr int kPatience = 96;
 // By so much joints may be off where they are held, of that size.
 constexpr double kJointed = 1e-2;
 // Of what gaps are closed with, in steps of flow; and by so much joints are off then, of that size.
-constexpr double kClosingWork = 10, kJoined = 1e-8;
+constexpr double kClosingWork = 3, kJoined = 1e-8;
 // For so long an island has to be slow before it is stopped for that [s].
 constexpr double kSlowFor = 0.5;
 // What may be left of the speed that gravity gives in a step: of exact rest, and of what is held.
@@ -87,9 +87,11 @@ class ComingToRest {
     if (!exact || !stop(true)) {
       // After gaps that could not be closed the forces are those of other places.
       searched_ &= !exact;
-      if (exact || !are_near()) find_forces(kNearlyClosed);
+      const bool waits = every > 0 && near + every <= kPatience;
+      // Those of fewer points will do to wait.
+      if ((exact && !waits) || !are_near()) find_forces(kNearlyClosed);
       if (!are_near()) return RestLook::Vain;
-      if (every > 0 && near + every <= kPatience) {
+      if (waits) {
         near += every;
         return RestLook::Vain;
       }

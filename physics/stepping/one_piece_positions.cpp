@@ -75,7 +75,8 @@ class OnePiecePositions {
     const bool has_work =
         uneven_ && state_.solver->exact && result_.work.visits < std::max(work_, kSmallWork);
     if (deep_ && round < kDeepSeparations && has_work) return true;
-    if (works_finely() && island_.joints.empty() && farthest_ > kBends && round < kFineSeparations) return true;
+    if (works_finely() && island_.joints.empty() && farthest_ > kBends && round < kFineSeparations)
+      return true;
     return round < kFlowSeparations && joints_are_off(state_, island_, to_, kTorn);
   }
 

@@ -20,8 +20,9 @@ namespace {
 
 // Contacts, rows, and bodies that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece = 1024;
-// Residual of forces that are as good as none, for which it is 1.
-constexpr double kVain = 0.5;
+// Residual of forces that are as good as none, for which it is 1; and of those that a step in flow of as much
+// work leaves less of.
+constexpr double kVain = 0.5, kPoor = 1e-3;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {
@@ -433,7 +434,7 @@ class PieceSolve {
   bool is_given_up(const Solution& solution) const {
     if (solution.status == SolveStatus::Solved) return false;
     const double own = result_.work_limit, limit = state_.config.solve.work_limit;
-    if (own > 0 && result_.work.visits > own) return true;
+    if (own > 0 && (result_.work.visits > own || solution.residual > kPoor)) return true;
     return solution.residual > kVain && limit > 0 && result_.work.visits > limit && may_flow(state_);
   }
 

@@ -61,33 +61,4 @@ inline void repeat_forces(WorldState& state, const Island& island, double h) {
   }
 }
 
-/// Forces of an island in flow, kept while exact ones are looked for: an attempt in pieces lets go of what is
-/// open by a hair, and a deep heap that begins with the forces of that sinks in before sweeps have pressed it
-/// together again.
-class KeptForces {
- public:
-  KeptForces(const WorldState& state, const Island& island) {
-    for (const std::uint32_t i : island.contacts)
-      points_->push_back({state.contacts[i].points[0], state.contacts[i].points[1]});
-    for (const std::uint32_t i : island.joints) rows_->push_back(std::to_array(state.joints[i].row_force));
-  }
-
-  /// Gives them back to the points that are still there.
-  void restore(WorldState& state, const Island& island) const {
-    for (std::size_t k = 0; k < island.contacts.size(); ++k) {
-      for (PointMemory& memory : state.contacts[island.contacts[k]].points) {
-        PointForces& forces = memory;
-        for (const PointForces& kept : (*points_)[k])
-          if (kept.feature == forces.feature) forces = kept;
-      }
-    }
-    for (std::size_t k = 0; k < island.joints.size(); ++k)
-      std::copy((*rows_)[k].begin(), (*rows_)[k].end(), state.joints[island.joints[k]].row_force);
-  }
-
- private:
-  Spare<std::vector<std::array<PointForces, 2>>> points_;
-  Spare<std::vector<std::array<double, kMaxJointRows>>> rows_;
-};
-
 }  // namespace skerry

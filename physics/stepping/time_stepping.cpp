@@ -20,7 +20,6 @@
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/piece_forces.h"
-#include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
@@ -396,16 +395,11 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   }
   // What a vain attempt took does not count.
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
-  std::optional<KeptForces> forces;
-  if (rule.work_limit > 0 && was_in_flow(state, island)) forces.emplace(state, island);
   const double there = IslandStep(state, island, rule, result).run(0, h);
   // What bounces well is cut often, and goes on exactly.
   const int cut = rule.bounces_well ? 0 : restlessness(result);
   result.step_memory.flow = std::max(cut, result.report.flowing ? 1 : 0);
-  if (there < h) {
-    if (forces) forces->restore(state, island);
-    step_island_in_flow(state, island, there, h, result);
-  }
+  if (there < h) step_island_in_flow(state, island, there, h, result);
   if (!result.report.flowing) result.step_memory.near_rest = 0;
   if (dear && result.report.flowing) wait_after_failure(state, island, result.step_memory);
 }

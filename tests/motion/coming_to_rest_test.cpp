@@ -96,25 +96,30 @@ TEST(ComingToRest, AHeapOfBoxesFallsAsleepWithExactForces) {
   EXPECT_GE(exact, 2);
 }
 
-/// Exact forces that are not found leave those of the flow as they were: a deep heap that begins with others
-/// sinks in by centimetres.
-TEST(ComingToRest, ADeepHeapDoesNotSinkInWhereExactForcesAreLookedForInVain) {
-  // With forces that are forgotten in vain attempts, 47 of the steps overlap by more than 5 mm with this
-  // seed. A blow may do so for a step or two (2 of 22 seeds).
+/// Bricks that fall into place by a hundredth of their height: forces by which a piece of a step cannot be
+/// made well are given up before they lead to an impact of the whole pile, solved in vain, and to another one
+/// of its own: twenty times what a step in flow costs.
+TEST(ComingToRest, ForcesThatAreFarFromAnAnswerMakeNoPieceOfAStep) {
   World world;
-  add_boxes(world, 1500, 4);
-  int flowing = 0, attempts = 0, deep = 0;
-  for (int k = 0; k < 650; ++k) {
+  test::add_ground(world, test::rough(make_box({1, 1}), 0.6));
+  std::mt19937 random(1);
+  const auto noise = [&] { return 0.02 * (random() / 2147483648.0 - 1); };
+  constexpr int base = 45;
+  for (int row = 0; row < base; ++row)
+    for (int k = 0; k < base - row; ++k)
+      test::add(world, {k + 0.5 * row + noise(), 0.5 + 1.01 * row}, test::rough(make_box({0.98, 1}), 0.6),
+                0.98, {noise(), noise()});
+  int flowing = 0, attempts = 0;
+  for (int k = 0; k < 60; ++k) {
     const StepReport& report = world.step(kStep);
-    if (k < 350) continue;
-    flowing += report.islands_in_flow;
-    attempts += report.work.factorisations > 20;
-    deep += report.worst_penetration > 5e-3;
+    if (report.islands != 1 || report.islands_in_flow != 1) continue;
+    ++flowing;
+    attempts += report.work.factorisations > 0;
+    EXPECT_EQ(report.substeps, 1) << k;
   }
-  std::printf("%d steps in flow, %d attempts, %d with deep overlaps\n", flowing, attempts, deep);
-  EXPECT_GT(flowing, 100);
-  EXPECT_GT(attempts, 2);
-  EXPECT_LT(deep, 5);
+  std::printf("%d steps in flow, %d attempts\n", flowing, attempts);
+  EXPECT_GT(flowing, 10);
+  EXPECT_GT(attempts, 0);
 }
 
 /// The problem of rest of a row of boxes on a slope: bodies that do not move yet, and gravity.
