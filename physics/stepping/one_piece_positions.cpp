@@ -35,6 +35,9 @@ constexpr int kFlowSeparations = 2, kDeepSeparations = 4;
 // once more.
 constexpr double kPushedInto = 0.05, kFinelyPushedInto = 1e-5, kBends = 0.003;
 constexpr int kFineSeparations = 2;
+// Sweeps that leave more than this of the overlaps have not found out where bodies can go to: in a deep crush
+// each is pushed out of its neighbours and into the next ones, and so is less of it, in proportion.
+constexpr double kAmiss = 0.2;
 // Masses that differ by more than this count as equal where bodies in flow are pushed out of each other.
 constexpr double kUneven = 100;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
@@ -124,6 +127,9 @@ class OnePiecePositions {
       options.work_limit = std::max(options.work_limit, work_of_sweeps(spare->system, kLeastShiftSweeps));
     Solution solution = find_shift(*points, *spare, more, options);
     result_.work += solution.work;
+    if (!exact_ && island_.joints.empty() && solution.residual > kAmiss) {
+      for (double& impulse : solution.lambda) impulse *= kAmiss / solution.residual;
+    }
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
     const IslandSystem& system = assembly.system;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
