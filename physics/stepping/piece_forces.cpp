@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece = 1024;
 // Residual of forces that are as good as none, for which it is 1; and of those that a step in flow of as much
 // work leaves less of.
-constexpr double kVain = 0.5, kPoor = 1e-3;
+constexpr double kVain = 0.5, kPoor = 0.1;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {

@@ -259,7 +259,8 @@ TEST(FlowInLargeWorlds, AsksForExactAnswersSeldomOnceOneWasNotFound) {
     attempts += report.work.visits > 4 * kLarge * base * (base + 1) / 2;
   }
   std::printf("rests after %d steps; %d cost more than four in flow\n", step, attempts);
-  EXPECT_LE(attempts, 2);
+  // 6 where it asks again in the next step.
+  EXPECT_LE(attempts, 3);
   EXPECT_LT(step, 120);
 }
 
