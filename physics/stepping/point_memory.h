@@ -3,14 +3,10 @@
 // What the points of a contact remember of a step in one piece.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <vector>
 
 #include "physics/contact.h"
-#include "physics/spare.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/world_state.h"
 
