@@ -429,8 +429,8 @@ class PieceSolve {
     result_.report.rows = system.size();
   }
 
-  /// True for no answer that cost all that it may: what its island may (or is poor for what was left of that),
-  /// or, if nothing would be held, what the world grants an island that may flow.
+  /// True for no answer that cost all that it may: what its island may (or is poor for what was left of
+  /// that), or, if nothing would be held, what the world grants an island that may flow.
   bool is_given_up(const Solution& solution) const {
     if (solution.status == SolveStatus::Solved) return false;
     const double own = result_.work_limit, limit = state_.config.solve.work_limit;
