@@ -107,8 +107,9 @@ Heap drop_heap(double spread_of_mass) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < wide * high; ++i) {
+    const int row = i / wide;
     const double r = 0.45 + 0.1 * unit(random);
-    const Vec2 at{1.15 * (i % wide - 0.5 * (wide - 1)), 0.6 + 1.15 * (i / wide)};
+    const Vec2 at{1.15 * (i % wide - 0.5 * (wide - 1)), 0.6 + 1.15 * row};
     const ShapeDef shape = test::rough(i % 2 == 0 ? make_box({2 * r, 2 * r}) : make_disc(r), 0.5);
     test::add(world, at, shape, std::pow(spread_of_mass, unit(random)), {0.3 * unit(random) - 0.15, 0});
   }
