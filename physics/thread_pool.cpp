@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "physics/thread_pool.h"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -37,7 +40,30 @@ std::uint64_t number_of(std::uint64_t gate) {
 
 // Nothing is locked as long as nobody sleeps. The caller opens the gate, works, closes it and waits for those
 // inside: a worker that comes late, or that the system does not run, keeps nobody waiting.
+namespace {
+
+// After so many loops the slower way is tried once more.
+constexpr unsigned kTryAgain = 64;
+// Share of the last one in the mean of times, and how much longer than that it counts at most.
+constexpr double kLast = 0.125, kLongest = 2;
+
+}  // namespace
+
+bool Pace::share() {
+  const unsigned turn = turn_++;
+  if (shared_ == 0) return true;
+  if (alone_ == 0) return false;
+  return (shared_ <= alone_) != (turn % kTryAgain == 0);
+}
+
+void Pace::note(bool shared, double seconds, double work) {
+  double& mean = shared ? shared_ : alone_;
+  const double now = seconds / work;
+  mean = mean == 0 ? now : mean + kLast * (std::min(now, kLongest * mean) - mean);
+}
+
 struct ThreadPool::State {
+  std::array<Pace, 64> pace;  ///< by power of two
   alignas(64) std::atomic<std::uint64_t> gate = 0;
   alignas(64) std::atomic<std::size_t> next = 0;  ///< item that nobody has yet
   std::atomic<std::size_t> count = 0;
@@ -165,6 +191,10 @@ ThreadPool::~ThreadPool() {
 
 int ThreadPool::threads() const {
   return static_cast<int>(state_->workers.size()) + 1;
+}
+
+Pace& ThreadPool::pace(std::size_t size) {
+  return state_->pace[static_cast<std::size_t>(std::bit_width(size)) % state_->pace.size()];
 }
 
 void ThreadPool::run(std::size_t count, Call call, const void* item) {

@@ -10,6 +10,22 @@
 
 namespace skerry {
 
+/// Finds out by the clock whether loops of one kind are done sooner by all threads or by the caller alone:
+/// where what one processor wrote takes long to get to the next one, short loops that hand on much gain
+/// nothing. It decides who computes something, never what.
+class Pace {
+ public:
+  /// Whether to share the next loop: one is, one is not, and then what took less time; the other way is tried
+  /// again now and then.
+  bool share();
+  /// @param seconds  that it took for so much work
+  void note(bool shared, double seconds, double work);
+
+ private:
+  unsigned turn_ = 0;
+  double alone_ = 0, shared_ = 0;  ///< seconds for a unit of work; 0: not known yet
+};
+
 /// Runs loops on `threads` threads, the caller's among them. With one thread nothing is started and nothing
 /// is locked. Threads that wait look for the next loop for some 400 us before they sleep, unless there are
 /// more of them than processors.
@@ -22,6 +38,8 @@ class ThreadPool {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int threads() const;
+  /// That of loops over about so many things, for one kind of loop.
+  Pace& pace(std::size_t size);
   /// Calls `item(i)` once for each i in [0, count), at the same time, and returns when all are done. Items
   /// must not touch each other's data; then the result does not depend on the number of threads. They begin
   /// in ascending order: an item may wait for lower ones. If items throw, the exception of the lowest i is

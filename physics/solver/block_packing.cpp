@@ -455,6 +455,7 @@ bool BlockSweeps::are_few() const {
 
 /// The order of the blocks, as far as it follows from their bodies.
 void BlockSweeps::arrange() {
+  shared_ = may_share() && threads_->pace(blocks_.size()).share();
   if (are_few()) return;
   // The ground's number is that of no body.
   order_.start(mass_.size() - 1);

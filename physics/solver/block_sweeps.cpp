@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 
 #include "physics/progress.h"
@@ -488,9 +489,13 @@ bool BlockSweeps::large() const {
   return blocks_.size() >= kManyBlocks;
 }
 
+bool BlockSweeps::may_share() const {
+  return large() && threads_ != nullptr && threads_->threads() > 1;
+}
+
 /// Sweeps, one a thread.
 int BlockSweeps::at_the_same_time() const {
-  return large() && threads_ != nullptr ? std::min(threads_->threads(), kTogether) : 1;
+  return shared_ ? std::min(threads_->threads(), kTogether) : 1;
 }
 
 double BlockSweeps::sweep(int count) {
@@ -507,15 +512,31 @@ void BlockSweeps::sweep_part(double load, double take) {
 
 template <BlockSweeps::Mode kMode, class MannerOf>
 double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
-  const auto some = [this](const Manner& how, std::size_t from, std::size_t to) {
-    return cpu_has_avx2() ? Kernels::sweep_avx2<kMode>(*this, how, from, to)
-                          : Kernels::sweep_portable<kMode>(*this, how, from, to);
-  };
+  if (!may_share()) return sweep_alone<kMode>(count, manner_of);
+  const auto start = std::chrono::steady_clock::now();
+  const double largest =
+      shared_ ? sweep_shared<kMode>(count, manner_of) : sweep_alone<kMode>(count, manner_of);
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  threads_->pace(blocks_.size()).note(shared_, time.count(), count * static_cast<double>(blocks_.size()));
+  return largest;
+}
+
+template <BlockSweeps::Mode kMode>
+double BlockSweeps::sweep_some(const Manner& how, std::size_t from, std::size_t to) {
+  return cpu_has_avx2() ? Kernels::sweep_avx2<kMode>(*this, how, from, to)
+                        : Kernels::sweep_portable<kMode>(*this, how, from, to);
+}
+
+template <BlockSweeps::Mode kMode, class MannerOf>
+double BlockSweeps::sweep_alone(int count, const MannerOf& manner_of) {
   double largest = 0;
-  if (at_the_same_time() == 1) {
-    for (int i = 0; i < count; ++i) largest = some(manner_of(i), 0, chunks_.size());
-    return largest;
-  }
+  for (int i = 0; i < count; ++i) largest = sweep_some<kMode>(manner_of(i), 0, chunks_.size());
+  return largest;
+}
+
+template <BlockSweeps::Mode kMode, class MannerOf>
+double BlockSweeps::sweep_shared(int count, const MannerOf& manner_of) {
+  double largest = 0;
   for (int first = 0; first < count; first += kTogether) {
     const int together = std::min(count - first, kTogether);
     std::array<Progress, kTogether> progress;
@@ -524,7 +545,7 @@ double BlockSweeps::sweep_all(int count, const MannerOf& manner_of) {
       double change = 0;
       for (std::size_t c = 0; c < chunks_.size(); ++c) {
         if (sweep > 0) progress[sweep - 1].wait_for(order_.need()[c] + 1);
-        change = std::max(change, some(how, c, c + 1));
+        change = std::max(change, sweep_some<kMode>(how, c, c + 1));
         progress[sweep].reached(static_cast<int>(c) + 1);
       }
       if (sweep + 1 == at(together)) largest = change;

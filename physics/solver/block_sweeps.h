@@ -168,9 +168,16 @@ class BlockSweeps {
   void group();
   void push(std::size_t from, std::size_t to);
   bool large() const;
+  bool may_share() const;
   int at_the_same_time() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
+  template <Mode kMode>
+  double sweep_some(const Manner& how, std::size_t from, std::size_t to);
+  template <Mode kMode, class MannerOf>
+  double sweep_alone(int count, const MannerOf& manner_of);
+  template <Mode kMode, class MannerOf>
+  double sweep_shared(int count, const MannerOf& manner_of);
   static ImpulseBounds bounds_of(const Numbers& numbers, const Impulses& impulses, int r);
 
   int rows_ = 0;
@@ -191,6 +198,7 @@ class BlockSweeps {
   std::vector<Group<2>> groups2_;  ///< rough, smooth and held ones
   std::vector<Group<1>> groups1_;
   ThreadPool* threads_ = nullptr;
+  bool shared_ = false;  ///< sweeps follow each other, one a thread
 };
 
 }  // namespace skerry

@@ -96,5 +96,55 @@ TEST(ThreadPool, RefusesASillyNumberOfThreads) {
   EXPECT_THROW(ThreadPool(100000), std::invalid_argument);
 }
 
+/// Loops of which the shared way takes so many times as long. @return how many of `count` were shared
+int shared_of(Pace& pace, double ratio, int count) {
+  int shared = 0;
+  for (int i = 0; i < count; ++i) {
+    const bool share = pace.share();
+    pace.note(share, (share ? ratio : 1) * 1e-6 * 100, 100);
+    shared += share;
+  }
+  return shared;
+}
+
+TEST(Pace, GoesTheFasterWayAndTriesTheOtherOneNowAndThen) {
+  for (const bool gains : {true, false}) {
+    Pace pace;
+    EXPECT_TRUE(pace.share());
+    pace.note(true, gains ? 0.5 : 2, 1);
+    EXPECT_FALSE(pace.share());
+    pace.note(false, 1, 1);
+    int shared = 0;
+    for (int i = 0; i < 640; ++i) {
+      const bool share = pace.share();
+      pace.note(share, share == gains ? 0.7 : 1, 1);
+      shared += share;
+    }
+    EXPECT_EQ(shared, gains ? 630 : 10);
+  }
+}
+
+TEST(Pace, NoticesThatItChanged) {
+  Pace pace;
+  EXPECT_GE(shared_of(pace, 0.7, 650), 635);
+  // A loop that was interrupted says little.
+  EXPECT_TRUE(pace.share());
+  pace.note(true, 1, 100);
+  EXPECT_GE(shared_of(pace, 0.7, 100), 90);
+  // Other programs run.
+  shared_of(pace, 3, 100);
+  EXPECT_LE(shared_of(pace, 3, 640), 15);
+  // It takes some tries until it is known that they do not any more.
+  shared_of(pace, 0.5, 6400);
+  EXPECT_GE(shared_of(pace, 0.5, 640), 620);
+}
+
+TEST(Pace, IsKeptByPowersOfTwoOfTheSize) {
+  ThreadPool pool(2);
+  EXPECT_EQ(&pool.pace(1000), &pool.pace(513));
+  EXPECT_NE(&pool.pace(1000), &pool.pace(2000));
+  EXPECT_NE(&pool.pace(0), &pool.pace(1));
+}
+
 }  // namespace
 }  // namespace skerry
