@@ -489,10 +489,6 @@ bool BlockSweeps::large() const {
   return blocks_.size() >= kManyBlocks;
 }
 
-bool BlockSweeps::may_share() const {
-  return large() && threads_ != nullptr && threads_->threads() > 1;
-}
-
 /// Sweeps, one a thread.
 int BlockSweeps::at_the_same_time() const {
   return shared_ ? std::min(threads_->threads(), kTogether) : 1;

@@ -168,7 +168,7 @@ class BlockSweeps {
   void group();
   void push(std::size_t from, std::size_t to);
   bool large() const;
-  bool may_share() const;
+  bool may_share() const { return threads_ != nullptr && threads_->threads() > 1 && large(); }
   int at_the_same_time() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
