@@ -36,7 +36,7 @@ constexpr double kMissed = 0.005, kMissedBesideJoints = 0.1;
 // grows with the power 3/2 of them.
 constexpr double kExactWork = 30, kManyBodies = 1e4;
 // The same of an island that flows, in which attempts are many and vain; in a large world none that took more
-// than half of it came to anything.
+// came to anything.
 constexpr double kExactWorkInFlow = 10, kExactWorkInLargeFlow = 2.5;
 // Residual of the best that was found for that, up to which flow goes on with it: sweeps leave more.
 constexpr double kNearly = 1e-3;

@@ -491,6 +491,13 @@ TEST(Sweeps, OfThreadsThatMakeOneEachGiveTheBitsOfOneAfterTheOther) {
         }
         EXPECT_EQ(sweeps.violation(), violation);
         EXPECT_EQ(lambda, expected) << threads << " threads";
+        // The next ones of a pool are made by one thread, to see which way is faster.
+        ASSERT_TRUE(sweeps.assign(system, true, &pool));
+        sweeps.soften(give, give);
+        sweeps.set({});
+        EXPECT_EQ(sweeps.sweep(11), change);
+        sweeps.get(sweeps.impulses(), lambda);
+        EXPECT_EQ(lambda, expected) << threads << " threads, alone";
       }
     }
   }
