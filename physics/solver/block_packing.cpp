@@ -33,6 +33,8 @@ bool have_same_bodies(const Row& x, const Row& y) {
 }  // namespace
 
 struct BlockSweeps::Packing {
+  static constexpr bool is_of_joints(Kind kind) { return kind >= Kind::Held3 && kind <= Kind::Lined1; }
+
   /// A row on a body, for the velocities of which one is the root of the mass.
   static SKERRY_ALWAYS_INLINE void scale(const std::array<double, 3>& J, const BodyVector& mass,
                                          BodyVector& row) {
@@ -195,7 +197,7 @@ struct BlockSweeps::Packing {
         group.to_a[at(lane)] = a == ground ? unread : a;
         group.to_b[at(lane)] = b == ground ? unread : b;
       }
-      if (batch.kind == Kind::Held1 || batch.kind == Kind::Held2 || batch.kind == Kind::Held3)
+      if (is_of_joints(batch.kind))
         fill_joints(s, ordered, group);
       else
         fill_contacts(s, system, ordered, group);
@@ -213,15 +215,18 @@ struct BlockSweeps::Packing {
             fill(s, system, batch, chunk, s.groups4_);
             break;
           case Kind::Held3:
+          case Kind::Lined3:
             fill(s, system, batch, chunk, s.groups3_);
             break;
           case Kind::Rough2:
           case Kind::Smooth2:
           case Kind::Held2:
+          case Kind::Lined2:
             fill(s, system, batch, chunk, s.groups2_);
             break;
           case Kind::Smooth1:
           case Kind::Held1:
+          case Kind::Lined1:
             fill(s, system, batch, chunk, s.groups1_);
             break;
           case Kind::Single:
@@ -239,11 +244,12 @@ struct BlockSweeps::Packing {
   }
 };
 
-bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* threads) {
+bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* threads, bool lines) {
   threads_ = threads;
   blocks_.clear();
   numbers_.clear();
   joints_.clear();
+  lines_.clear();
   rows_ = 0;
   contradiction_ = 0;
   joint_give_ = contact_give_ = 1;
@@ -260,6 +266,7 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
     blocks_.clear();
     return false;
   }
+  if (lines) choose_lines();
   share_beside(
       threads_, blocks_.size(), kBlocksAPiece,
       [&](std::size_t from, std::size_t to) {
@@ -274,6 +281,7 @@ bool BlockSweeps::assign(const IslandSystem& system, bool joints, ThreadPool* th
         impulses_.assign(blocks_.size(), Impulses{});
       });
   for (JointBlock& joint : joints_) close_joint(system, joint);
+  factor_lines();
   rows_ = n;
   group();
   share(threads_, chunks_.size(), kChunksAPiece, [&](std::size_t from, std::size_t to) {
@@ -421,6 +429,11 @@ BlockSweeps::Kind BlockSweeps::kind_of(const Block& block) {
              : block.count == 2 ? Kind::Held2
              : block.count == 3 ? Kind::Held3
                                 : Kind::Single;
+    case Pattern::Lined:
+      return block.count == 1   ? Kind::Lined1
+             : block.count == 2 ? Kind::Lined2
+             : block.count == 3 ? Kind::Lined3
+                                : Kind::Single;
     case Pattern::General:
     case Pattern::Joint:
       return Kind::Single;
@@ -434,13 +447,16 @@ int BlockSweeps::rows_of(Kind kind) {
     case Kind::Rough4:
       return 4;
     case Kind::Held3:
+    case Kind::Lined3:
       return 3;
     case Kind::Rough2:
     case Kind::Smooth2:
     case Kind::Held2:
+    case Kind::Lined2:
       return 2;
     case Kind::Smooth1:
     case Kind::Held1:
+    case Kind::Lined1:
       return 1;
     case Kind::Single:
       return 0;

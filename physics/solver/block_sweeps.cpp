@@ -125,6 +125,7 @@ struct BlockSweeps::Kernels {
     const Block& block = s.blocks_[k];
     Impulses& impulses = s.impulses_[k];
     const Numbers& numbers = s.numbers_of(block);
+    if (block.pattern == Pattern::Lined) return;
     if (block.pattern >= Pattern::Held)
       update_joint<kMode>(block, numbers, s.joint_of(k), ground, how, impulses, y, largest);
     else if (block.pattern == Pattern::Rough && block.count == 4)
@@ -203,7 +204,8 @@ struct BlockSweeps::Kernels {
     Manner how;
     template <int N, Pattern pattern>
     SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& group, Vec4& largest) const {
-      update_four<kMode, N, pattern>(group, how, s.velocities_.data(), s.impulses_.data(), largest);
+      if constexpr (pattern != Pattern::Lined)
+        update_four<kMode, N, pattern>(group, how, s.velocities_.data(), s.impulses_.data(), largest);
     }
     SKERRY_ALWAYS_INLINE void one(BlockSweeps& s, std::size_t k, double& largest) const {
       update_one<kMode>(s, k, how, largest);
@@ -253,6 +255,15 @@ struct BlockSweeps::Kernels {
         case Kind::Held1:
           visit_groups<1, Pattern::Held>(task, s, s.groups1_, batch, four);
           break;
+        case Kind::Lined3:
+          visit_groups<3, Pattern::Lined>(task, s, s.groups3_, batch, four);
+          break;
+        case Kind::Lined2:
+          visit_groups<2, Pattern::Lined>(task, s, s.groups2_, batch, four);
+          break;
+        case Kind::Lined1:
+          visit_groups<1, Pattern::Lined>(task, s, s.groups1_, batch, four);
+          break;
         case Kind::Single:
           for (int g = batch.first; g < batch.first + batch.count; ++g) {
             const SweepOrder::Group& group = s.order_.groups()[at(g)];
@@ -279,7 +290,7 @@ struct BlockSweeps::Kernels {
     std::span<const double> lambda;
     template <int N, Pattern pattern>
     SKERRY_ALWAYS_INLINE void four(BlockSweeps& s, const Group<N>& k, Vec4&) const {
-      if (pattern == Pattern::Held || lambda.empty()) return;
+      if (pattern == Pattern::Held || pattern == Pattern::Lined || lambda.empty()) return;
       const Vec4 zero{};
       Vec4 x[4] = {};
       const int count = static_cast<int>(s.blocks_.size());
@@ -383,7 +394,7 @@ struct BlockSweeps::Kernels {
         const Vec4 w = low + high - k.b[r].v;
         found[r] = w;
         Vec4 inside;
-        if (pattern == Pattern::Held) {
+        if (pattern == Pattern::Held || pattern == Pattern::Lined) {
           // The row before it was combined with the others.
           inside = k.mu[r].v * w;
           for (int c = 0; c < r; ++c) inside += k.couple[entry++].v * found[c];
@@ -494,10 +505,27 @@ int BlockSweeps::at_the_same_time() const {
   return shared_ ? std::min(threads_->threads(), kTogether) : 1;
 }
 
+void BlockSweeps::soften(double joints, double contacts) {
+  joint_give_ = 1 / (1 + joints);
+  contact_give_ = 1 / (1 + contacts);
+  if (lines_.empty() || joints == 0) return;
+  Spare<std::vector<std::uint8_t>> held;
+  lines_.eliminate(joints, *held);
+}
+
 double BlockSweeps::sweep(int count) {
   const Manner how{.joint_give = joint_give_, .contact_give = contact_give_};
   const auto always = [&](int) { return how; };
-  return contact_give_ != 1 ? sweep_all<Mode::Give>(count, always) : sweep_all<Mode::Plain>(count, always);
+  const auto make = [&](int times) {
+    return contact_give_ != 1 ? sweep_all<Mode::Give>(times, always) : sweep_all<Mode::Plain>(times, always);
+  };
+  if (lines_.empty()) return make(count);
+  double largest = 0;
+  for (int i = 0; i < count; ++i) {
+    largest = make(1);
+    largest = std::max(largest, lines_.answer(impulses_, velocities_));
+  }
+  return largest;
 }
 
 void BlockSweeps::sweep_part(double load, double take) {

@@ -17,7 +17,9 @@
 //
 //   Jbar = L Q,   Q Q' = 1 among rows without bounds,   lambda_Q = L' lambda
 //
-// so that the same sweep over the rows of Q solves a block with at most one bounded row exactly.
+// so that the same sweep over the rows of Q solves a block with at most one bounded row exactly. Of long
+// chains and trees of joints the rows without bounds may be one block, which is answered at the end of each
+// sweep (`joint_lines.h`).
 #pragma once
 
 #include <array>
@@ -26,6 +28,7 @@
 #include <vector>
 
 #include "physics/islands/island_system.h"
+#include "physics/solver/joint_lines.h"
 #include "physics/solver/simd.h"
 #include "physics/solver/sweep_order.h"
 #include "physics/thread_pool.h"
@@ -39,17 +42,17 @@ class BlockSweeps {
 
   /// Packs `system`. @param joints  rows of joints, and compliant ones among them, are taken
   /// @param threads  share the work until the next `assign`; null: the caller alone
+  /// @param lines    long chains and trees of joints are answered as a whole: `sweep` only
   /// @return false, with nothing packed, if there are such rows that are not, compliant contacts, or a row
   /// that stands apart from the normal row that scales its bounds
-  bool assign(const IslandSystem& system, bool joints = false, ThreadPool* threads = nullptr);
+  bool assign(const IslandSystem& system, bool joints = false, ThreadPool* threads = nullptr,
+              bool lines = false);
   /// Rows give by so many times their own part of W, which bounds their impulses where what they want
   /// contradicts the rest: rows of joints, and of contacts. From the next `assign` on they do not.
-  void soften(double joints, double contacts) {
-    joint_give_ = 1 / (1 + joints);
-    contact_give_ = 1 / (1 + contacts);
-  }
+  void soften(double joints, double contacts);
 
   std::size_t blocks() const { return blocks_.size(); }
+  bool lined() const { return !lines_.empty(); }  ///< there are chains or trees that are long
   int rows() const { return rows_; }
   /// Scaled impulses (of joints: of the rows of Q), one vector a block, and scaled changes of velocity,
   /// one a body, and zeros for the ground and for lanes without a block. Whoever changes the
@@ -80,8 +83,8 @@ class BlockSweeps {
   struct Packing;  ///< block_packing.cpp
   static constexpr int kRows = 4;
   static constexpr int kTogether = 4;
-  /// N or NN; NF or NFNF; other contacts; joints without bounds; other joints.
-  enum class Pattern : std::uint8_t { Smooth, Rough, General, Held, Joint };
+  /// N or NN; NF or NFNF; other contacts; joints without bounds, and those that lines hold; other joints.
+  enum class Pattern : std::uint8_t { Smooth, Rough, General, Held, Lined, Joint };
   struct Block {
     int a = 0, b_body = 0;
     int first = 0;     ///< row of a contact; of joints: -1 - its number in `joints_`
@@ -103,6 +106,7 @@ class BlockSweeps {
   /// What else there is to know of a block of joint rows.
   struct JointBlock {
     int block = 0;
+    int free = 0;                                      ///< rows without bounds, which come first
     std::array<int, kRows> row{};                      ///< of the system
     std::array<std::array<double, kRows>, kRows> L{};  ///< lower triangle
     std::array<double, kRows> keep{1, 1, 1, 1};        ///< 1 - compliance / (diagonal of W)
@@ -132,8 +136,20 @@ class BlockSweeps {
     double take = 1, keep = 0;  ///< shares of what is wanted and of what was
   };
   /// Groups that go through the kernels in one way.
-  enum class Kind : std::uint8_t { Rough4, Rough2, Smooth2, Smooth1, Held3, Held2, Held1, Single };
-  static constexpr int kKinds = 8;
+  enum class Kind : std::uint8_t {
+    Rough4,
+    Rough2,
+    Smooth2,
+    Smooth1,
+    Held3,
+    Held2,
+    Held1,
+    Lined3,
+    Lined2,
+    Lined1,
+    Single
+  };
+  static constexpr int kKinds = 11;
   struct Batch {
     Kind kind;
     int first, count;  ///< groups of that kind, of single blocks those of the order
@@ -159,6 +175,8 @@ class BlockSweeps {
   const Numbers& numbers_of(const Block& block) const {
     return numbers_[static_cast<std::size_t>(block.numbers)];
   }
+  void choose_lines();
+  void factor_lines();
   double scaled(std::span<const double> lambda, int row) const;
   void set_joint(const JointBlock& joint, std::span<const double> lambda);
   void get_joint(const JointBlock& joint, const Impulses& from, std::vector<double>& lambda) const;
@@ -168,7 +186,10 @@ class BlockSweeps {
   void group();
   void push(std::size_t from, std::size_t to);
   bool large() const;
-  bool may_share() const { return threads_ != nullptr && threads_->threads() > 1 && large(); }
+  /// Lines want a whole sweep before them.
+  bool may_share() const {
+    return threads_ != nullptr && threads_->threads() > 1 && large() && lines_.empty();
+  }
   int at_the_same_time() const;
   template <Mode kMode, class MannerOf>
   double sweep_all(int count, const MannerOf& manner_of);
@@ -184,6 +205,7 @@ class BlockSweeps {
   std::vector<Block> blocks_;
   std::vector<Numbers> numbers_;
   std::vector<JointBlock> joints_;
+  JointLines lines_;
   double joint_give_ = 1, contact_give_ = 1;  ///< of an impulse, what stays
   double contradiction_ = 0;                  ///< of rows of one block that depend on each other [m/s]
   std::vector<double> root_;                  ///< D^1/2 by row

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/solver/block_sweeps.h"
+#include "physics/spare.h"
 
 namespace skerry {
 namespace {
@@ -40,6 +41,7 @@ void BlockSweeps::add_joint_blocks(const IslandSystem& system, int first, int en
         count = 0;
       }
       joints_.back().row[at(count++)] = i;
+      joints_.back().free += free;
       blocks_.back().count = static_cast<std::int16_t>(count);
     }
   }
@@ -101,6 +103,31 @@ void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
       if (c >= free)
         numbers.couple[entry] = dot3(numbers.low[r], numbers.low[c]) + dot3(numbers.high[r], numbers.high[c]);
     }
+  }
+}
+
+/// Joints whose rows without bounds may be of a line.
+void BlockSweeps::choose_lines() {
+  Spare<std::vector<JointLines::Joint>> all;
+  for (const JointBlock& joint : joints_) {
+    const Block& block = blocks_[at(joint.block)];
+    if (joint.free > 0) all->push_back({joint.block, block.a, block.b_body, joint.free});
+  }
+  lines_.choose(*all, static_cast<int>(mass_.size()) - 1);
+}
+
+/// Joints that have nothing but rows of a line need not be swept.
+void BlockSweeps::factor_lines() {
+  if (lines_.empty()) return;
+  for (std::size_t k = 0; k < lines_.joints().size(); ++k) {
+    const Numbers& numbers = numbers_of(blocks_[at(lines_.joints()[k].block)]);
+    lines_.take(k, {numbers.b, numbers.low, numbers.high, numbers.speed.data()});
+  }
+  Spare<std::vector<std::uint8_t>> held;
+  lines_.eliminate(0, *held);
+  for (std::size_t k = 0; k < lines_.joints().size(); ++k) {
+    Block& block = blocks_[at(lines_.joints()[k].block)];
+    if ((*held)[k] != 0 && block.pattern == Pattern::Held) block.pattern = Pattern::Lined;
   }
 }
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 
+#include "physics/disjoint_sets.h"
 #include "physics/solver/solver.h"
 #include "physics/statics/null_space.h"
 #include "physics/statics/rest_rows.h"
@@ -41,24 +41,16 @@ std::vector<int> carrying_rows(const RestAnalysis& rest, const std::vector<doubl
 
 /// Groups of rows that share bodies, in the order of their first rows.
 std::vector<std::vector<int>> connected(const IslandSystem& system, const std::vector<int>& rows) {
-  std::vector<int> parent(system.bodies.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[static_cast<std::size_t>(i)] != i) {
-      const int up = parent[static_cast<std::size_t>(i)];
-      i = parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(up)];
-    }
-    return i;
-  };
+  DisjointSets sets(system.bodies.size());
   for (const int i : rows) {
     const Row& row = system.rows[static_cast<std::size_t>(i)];
-    if (row.a >= 0 && row.b >= 0) parent[static_cast<std::size_t>(root(row.a))] = root(row.b);
+    if (row.a >= 0 && row.b >= 0) sets.join(row.a, row.b);
   }
   std::vector<int> group_of(system.bodies.size(), -1);
   std::vector<std::vector<int>> groups;
   for (const int i : rows) {
     const Row& row = system.rows[static_cast<std::size_t>(i)];
-    int& group = group_of[static_cast<std::size_t>(root(row.a >= 0 ? row.a : row.b))];
+    int& group = group_of[static_cast<std::size_t>(sets.root(row.a >= 0 ? row.a : row.b))];
     if (group < 0) {
       group = static_cast<int>(groups.size());
       groups.emplace_back();

@@ -102,7 +102,8 @@ class OnePieceStep {
     const double with_joints = bodies + kJointWork * static_cast<double>(island.joints.size());
     limit_ = work * with_joints;
     if (!island.joints.empty() && !state.config.flow_work)
-      swept_limit_ = more * kVelocityShare * kUsualFlowWork * with_joints;
+      sweep_end_ = {.swept = more * kVelocityShare * kUsualFlowWork * with_joints,
+                    .coarse = work < kFineWork};
   }
 
   /// @return false, and nothing has happened, if an exact answer, or nearly one, was wanted and there is none
@@ -398,7 +399,7 @@ class OnePieceStep {
   template <class Look>
   Solution sweep_velocities(const IslandSystem& system, std::span<const double> warm,
                             const SolveOptions& options, double astray, Look&& look) const {
-    if (state_.solver->exact) return sweep_until_done(system, true, warm, options, {}, look, swept_limit_);
+    if (state_.solver->exact) return sweep_until_done(system, true, warm, options, {}, look, sweep_end_);
     Solution solution = state_.solver->solve(system, warm, options, nullptr);
     if (!(solution.residual > astray)) look(solution.lambda);
     return solution;
@@ -529,11 +530,11 @@ class OnePieceStep {
   bool nearly_;  ///< what is nearly exact serves, too: then the island flows
   bool varying_;
   IslandResult& result_;
-  double slow_ = 0;                 ///< what approaches no faster is shaken by the forces of a step [m/s]
-  double exact_limit_ = 0;          ///< work for an exact answer
-  double limit_ = 0;                ///< work of the step in flow
-  double swept_limit_ = kInfinity;  ///< of that for sweeps of velocities
-  Spare<std::vector<Vec2>> lag_;    ///< by body of islands with joints: see `bind_jointed`
+  double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
+  double exact_limit_ = 0;        ///< work for an exact answer
+  double limit_ = 0;              ///< work of the step in flow
+  SweepEnd sweep_end_;            ///< of those of velocities
+  Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
   Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
 };
 

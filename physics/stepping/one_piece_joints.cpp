@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "physics/disjoint_sets.h"
 #include "physics/joint_rows.h"
 #include "physics/solver/bilateral.h"
 #include "physics/spare.h"
@@ -37,32 +38,6 @@ JointEnd end_after(const WorldState& state, std::uint32_t body, double from, dou
   const double angle = state.bodies.angle[body] + h * own[2];
   return {state.bodies.position[body] + h * Vec2{own[0], own[1]}, Rot::from_angle(angle), angle, {}, 0};
 }
-
-/// Disjoint sets of the bodies of an island.
-class JointedBodies {
- public:
-  explicit JointedBodies(std::size_t count) {
-    parent_->resize(count);
-    for (std::size_t k = 0; k < count; ++k) (*parent_)[k] = static_cast<int>(k);
-  }
-
-  int root(int k) {
-    std::vector<int>& parent = *parent_;
-    while (parent[static_cast<std::size_t>(k)] != k) {
-      int& up = parent[static_cast<std::size_t>(k)];
-      k = up = parent[static_cast<std::size_t>(up)];
-    }
-    return k;
-  }
-  void join(int a, int b) {
-    a = root(a);
-    b = root(b);
-    (*parent_)[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-  }
-
- private:
-  Spare<std::vector<int>> parent_;
-};
 
 /// Of bodies that hang together.
 struct Fall {
@@ -230,7 +205,7 @@ void bind_jointed(const WorldState& state, const Island& island, double h, std::
   const std::size_t count = island.bodies.size();
   lag.assign(count, {});
   if (island.joints.empty()) return;
-  JointedBodies sets(count);
+  DisjointSets sets(count);
   Spare<std::vector<Fall>> falls;
   falls->assign(count, {});
   const auto local = [&](BodyId body) { return body ? state.local_index[body.index] : -1; };
@@ -274,7 +249,7 @@ bool joints_are_off(const WorldState& state, const Island& island, double elapse
 void mend_joints(WorldState& state, const Island& island, double elapsed, double share) {
   if (!joints_are_off(state, island, elapsed, share)) return;
   const auto local = [&](BodyId body) { return body ? state.local_index[body.index] : -1; };
-  JointedBodies sets(island.bodies.size());
+  DisjointSets sets(island.bodies.size());
   for (const std::uint32_t slot : island.joints) {
     const int a = local(state.joints[slot].def.a), b = local(state.joints[slot].def.b);
     if (a >= 0 && b >= 0) sets.join(a, b);

@@ -37,6 +37,11 @@ inline constexpr double kFirstShare = 0.6;
 // from an answer.
 inline constexpr double kAstray = 0.1;
 
+// Sweeps in which long chains of joints are answered as a whole come near an answer within some dozens, or
+// nowhere. Where little work is to do, they stop at this residual, and where so many of them leave more than
+// a share of what was there before.
+inline constexpr double kNearEnough = 1e-4, kFalls = 0.7;
+inline constexpr int kJudged = 10;
 // Violation of the impulses to begin with, as a share of the largest free velocity, from which on it is
 // looked at whether they are of any use.
 inline constexpr double kWild = 100;
@@ -49,6 +54,12 @@ struct Give {
 /// where a jam leaves no room for both, it stays bounded, and limbs rather slip through each other than out
 /// of their joints.
 inline constexpr Give kShiftGive{.joints = 0.01, .contacts = 0.1};
+
+/// When sweeps end that have not come to the answer, other than by their work.
+struct SweepEnd {
+  double swept = kInfinity;  ///< visits of sweeps at most: the rest of the work is for interior points
+  bool coarse = false;       ///< those with chains of joints also as `kNearEnough` says
+};
 
 /// Work [visits] for so many sweeps over an island.
 inline double work_of_sweeps(const IslandSystem& system, double sweeps) {
@@ -83,14 +94,13 @@ inline bool are_worse_than_none(const IslandSystem& system, std::span<const doub
 /// @param exact  no preview: in that one they count no setting up, as its solvers do not
 /// @param look   is shown the impulses when `kFirstShare` of the work is done, and again after an interior
 /// point, and says whether to stop there
-/// @param swept  visits of sweeps at most: the rest of the work is for interior points
 template <class Look>
 Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const double> warm,
-                      const SolveOptions& options, Give give, Look&& look, double swept) {
+                      const SolveOptions& options, Give give, Look&& look, const SweepEnd& end) {
   constexpr bool kLooks = !std::is_same_v<std::decay_t<Look>, decltype(&look_at_nothing)>;
   static const SolverEntry& standard = find_solver("pgs");
   Spare<BlockSweeps> sweeps;
-  if (!sweeps->assign(system, true, options.threads)) {
+  if (!sweeps->assign(system, true, options.threads, true)) {
     Solution solution = standard.solve(system, warm, options, nullptr);
     look(solution.lambda);
     return solution;
@@ -102,7 +112,8 @@ Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const do
   sweeps->set(warm);
   const double rows = static_cast<double>(system.rows.size());
   const double scale = residual_scale(largest_magnitude(system.b));
-  double target = options.tolerance * scale;
+  const bool coarse = end.coarse && sweeps->lined();
+  double target = std::max(options.tolerance, coarse ? kNearEnough : 0) * scale;
   solution.work.visits = exact ? kSetUp * rows : 0;
   double worst = sweeps->violation();
   const bool jointed = !system.rows.empty() && system.rows.front().kind != RowKind::Normal;
@@ -111,9 +122,9 @@ Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const do
     worst = sweeps->violation();
   }
   bool looked = false;
-  double change = 0;
+  double change = 0, judged = kInfinity;
   const auto has_work = [&] {
-    return solution.work.visits < options.work_limit && solution.iterations * rows < swept;
+    return solution.work.visits < options.work_limit && solution.iterations * rows < end.swept;
   };
   const auto stops = [&] {
     looked = true;
@@ -152,8 +163,11 @@ Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const do
              has_work());
     // The change underestimates the violation.
     change = sweep_and_record(*sweeps, count, system, solution.trace.get());
-    const bool done = change <= 0.5 * target || !has_work();
+    const bool falls = !coarse || solution.iterations % kJudged != 0 || change <= kFalls * judged;
+    if (solution.iterations % kJudged == 0) judged = change;
+    const bool done = change <= 0.5 * target || !has_work() || !falls;
     if (done) worst = sweeps->violation();
+    if (!falls) break;
   }
   if (!looked) stops();
   sweeps->get(sweeps->impulses(), solution.lambda);
@@ -165,11 +179,11 @@ Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const do
 /// The same with welded bodies as one, which sweeps would take long to find out.
 template <class Look>
 Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<const double> warm,
-                          const SolveOptions& options, Give give, Look&& look, double swept = kInfinity) {
+                          const SolveOptions& options, Give give, Look&& look, const SweepEnd& end = {}) {
   constexpr bool kLooks = !std::is_same_v<std::decay_t<Look>, decltype(&look_at_nothing)>;
   Spare<WeldedBodies> welded;
   if (!options.welds_as_one || !welded->find(system))
-    return sweep_bodies(system, exact, warm, options, give, look, swept);
+    return sweep_bodies(system, exact, warm, options, give, look, end);
   Spare<std::vector<double>> own;
   welded->restrict_to_groups(warm, *own);
   std::unique_ptr<SolverMemory> memory;
@@ -181,9 +195,9 @@ Solution sweep_until_done(const IslandSystem& system, bool exact, std::span<cons
       welded->expand(of_groups, options, &memory, *all, work);
       return look(*all);
     };
-    solution = sweep_bodies(welded->groups(), exact, *own, options, give, look_at_all, swept);
+    solution = sweep_bodies(welded->groups(), exact, *own, options, give, look_at_all, end);
   } else {
-    solution = sweep_bodies(welded->groups(), exact, *own, options, give, look, swept);
+    solution = sweep_bodies(welded->groups(), exact, *own, options, give, look, end);
   }
   solution.work += work;
   welded->expand(solution, options, &memory);
