@@ -287,6 +287,7 @@ class OnePieceStep {
     if (varying_) damp(system, *damping_);
     warm.resize(system.rows.size());
     aim_joints(state_, from_, h_, after, assembly, warm);
+    if (!exact_) steady_hinges(state_, h_, warm, assembly);
     share_each(state_.island_threads, system.rows.size(), kItemsAPiece, [&](std::size_t i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) return;

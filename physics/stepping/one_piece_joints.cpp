@@ -26,6 +26,9 @@ constexpr int kManyJoints = 20;
 constexpr int kFirstMendingSweeps = 10, kMendingRounds = 16;
 constexpr double kMendingTolerance = 1e-6;
 constexpr double kMended = 1e-3, kMostTurn = 0.5;
+// The square of how fast a taut hinge may swing its bodies, times the step; from 4 on that is unstable, and
+// loads that rise from step to step need some room.
+constexpr double kFastest = 0.5;
 // Joints that a thread takes at a time.
 constexpr std::size_t kJointsAPiece = 256;
 
@@ -186,6 +189,29 @@ void aim_joints(const WorldState& state, double from, double h, const std::vecto
     }
     system.b[k] = target - speed;
     warm[k] = joint.row_force[origin.point] * h;
+  }
+}
+
+void steady_hinges(const WorldState& state, double h, const std::vector<double>& warm, Assembly& assembly) {
+  IslandSystem& system = assembly.system;
+  Spare<std::vector<double>> stiffness;  // times h^2
+  stiffness->assign(system.bodies.size(), 0);
+  // r and the force from the rows of a hinge, along x and y: J = (1, 0, -r_y) and (0, 1, r_x), or both
+  // negative.
+  const auto add = [&](int body, const std::array<double, 3>& x, const std::array<double, 3>& y, double p,
+                       double q) {
+    if (body >= 0) (*stiffness)[static_cast<std::size_t>(body)] += h * (y[2] * p - x[2] * q);
+  };
+  for (std::size_t i = 0; i + 1 < system.rows.size() && assembly.origin[i].joint; ++i) {
+    const RowOrigin& origin = assembly.origin[i];
+    if (origin.point != 0 || state.joints[origin.index].def.kind != JointKind::Revolute) continue;
+    const Row &x = system.rows[i], &y = system.rows[i + 1];
+    add(x.a, x.Ja, y.Ja, warm[i], warm[i + 1]);
+    add(x.b, x.Jb, y.Jb, warm[i], warm[i + 1]);
+  }
+  for (std::size_t k = 0; k < system.bodies.size(); ++k) {
+    double& inverse = system.bodies[k].angular;
+    if ((*stiffness)[k] > 0) inverse = std::min(inverse, kFastest / (*stiffness)[k]);
   }
 }
 

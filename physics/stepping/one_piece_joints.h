@@ -31,6 +31,14 @@ std::optional<double> aim_actuator(const RowOrigin& origin, double h, std::size_
 void aim_joints(const WorldState& state, double from, double h, const std::vector<Velocity>& free,
                 Assembly& assembly, std::vector<double>& warm);
 
+/// A hinge that pulls with a force f at an arm r turns its body back like a spring of r . f [N m/rad], the
+/// geometric stiffness [Tournier, Nesme, Gilles & Faure 2015]. Impulses along the directions of the beginning
+/// of a step are unstable where that makes a body swing faster than 2 / h: a taut chain shakes itself to
+/// pieces. So impulses meet as much inertia as makes it slower, and what turns already goes on as it does.
+/// @param h     length of the step [s]
+/// @param warm  impulses by row, of the last step
+void steady_hinges(const WorldState& state, double h, const std::vector<double>& warm, Assembly& assembly);
+
 /// Keeps the impulses of a step of length `h` [s] as the forces of its joints.
 void store_joint_impulses(WorldState& state, const Island& island, const Assembly& assembly,
                           const std::vector<double>& lambda, double h);
