@@ -112,7 +112,7 @@ Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const do
   sweeps->set(warm);
   const double rows = static_cast<double>(system.rows.size());
   const double scale = residual_scale(largest_magnitude(system.b));
-  const bool coarse = end.coarse && sweeps->lined();
+  const bool coarse = end.coarse && sweeps->lined(), gives = give.joints > 0 || give.contacts > 0;
   double target = std::max(options.tolerance, coarse ? kNearEnough : 0) * scale;
   solution.work.visits = exact ? kSetUp * rows : 0;
   double worst = sweeps->violation();
@@ -165,9 +165,11 @@ Solution sweep_bodies(const IslandSystem& system, bool exact, std::span<const do
     change = sweep_and_record(*sweeps, count, system, solution.trace.get());
     const bool falls = !coarse || solution.iterations % kJudged != 0 || change <= kFalls * judged;
     if (solution.iterations % kJudged == 0) judged = change;
-    const bool done = change <= 0.5 * target || !has_work() || !falls;
+    // The answer of rows that give is one to other rows.
+    const bool ends = !falls || (gives && change <= target);
+    const bool done = change <= 0.5 * target || !has_work() || ends;
     if (done) worst = sweeps->violation();
-    if (!falls) break;
+    if (ends) break;
   }
   if (!looked) stops();
   sweeps->get(sweeps->impulses(), solution.lambda);
