@@ -225,10 +225,16 @@ double solve_dense_of_size(const IslandSystem& system, double target, double* la
   }
 }
 
+/// A row of the factor along a chain.
+struct ChainRow {
+  int from = 0;                            ///< the first row that it is coupled with
+  std::array<double, kChainBand + 1> l{};  ///< 1/D, then l to the rows before it
+};
+
 /// Numbers of a solve along a chain.
 struct ChainScratch {
-  std::vector<std::array<int, 2>> reach;              ///< of bodies: first and last of their rows
-  std::vector<std::array<double, kChainBand + 1>> L;  ///< by row: 1/D, then l to the rows before it
+  std::vector<std::array<int, 2>> reach;  ///< of bodies: first and last of their rows
+  std::vector<ChainRow> L;                ///< by row
   std::vector<double> r;
   std::vector<Velocity> v;
 };
@@ -249,33 +255,35 @@ bool is_chain(const IslandSystem& system, std::vector<std::array<int, 2>>& reach
   return true;
 }
 
-/// W = L D L^T of a chain, which has no entries far from the diagonal. @return false if W is not regular to
-/// rounding
-bool factor_chain(const IslandSystem& system, std::vector<std::array<double, kChainBand + 1>>& L) {
+/// W = L D L^T of a chain, within its envelope. @return false if W is not regular to rounding
+bool factor_chain(const IslandSystem& system, const std::vector<std::array<int, 2>>& reach,
+                  std::vector<ChainRow>& L) {
   const int n = system.size();
   const InverseMass* const bodies = system.bodies.data();
   L.resize(system.rows.size());
   for (int i = 0; i < n; ++i) {
     const Row& row = system.rows[at(i)];
-    auto& own = L[at(i)];
-    const int from = std::max(0, i - kChainBand);
+    ChainRow& own = L[at(i)];
+    own.from = i;
+    for (const int body : {row.a, row.b})
+      if (body >= 0) own.from = std::min(own.from, reach[at(body)][0]);
     double pivot = coupling(bodies, row, row);
     if (!system.compliance.empty()) pivot += system.compliance[at(i)];
     const double whole = pivot;
-    // own[i - j] holds l_ij d_j until all of them are there.
-    for (int j = from; j < i; ++j) {
+    // own.l[i - j] holds l_ij d_j until all of them are there.
+    for (int j = own.from; j < i; ++j) {
       double sum = coupling(bodies, row, system.rows[at(j)]);
-      const auto& other = L[at(j)];
-      for (int k = std::max(from, j - kChainBand); k < j; ++k) sum -= own[at(i - k)] * other[at(j - k)];
-      own[at(i - j)] = sum;
+      const ChainRow& other = L[at(j)];
+      for (int k = std::max(own.from, other.from); k < j; ++k) sum -= own.l[at(i - k)] * other.l[at(j - k)];
+      own.l[at(i - j)] = sum;
     }
-    for (int j = from; j < i; ++j) {
-      const double l = own[at(i - j)] * L[at(j)][0];
-      pivot -= l * own[at(i - j)];
-      own[at(i - j)] = l;
+    for (int j = own.from; j < i; ++j) {
+      const double l = own.l[at(i - j)] * L[at(j)].l[0];
+      pivot -= l * own.l[at(i - j)];
+      own.l[at(i - j)] = l;
     }
     if (!(pivot > kDependent * whole)) return false;
-    own[0] = 1 / pivot;
+    own.l[0] = 1 / pivot;
   }
   return true;
 }
@@ -284,7 +292,8 @@ bool factor_chain(const IslandSystem& system, std::vector<std::array<double, kCh
 /// @return infinity if the rows are not those of a chain, or W is not regular to rounding
 double solve_chain(const IslandSystem& system, double target, double* lambda, SolveWork& work) {
   Spare<ChainScratch> scratch;
-  if (!is_chain(system, scratch->reach) || !factor_chain(system, scratch->L)) return kInfinity;
+  if (!is_chain(system, scratch->reach) || !factor_chain(system, scratch->reach, scratch->L))
+    return kInfinity;
   ++work.factorisations;
   const int n = system.size();
   const auto& L = scratch->L;
@@ -294,10 +303,10 @@ double solve_chain(const IslandSystem& system, double target, double* lambda, So
   work.visits += kChainVisits * n;
   return refine(target, [&](double&) {
     for (int i = 0; i < n; ++i)
-      for (int j = std::max(0, i - kChainBand); j < i; ++j) r[at(i)] -= L[at(i)][at(i - j)] * r[at(j)];
-    for (int i = 0; i < n; ++i) r[at(i)] *= L[at(i)][0];
+      for (int j = L[at(i)].from; j < i; ++j) r[at(i)] -= L[at(i)].l[at(i - j)] * r[at(j)];
+    for (int i = 0; i < n; ++i) r[at(i)] *= L[at(i)].l[0];
     for (int i = n; i-- > 0;)
-      for (int j = std::max(0, i - kChainBand); j < i; ++j) r[at(j)] -= L[at(i)][at(i - j)] * r[at(i)];
+      for (int j = L[at(i)].from; j < i; ++j) r[at(j)] -= L[at(i)].l[at(i - j)] * r[at(i)];
     for (int i = 0; i < n; ++i) lambda[i] += r[at(i)];
     ++work.resolves;
     work.visits += n;

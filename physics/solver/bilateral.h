@@ -15,7 +15,7 @@ bool is_bilateral(const IslandSystem& system);
 ///
 /// Up to 12 rows, none of which depends on others: W itself, dense, on the stack, with diagonal pivoting.
 /// More, if they are those of a chain whose joints come in its order (rows of a body stand at most 5 apart):
-/// W again, which is banded [Golub & Van Loan 2013, section 4.3.5], a tenth of the work.
+/// W again, within its envelope [George & Liu 1981, section 4.2], a tenth of the work.
 /// Else the body graph (body_space_model.h) with weights 1/(eta D), whose refinement is the proximal point
 /// iteration and gives dependent rows the smallest impulses. Impulses begin from zero, so the answer depends
 /// on `system` alone, to the bit.
