@@ -14,6 +14,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/local_support.h"
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/path.h"
@@ -42,6 +43,8 @@ constexpr double kClosingWork = 3, kJoined = 1e-8;
 constexpr double kSlowFor = 0.5;
 // What may be left of the speed that gravity gives in a step: of exact rest, and of what is held.
 constexpr double kStill = 1e-9, kHeld = 1e-2;
+// The same by which it is told whether a body can be stopped exactly: more than rounding leaves.
+constexpr double kStopped = 1e-6;
 
 /// Fastest motion of a body with the velocities of some, its ends included [m/s].
 template <class VelocityOf>
@@ -80,7 +83,7 @@ class ComingToRest {
     if (joints_are_off(state_, island_, 0, kJointed)) return RestLook::None;
     if (varying_) gravity_ = h_ * forces_of_rest();
     if (!(gravity_ > 0)) return RestLook::None;
-    find_forces(kClosed);
+    find_forces(kClosed, kStopped);
     const bool exact = is_exact() && !joints_are_off(state_, island_, 0, kClosed);
     // It would have gone on a little.
     double speed = std::max({fastest(), left_, widest_gap() / h_});
@@ -89,7 +92,7 @@ class ComingToRest {
       searched_ &= !exact;
       const bool waits = every > 0 && near + every <= kPatience;
       // Those of fewer points will do to wait.
-      if ((exact && !waits) || !are_near()) find_forces(kNearlyClosed);
+      if ((exact && !waits) || !are_near()) find_forces(kNearlyClosed, kHeld);
       if (!are_near()) return RestLook::Vain;
       if (waits) {
         near += every;
@@ -192,14 +195,24 @@ class ComingToRest {
   }
 
   /// Forces that hold what touches, as well as can be, and what is left of the motion.
-  /// @param closed  gaps that count as none, of the smaller body's size
-  void find_forces(double closed) {
+  /// Not looked for where what touches a body cannot stop it.
+  /// @param closed   gaps that count as none, of the smaller body's size
+  /// @param stopped  speed that counts as stopped, of what gravity gives in a step
+  void find_forces(double closed, double stopped) {
     const int before = rows_->system.size();
     Spare<std::vector<Velocity>> after;
     aim(closed, *after);
     // The same rows have the same forces, where nothing has moved.
     if (closed > 0 && searched_ && rows_->system.size() == before) return;
-    searched_ = true;
+    Spare<std::vector<double>> radius;
+    for (const std::uint32_t body : island_.bodies) radius->push_back(state_.radius[body]);
+    searched_ =
+        each_can_be_stopped(rows_->system, *after, *radius, stopped * gravity_, state_.island_threads);
+    if (!searched_) {
+      solution_ = {};
+      solution_.residual = left_ = kInfinity;
+      return;
+    }
     SolveOptions options = state_.config.solve;
     options.threads = state_.island_threads;
     {
@@ -341,7 +354,7 @@ class ComingToRest {
   /// Closing gaps moves corners past each other, and what carried load may do so no more: the next steps
   /// begin with forces that hold what is there now. @return whether there are any
   bool still_holds() {
-    find_forces(0);
+    find_forces(0, kStopped);
     if (!is_exact()) return false;
     for (const std::uint32_t index : island_.contacts)
       for (PointMemory& memory : state_.contacts[index].points)
