@@ -72,10 +72,12 @@ bool follow_associated_path(const IslandSystem& system, std::span<const double> 
   return false;
 }
 
-Solution find_rest(const IslandSystem& system, const SolveOptions& options) {
+Solution find_rest(const IslandSystem& system, std::span<const double> start, const SolveOptions& options) {
   Spare<WeldedBodies> welded;
   if (options.welds_as_one && welded->find(system)) {
-    Solution of_groups = find_rest(welded->groups(), options);
+    Spare<std::vector<double>> own;
+    welded->restrict_to_groups(start, *own);
+    Solution of_groups = find_rest(welded->groups(), *own, options);
     welded->expand(of_groups, options, nullptr);
     return of_groups;
   }
@@ -89,7 +91,8 @@ Solution find_rest(const IslandSystem& system, const SolveOptions& options) {
   budget.factorisations = kRestFactors;
   const std::vector<double> zero(system.rows.size(), 0.0);
   active.offer(zero.data());
-  follow_associated_path(system, zero, options.tolerance, model, active, budget, solution.work, nullptr);
+  follow_associated_path(system, start.empty() ? zero : start, options.tolerance, model, active, budget,
+                         solution.work, nullptr);
   solution.lambda = active.best();
   solution.iterations = solution.work.factorisations;
   conclude(system, options, solution);

@@ -25,7 +25,9 @@ bool follow_associated_path(const IslandSystem& system, std::span<const double> 
                             const BodySpaceModel& model, ActiveSet& active, const SolveBudget& budget,
                             SolveWork& work, SolveTrace* trace);
 
-/// The same from nothing, by itself: forces that hold everything. @return status Solved where there are
-Solution find_rest(const IslandSystem& system, const SolveOptions& options);
+/// The same by itself: forces that hold everything. @return status Solved where there are
+/// @param start  impulses [n] to begin next to, or none. From what flow ends with it takes half as many
+/// factors
+Solution find_rest(const IslandSystem& system, std::span<const double> start, const SolveOptions& options);
 
 }  // namespace skerry

@@ -83,16 +83,16 @@ class ComingToRest {
     if (joints_are_off(state_, island_, 0, kJointed)) return RestLook::None;
     if (varying_) gravity_ = h_ * forces_of_rest();
     if (!(gravity_ > 0)) return RestLook::None;
+    if (every == 0 && still_held()) return RestLook::Rests;
+    const bool waits = every > 0 && near + every <= kPatience;
     find_forces(kClosed, kStopped);
     const bool exact = is_exact() && !joints_are_off(state_, island_, 0, kClosed);
     // It would have gone on a little.
     double speed = std::max({fastest(), left_, widest_gap() / h_});
     if (!exact || !stop(true)) {
-      // After gaps that could not be closed the forces are those of other places.
-      searched_ &= !exact;
-      const bool waits = every > 0 && near + every <= kPatience;
-      // Those of fewer points will do to wait.
-      if ((exact && !waits) || !are_near()) find_forces(kNearlyClosed, kHeld);
+      // After gaps that were closed in vain the forces are those of other places; they will do to wait.
+      searched_ &= !closed_;
+      if ((closed_ && !waits) || !are_near()) find_forces(kNearlyClosed, kHeld);
       if (!are_near()) return RestLook::Vain;
       if (waits) {
         near += every;
@@ -217,7 +217,9 @@ class ComingToRest {
     options.threads = state_.island_threads;
     {
       StageTimer timer(state_, result_, Stage::Solve);
-      solution_ = find_rest(rows_->system, options);
+      Spare<std::vector<double>> last;
+      last_impulses(*last);
+      solution_ = find_rest(rows_->system, *last, options);
     }
     result_.work += solution_.work;
     weigh(*after);
@@ -311,7 +313,8 @@ class ComingToRest {
       state_.bodies.omega[i] = 0;
     }
     if (state_.observe.paths) start = path_ends(state_, island_.bodies);
-    if (exact && !(close_gaps() && still_holds())) {
+    closed_ = exact && close_gaps();
+    if (exact && !(closed_ && still_holds())) {
       before->restore(state_, island_);
       return false;
     }
@@ -319,6 +322,22 @@ class ComingToRest {
     ++result_.substeps;
     result_.report.flowing = true;
     result_.step_memory = {.held = !exact};
+    return true;
+  }
+
+  /// Whether the forces that held it in the last step do so now: then they act on, and nothing else happens.
+  bool still_held() {
+    Spare<std::vector<Velocity>> after;
+    aim(kNearlyClosed, *after);
+    last_impulses(solution_.lambda);
+    solution_.residual = natural_map_residual(rows_->system, solution_.lambda);
+    weigh(*after);
+    if (!are_near()) return false;
+    const double speed = std::max(left_, widest_gap() / h_);
+    hold();
+    result_.step_memory = {.held = 1};
+    if (varying_) begin_at_rest();
+    report(speed / gravity_);
     return true;
   }
 
@@ -375,6 +394,7 @@ class ComingToRest {
   double gravity_ = 0;  ///< what it does in a step [m/s]
   Spare<Assembly> rows_;
   bool searched_ = false;
+  bool closed_ = false;  ///< gaps were closed
   Solution solution_;
   double left_ = 0;  ///< speed of the fastest body under the forces of `solution_` [m/s]
 };

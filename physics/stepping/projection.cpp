@@ -307,13 +307,15 @@ double way_of(const WorldState& state, std::uint32_t body, const Velocity& shift
   return std::abs(shift[0]) + std::abs(shift[1]) + gyration * std::abs(shift[2]);
 }
 
-/// Share of the shifts that moves no body much farther than anything is off.
+/// Share of the shifts that moves no body much farther than anything is off, with what the layers of a large
+/// pile add up to.
 double share_of_shifts(const WorldState& state, const Island& island, const std::vector<Velocity>& shift,
                        double error) {
   double farthest = 0;
   for (std::size_t k = 0; k < shift.size(); ++k)
     farthest = std::max(farthest, way_of(state, island.bodies[k], shift[k]));
-  const double most = std::max(state.config.contact_margin, kFarShift * error);
+  const double layers = std::sqrt(static_cast<double>(shift.size()));
+  const double most = std::max(state.config.contact_margin, std::max(kFarShift, layers) * error);
   return farthest > most ? most / farthest : 1;
 }
 
