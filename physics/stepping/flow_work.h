@@ -27,12 +27,19 @@ inline bool may_flow(const WorldState& state) {
 // that come from elsewhere count.
 constexpr double kFineWork = 1000;
 
+// Bodies up to which a world is a small one.
+constexpr double kSmallWorld = 1000;
+
+inline bool is_small(const WorldState& state) {
+  return static_cast<double>(state.bodies.size()) <= kSmallWorld;
+}
+
 /// What it may cost in this one. In a small world sweeps that are far from an answer, as with a heavy body on
 /// light ones, may go on, and an interior point after them, until a step takes some milliseconds; without
 /// joints each of up to a thousand bodies has `kFineWork`. Where there are joints what is more than usual is
 /// for the interior point alone: if these contradict each other, sweeps end nowhere.
 inline double flow_work(const WorldState& state, std::size_t joints) {
-  constexpr double kShared = 4e5, kSmallWorld = 1000;
+  constexpr double kShared = 4e5;
   const double usual = usual_flow_work(state);
   if (state.config.flow_work) return usual;
   const double bodies = static_cast<double>(state.bodies.size()) + kJointWork * static_cast<double>(joints);

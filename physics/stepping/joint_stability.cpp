@@ -31,14 +31,18 @@ bool is_calm(const WorldState& state, const JointRecord& joint, double h) {
   return fastest * h * h < 0.5;
 }
 
-}  // namespace
+bool is_rod(JointKind kind) {
+  return kind == JointKind::Distance || kind == JointKind::Rope || kind == JointKind::Pulley;
+}
 
-double stable_length(const WorldState& state, const Island& island, double enough) {
+/// @param counts  says which joints do
+template <class Counts>
+double stable_length_where(const WorldState& state, const Island& island, Counts&& counts) {
   double fastest = 0;  // largest w^2
   for (const std::uint32_t slot : island.joints) {
     const JointRecord& joint = state.joints[slot];
     const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-    if ((!moves(state, a) && !moves(state, b)) || is_calm(state, joint, enough)) continue;
+    if ((!moves(state, a) && !moves(state, b)) || !counts(joint)) continue;
     const JointEnd end_a = joint_end(state, a), end_b = joint_end(state, b);
     JointRows rows;
     const int count = joint_geometry(joint, end_a, end_b, rows);
@@ -62,13 +66,24 @@ double stable_length(const WorldState& state, const Island& island, double enoug
     if (joint.def.kind == JointKind::Pulley) {
       rod_a = length(anchor_a - joint.def.pulley_a);
       rod_b = length(anchor_b - joint.def.pulley_b);
-    } else if (joint.def.kind == JointKind::Distance || joint.def.kind == JointKind::Rope) {
+    } else if (is_rod(joint.def.kind)) {
       rod_a = rod_b = length(anchor_b - anchor_a);
     }
     shake(a, length(force_a), length(anchor_a - end_a.p), rod_a);
     shake(b, length(force_b), length(anchor_b - end_b.p), rod_b);
   }
   return fastest > 0 ? 1 / std::sqrt(fastest) : kInfinity;
+}
+
+}  // namespace
+
+double stable_length(const WorldState& state, const Island& island, double enough) {
+  return stable_length_where(state, island,
+                             [&](const JointRecord& joint) { return !is_calm(state, joint, enough); });
+}
+
+double stable_length_of_rods(const WorldState& state, const Island& island) {
+  return stable_length_where(state, island, [](const JointRecord& joint) { return is_rod(joint.def.kind); });
 }
 
 }  // namespace skerry

@@ -16,5 +16,7 @@ struct WorldState;
 /// load shake at w = sqrt(F r / I). An explicit step must resolve that (w h <= 1; it would blow up at 2)
 /// [Hairer, Lubich & Wanner 2006, sec. I.1]. Uses the forces of the last solve.
 double stable_length(const WorldState& state, const Island& island, double enough);
+/// The same for its rods, ropes and pulleys alone.
+double stable_length_of_rods(const WorldState& state, const Island& island);
 
 }  // namespace skerry

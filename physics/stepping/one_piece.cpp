@@ -13,6 +13,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_stability.h"
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/one_piece_positions.h"
 #include "physics/stepping/one_piece_rule.h"
@@ -54,6 +55,12 @@ constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 constexpr double kHeavyShare = 0.02, kHeavy = 100;
 constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyBodies = 700;
 constexpr double kMostThrownAway = 2e7;
+// A step in flow is cut into pieces no longer than this times what is stable for rods under load; in a small
+// world, where that is no price, nor than this times what is stable for hinges, which are steady but take
+// part in a blow too late; and into so many at most.
+constexpr double kRodSwing = 0.8, kHingeSwing = 4, kMostPieces = 64;
+// Where joints contradict each other, and so much of a residual is left, their forces say little.
+constexpr double kContradicted = 0.1, kMostContradicted = 4;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
 
@@ -551,7 +558,20 @@ bool make_step(WorldState& state, const Island& island, double from, double to, 
 
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result, double more) {
-  OnePieceStep(state, island, from, to, OnePieceStep::Answer::Swept, result, more).run();
+  // Loads that rise meanwhile cut what is left of the step again.
+  double made = 0;
+  for (double at = from; at < to; ++made) {
+    double stable = kRodSwing * stable_length_of_rods(state, island);
+    if (is_small(state))
+      stable = std::min(stable, kHingeSwing * stable_length(state, island, (to - at) / kHingeSwing));
+    const double most = result.report.residual > kContradicted ? kMostContradicted : kMostPieces;
+    const double pieces = std::ceil(std::clamp((to - at) / stable, 1.0, std::max(1.0, most - made)));
+    const double end = pieces > 1 ? at + (to - at) / pieces : to;
+    const double work = state.config.flow_work ? more / pieces : more;
+    OnePieceStep(state, island, at, end, OnePieceStep::Answer::Swept, result, work).run();
+    if (result.unmoved) break;
+    at = end;
+  }
   result.step_memory.flow = std::max(result.step_memory.flow, 1);
   for (const std::uint32_t i : island.bodies) {
     const int flow = state.step_memory[i].flow;
