@@ -312,7 +312,8 @@ bool Step::went_straight(std::uint32_t i) const {
   const SteppedIsland& island = s_.islands[static_cast<std::size_t>(b.island[i])];
   if (island.flew_alone) return true;
   const IslandResult& result = island.result();
-  return result.in_flight || (result.report.flowing && result.substeps == 1 && !result.unmoved);
+  return result.in_flight ||
+         (result.report.flowing && result.substeps == result.flow_pieces && !result.unmoved);
 }
 
 /// The way of the last round, of a body that went straight on.

@@ -59,8 +59,9 @@ constexpr double kMostThrownAway = 2e7;
 // world, where that is no price, nor than this times what is stable for hinges, which are steady but take
 // part in a blow too late; and into so many at most.
 constexpr double kRodSwing = 0.8, kHingeSwing = 4, kMostPieces = 64;
-// Where joints contradict each other, and so much of a residual is left, their forces say little.
-constexpr double kContradicted = 0.1, kMostContradicted = 4;
+// Where joints contradict each other, and so much of a residual is left, their forces say little; and so many
+// visits, which take some 100 ms, are enough for a step.
+constexpr double kContradicted = 5e-3, kWorkOfPieces = 3e7, kFewPieces = 4;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
 
@@ -85,9 +86,10 @@ class OnePieceStep {
  public:
   enum class Answer { Exact, NearlyExact, Swept };
 
-  /// @param more  times what flow may cost
+  /// @param more         times what flow may cost
+  /// @param more_pieces  like this one follow in this step
   OnePieceStep(WorldState& state, const Island& island, double from, double to, Answer answer,
-               IslandResult& result, double more = 1)
+               IslandResult& result, double more = 1, double more_pieces = 0)
       : state_(state),
         island_(island),
         from_(from),
@@ -95,6 +97,7 @@ class OnePieceStep {
         exact_(answer != Answer::Swept),
         nearly_(answer == Answer::NearlyExact && may_flow(state)),
         varying_(has_varying_forces(state, island)),
+        more_pieces_(more_pieces),
         result_(result) {
     slow_ = slow_speed(state, island, h_);
     const auto bodies = static_cast<double>(island.bodies.size());
@@ -497,7 +500,15 @@ class OnePieceStep {
       if (left_its_reach(state_, body)) leaves.store(true, std::memory_order_relaxed);
     });
     // Where a whole step goes straight on, the world can tell afterwards what it met.
-    return leaves && (exact_ || from_ > 0);
+    if (!leaves || !(exact_ || from_ > 0)) return false;
+    // It is not to be made again for each piece that follows.
+    for (std::size_t k = 0; more_pieces_ > 0 && k < after.size(); ++k) {
+      const std::uint32_t body = island_.bodies[k];
+      const Velocity shift = shift_of(k, before, after, pushed);
+      note_way(state_, body, more_pieces_ * length_of_shift(state_, body, shift), !exact_);
+      if (pushed[k]) stray(body, after[k], more_pieces_);
+    }
+    return true;
   }
 
   void advance(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
@@ -525,9 +536,11 @@ class OnePieceStep {
   }
 
   /// A body that an impulse acted on goes straight on with its new velocity.
-  void stray(std::uint32_t body, const Velocity& v) {
+  /// @param pieces  how many like this one
+  void stray(std::uint32_t body, const Velocity& v, double pieces = 1) {
     const double way =
-        h_ * std::max(speed_astray(state_, body, v, from_), speed_astray(state_, body, v, from_ + h_));
+        pieces * h_ *
+        std::max(speed_astray(state_, body, v, from_), speed_astray(state_, body, v, from_ + h_));
     note_way_astray(state_, body, way, !exact_);
   }
 
@@ -537,6 +550,7 @@ class OnePieceStep {
   bool exact_;   ///< no flow
   bool nearly_;  ///< what is nearly exact serves, too: then the island flows
   bool varying_;
+  double more_pieces_;
   IslandResult& result_;
   double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
   double exact_limit_ = 0;        ///< work for an exact answer
@@ -564,11 +578,14 @@ void step_island_in_flow(WorldState& state, const Island& island, double from, d
     double stable = kRodSwing * stable_length_of_rods(state, island);
     if (is_small(state))
       stable = std::min(stable, kHingeSwing * stable_length(state, island, (to - at) / kHingeSwing));
-    const double most = result.report.residual > kContradicted ? kMostContradicted : kMostPieces;
+    const bool few = result.report.residual > kContradicted ||
+                     result.work.visits + result.thrown_away.visits > kWorkOfPieces;
+    const double most = few ? kFewPieces : kMostPieces;
     const double pieces = std::ceil(std::clamp((to - at) / stable, 1.0, std::max(1.0, most - made)));
     const double end = pieces > 1 ? at + (to - at) / pieces : to;
     const double work = state.config.flow_work ? more / pieces : more;
-    OnePieceStep(state, island, at, end, OnePieceStep::Answer::Swept, result, work).run();
+    OnePieceStep(state, island, at, end, OnePieceStep::Answer::Swept, result, work, pieces - 1).run();
+    ++result.flow_pieces;
     if (result.unmoved) break;
     at = end;
   }

@@ -25,7 +25,9 @@
 
 namespace skerry {
 
-/// Brings an island in flow through a step, or what is left of it: to `to` [s] since its beginning.
+/// Brings an island in flow through a step, or what is left of it: to `to` [s] since its beginning. In one
+/// piece, but where rods, ropes or, in a small world, hinges are so taut that what hangs on them swings
+/// faster than that: then in up to 64.
 /// @param more  times what it may usually cost
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result, double more = 1);

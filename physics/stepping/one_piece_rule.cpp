@@ -218,7 +218,9 @@ void note_parted(const WorldState& state, const Island& island, double h, Island
 }
 
 int restlessness(const IslandResult& result) {
-  return result.substeps > kManyPieces ? 2 : result.substeps > kPieces ? 1 : 0;
+  // Rods cut what flows, however calm it is.
+  const int pieces = result.substeps - std::max(result.flow_pieces - 1, 0);
+  return pieces > kManyPieces ? 2 : pieces > kPieces ? 1 : 0;
 }
 
 }  // namespace skerry

