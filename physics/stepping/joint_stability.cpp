@@ -31,8 +31,12 @@ bool is_calm(const WorldState& state, const JointRecord& joint, double h) {
   return fastest * h * h < 0.5;
 }
 
-bool is_rod(JointKind kind) {
-  return kind == JointKind::Distance || kind == JointKind::Rope || kind == JointKind::Pulley;
+/// Whether it pulls along the line between its anchors. A spring that wants them in one place pulls towards
+/// it from everywhere.
+bool is_rod(const JointRecord& joint) {
+  const JointKind kind = joint.def.kind;
+  return kind == JointKind::Distance || kind == JointKind::Rope || kind == JointKind::Pulley ||
+         (kind == JointKind::Spring && joint.length > 0);
 }
 
 /// @param counts  says which joints do
@@ -66,7 +70,7 @@ double stable_length_where(const WorldState& state, const Island& island, Counts
     if (joint.def.kind == JointKind::Pulley) {
       rod_a = length(anchor_a - joint.def.pulley_a);
       rod_b = length(anchor_b - joint.def.pulley_b);
-    } else if (is_rod(joint.def.kind)) {
+    } else if (is_rod(joint)) {
       rod_a = rod_b = length(anchor_b - anchor_a);
     }
     shake(a, length(force_a), length(anchor_a - end_a.p), rod_a);
@@ -83,7 +87,7 @@ double stable_length(const WorldState& state, const Island& island, double enoug
 }
 
 double stable_length_of_rods(const WorldState& state, const Island& island) {
-  return stable_length_where(state, island, [](const JointRecord& joint) { return is_rod(joint.def.kind); });
+  return stable_length_where(state, island, [](const JointRecord& joint) { return is_rod(joint); });
 }
 
 }  // namespace skerry

@@ -12,11 +12,11 @@ struct WorldState;
 /// its jointed bodies moves, or if it is `enough` [s] at a glance.
 ///
 /// A force F that pulls at a distance r from the centre of mass acts on the angle like a spring of stiffness
-/// F r, and that of a rod of length l on its end like one of F / l: the light links of a chain under a heavy
-/// load shake at w = sqrt(F r / I). An explicit step must resolve that (w h <= 1; it would blow up at 2)
-/// [Hairer, Lubich & Wanner 2006, sec. I.1]. Uses the forces of the last solve.
+/// F r, and that of a rod, or a taut spring, of length l on its end like one of F / l: the light links of a
+/// chain under a heavy load shake at w = sqrt(F r / I). An explicit step must resolve that (w h <= 1; it
+/// would blow up at 2) [Hairer, Lubich & Wanner 2006, sec. I.1]. Uses the forces of the last solve.
 double stable_length(const WorldState& state, const Island& island, double enough);
-/// The same for its rods, ropes and pulleys alone.
+/// The same for its rods, ropes, springs and pulleys alone.
 double stable_length_of_rods(const WorldState& state, const Island& island);
 
 }  // namespace skerry
