@@ -326,10 +326,18 @@ class PieceSolve {
   /// a row with compliance g, whose place is there. For a linear oscillator without damper the energy is that
   /// of the beginning
   /// [Hairer, Lubich & Wanner 2006, sec. II.1.2, IV.2]; of second order in general.
+  ///
+  /// In a plastic piece all goes with v1 throughout, and the force is that of its end: u = J v1 and
+  /// g = 1 / (h^2 k + h c) in  J v1 + g lambda = -g h k C.
   /// @param stretch  C at the beginning of the piece
-  static double add_spring(Assembly& assembly, int i, double stretch, const std::vector<Velocity>& before,
-                           double h) {
+  double add_spring(Assembly& assembly, int i, double stretch, const std::vector<Velocity>& before,
+                    double h) const {
     const RowOrigin& origin = assembly.origin[i];
+    if (piece_.plastic) {
+      const double g = 1 / (h * (h * origin.stiffness + origin.damping));
+      assembly.system.compliance[i] = g;
+      return -g * h * origin.stiffness * stretch;
+    }
     const double g = 4 / (h * (h * origin.stiffness + 2 * origin.damping));
     assembly.system.compliance[i] = g;
     return -row_velocity(assembly, i, before) - g * h * origin.stiffness * stretch;

@@ -128,5 +128,51 @@ TEST(FlowOfChains, ABallOnLightLinksBreaksAWallAsItDoesInShorterSteps) {
   }
 }
 
+/// Balls of 20 kg fall onto discs of half a kilogram that springs hold between two walls.
+TEST(FlowOfChains, ATrampolineGivesBackNoMoreThanItGot) {
+  for (const char* stepper : {"time_stepping", "event_driven", "auto"}) {
+    SCOPED_TRACE(stepper);
+    WorldConfig config;
+    config.stepper = stepper;
+    World world(config);
+    test::add_ground(world, test::rough(make_box({1, 1}), 0.6));
+    const auto wall = [&](double x) {
+      const BodyId body = world.create_body({.type = BodyType::Static, .position = {x, 3}});
+      world.add_shape(body, test::rough(make_box({0.4, 0.4}), 0.6));
+      return body;
+    };
+    const auto spring = [&](BodyId a, BodyId b, Vec2 at, Vec2 to) {
+      world.create_joint({.kind = JointKind::Spring,
+                          .a = a,
+                          .b = b,
+                          .anchor_a = at,
+                          .anchor_b = to,
+                          .stiffness = 2e4,
+                          .damping = 20});
+    };
+    constexpr int count = 16;
+    BodyId last = wall(-4.4);
+    Vec2 at{-4.2, 3};
+    for (int k = 0; k < count; ++k) {
+      const Vec2 next{-4.2 + 8.4 * (k + 1) / (count + 1), 3};
+      const BodyId disc = test::add(world, next, test::rough(make_disc(0.15), 0.6), 0.5);
+      spring(last, disc, at, next);
+      last = disc;
+      at = next;
+    }
+    spring(last, wall(4.4), at, {4.2, 3});
+    for (int k = 0; k < 6; ++k)
+      test::add(world, {-1.5 + 0.6 * k, 5 + 0.7 * (k % 2)}, test::rough(make_disc(0.28), 0.6), 20);
+    const double energy = world.kinetic_energy() + world.potential_energy();
+    double most = 0;
+    for (int step = 0; step < 300; ++step) {
+      world.step(kStep);
+      most = std::max(most, world.kinetic_energy() + world.potential_energy());
+    }
+    std::printf("%s: at most %.4f of the energy\n", stepper, most / energy);
+    EXPECT_LE(most, energy * (1 + 1e-4));
+  }
+}
+
 }  // namespace
 }  // namespace skerry
