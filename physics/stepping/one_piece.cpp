@@ -57,8 +57,8 @@ constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyBodies = 70
 constexpr double kMostThrownAway = 2e7;
 // A step in flow is cut into pieces no longer than this times what is stable for rods under load; in a small
 // world, where that is no price, nor than this times what is stable for hinges, which are steady but take
-// part in a blow too late; and into so many at most.
-constexpr double kRodSwing = 0.8, kHingeSwing = 4, kMostPieces = 64;
+// part in a blow too late; and into so many at most, for hinges alone.
+constexpr double kRodSwing = 0.8, kHingeSwing = 4, kMostPieces = 64, kMostForHinges = 8;
 // Where joints contradict each other, and so much of a residual is left, their forces say little; and so many
 // visits, which take some 100 ms, are enough for a step.
 constexpr double kContradicted = 5e-3, kWorkOfPieces = 3e7, kFewPieces = 4;
@@ -575,13 +575,16 @@ void step_island_in_flow(WorldState& state, const Island& island, double from, d
   // Loads that rise meanwhile cut what is left of the step again.
   double made = 0;
   for (double at = from; at < to; ++made) {
-    double stable = kRodSwing * stable_length_of_rods(state, island);
-    if (is_small(state))
-      stable = std::min(stable, kHingeSwing * stable_length(state, island, (to - at) / kHingeSwing));
     const bool few = result.report.residual > kContradicted ||
                      result.work.visits + result.thrown_away.visits > kWorkOfPieces;
-    const double most = few ? kFewPieces : kMostPieces;
-    const double pieces = std::ceil(std::clamp((to - at) / stable, 1.0, std::max(1.0, most - made)));
+    const auto wanted = [&](double stable, double most) {
+      return std::ceil(std::clamp((to - at) / stable, 1.0, std::max(1.0, (few ? kFewPieces : most) - made)));
+    };
+    double pieces = wanted(kRodSwing * stable_length_of_rods(state, island), kMostPieces);
+    if (is_small(state)) {
+      const double stable = kHingeSwing * stable_length(state, island, (to - at) / kHingeSwing);
+      pieces = std::max(pieces, wanted(stable, kMostForHinges));
+    }
     const double end = pieces > 1 ? at + (to - at) / pieces : to;
     const double work = state.config.flow_work ? more / pieces : more;
     OnePieceStep(state, island, at, end, OnePieceStep::Answer::Swept, result, work, pieces - 1).run();
