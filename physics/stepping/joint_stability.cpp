@@ -90,4 +90,18 @@ double stable_length_of_rods(const WorldState& state, const Island& island) {
   return stable_length_where(state, island, [](const JointRecord& joint) { return is_rod(joint); });
 }
 
+bool swings_fast(const WorldState& state, const Island& island, double h) {
+  const BodyArrays& all = state.bodies;
+  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
+    const JointRecord& joint = state.joints[slot];
+    if (!(joint.def.stiffness > 0)) return false;
+    // The spring of a hinge acts on angles.
+    const bool turns = joint.def.kind == JointKind::Revolute;
+    const auto mobility = [&](BodyId body) {
+      return !body ? 0 : turns ? all.inverse_inertia[body.index] : all.inverse_mass[body.index];
+    };
+    return h * h * joint.def.stiffness * (mobility(joint.def.a) + mobility(joint.def.b)) > 4;
+  });
+}
+
 }  // namespace skerry

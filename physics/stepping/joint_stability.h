@@ -19,4 +19,8 @@ double stable_length(const WorldState& state, const Island& island, double enoug
 /// The same for its rods, ropes, springs and pulleys alone.
 double stable_length_of_rods(const WorldState& state, const Island& island);
 
+/// Whether a spring of the island swings its bodies faster than a piece of length `h` [s] can follow: w h
+/// > 2.
+bool swings_fast(const WorldState& state, const Island& island, double h);
+
 }  // namespace skerry

@@ -32,6 +32,10 @@ namespace {
 // Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
 // s.
 constexpr double kStablePieces = 256;
+// How often a piece that something ends is solved again for what is left of it, where springs swing fast, and
+// the share of it that is too little for them.
+constexpr int kShorterPieces = 3;
+constexpr double kTooShort = 1e-6;
 
 // Contact points, summed over the pieces of a step, after which landings are plastic; but so many pieces
 // always.
@@ -128,17 +132,26 @@ class IslandStep {
       const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       choose_resting(last);
       island_velocities(state_, island_, before);
-      const Piece part{elapsed_, length, resting_, last, stops_ < kMostStops, varying_, told_};
-      PieceForces forces = solve_piece(state_, island_, part, before, after, result_);
-      if (forces.given_up) return elapsed_;
-      if (are_lost(state_, island_, after)) return to;
-      double hit = last ? length : next_hit(length, before, after);
+      PieceForces forces;
+      double solved = length, hit = length;
+      bool lost = false;
       // Points that would go down from where they are join the solve; each round adds at least one.
-      while (sinking_) {
-        forces = solve_piece(state_, island_, part, before, after, result_);
-        if (forces.given_up) return elapsed_;
-        if (are_lost(state_, island_, after)) return to;
-        hit = next_hit(length, before, after);
+      const auto solve = [&] {
+        const Piece part{elapsed_, solved, resting_, last, stops_ < kMostStops, varying_, told_};
+        do {
+          forces = solve_piece(state_, island_, part, before, after, result_);
+          lost = !forces.given_up && are_lost(state_, island_, after);
+          if (forces.given_up || lost) return false;
+          hit = last ? solved : next_hit(solved, before, after);
+        } while (sinking_);
+        return true;
+      };
+      if (!solve()) return lost ? to : elapsed_;
+      // What a spring does on the whole of a piece in which it swings to and fro says nothing of a part.
+      for (int k = 0; k < kShorterPieces && hit < solved && swings_fast(state_, island_, solved); ++k) {
+        if (hit < kTooShort * length) break;
+        solved = hit;
+        if (!solve()) return lost ? to : elapsed_;
       }
       // The end of sliding is an end of the piece.
       if (forces.stop < hit) {
@@ -154,7 +167,7 @@ class IslandStep {
       const bool jointed = !island_.joints.empty();
       const std::optional<IslandEnergy> energy =
           last || jointed ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
-      advance(hit, length, before, after, last);
+      advance(hit, solved, before, after, last);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
       refresh_manifolds();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Chains under load in flow: a ball on light links breaks a wall, in whole steps as in shorter ones.
+// Chains under load in flow: a ball on light links breaks a wall, in whole steps as in shorter ones. And what
+// springs hold that swing faster than a step.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -172,6 +173,53 @@ TEST(FlowOfChains, ATrampolineGivesBackNoMoreThanItGot) {
     std::printf("%s: at most %.4f of the energy\n", stepper, most / energy);
     EXPECT_LE(most, energy * (1 + 1e-4));
   }
+}
+
+/// A ball of 100 kg falls onto a block of small discs that stiff springs hold: they swing forty times to and
+/// fro in a step, of which contacts end many a piece.
+TEST(StiffSprings, OfABlockUnderAHeavyBallGainNoEnergy) {
+  World world;
+  test::add_ground(world, test::rough(make_box({1, 1}), 0.6));
+  constexpr int side = 6;
+  std::vector<BodyId> discs;
+  const auto place = [](int row, int column) { return Vec2{0.4 * column, 2 + 0.4 * row}; };
+  const auto at = [](int row, int column) {
+    return static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column);
+  };
+  for (int row = 0; row < side; ++row)
+    for (int column = 0; column < side; ++column)
+      discs.push_back(test::add(world, place(row, column), test::rough(make_disc(0.15), 0.6), 0.2));
+  const auto spring = [&](int row, int column, int to_row, int to_column) {
+    if (to_row >= side || to_column < 0 || to_column >= side) return;
+    world.create_joint({.kind = JointKind::Spring,
+                        .a = discs[at(row, column)],
+                        .b = discs[at(to_row, to_column)],
+                        .anchor_a = place(row, column),
+                        .anchor_b = place(to_row, to_column),
+                        .stiffness = 3e5,
+                        .damping = 10});
+  };
+  for (int row = 0; row < side; ++row) {
+    for (int column = 0; column < side; ++column) {
+      spring(row, column, row, column + 1);
+      spring(row, column, row + 1, column);
+      spring(row, column, row + 1, column + 1);
+      spring(row, column, row + 1, column - 1);
+    }
+  }
+  test::add(world, {1, 7}, test::rough(make_disc(0.5), 0.6), 100);
+  const double energy = world.kinetic_energy() + world.potential_energy();
+  double before = energy, jump = 0, most = 0;
+  for (int step = 0; step < 300; ++step) {
+    world.step(kStep);
+    const double now = world.kinetic_energy() + world.potential_energy();
+    jump = std::max(jump, now - before);
+    most = std::max(most, now);
+    before = now;
+  }
+  std::printf("at most %.5f of the energy, largest jump %.5f\n", most / energy, jump / energy);
+  EXPECT_LE(most, energy * (1 + 1e-4));
+  EXPECT_LE(jump, 0.005 * energy);
 }
 
 }  // namespace
