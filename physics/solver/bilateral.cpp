@@ -452,7 +452,7 @@ extern const SolverEntry kBilateralEntry;
 const SolverEntry kBilateralEntry = {
     .name = "bilateral",
     .summary = "joints and springs without bounds: one factorisation and its refinement",
-    .reference = "Golub & Van Loan 2013, sec. 3.5.3, 4.2.8, 4.3.5; Rockafellar 1976",
+    .reference = "Golub & Van Loan 2013, sec. 3.5.3, 4.2.8; George & Liu 1981, sec. 4.2; Rockafellar 1976",
     .exact = true,
     .friction = false,
     .bilateral = true,
