@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "physics/solver/associated_path.h"
+#include "tests/bench/everyday_scenes.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -120,6 +121,32 @@ TEST(ComingToRest, ForcesThatAreFarFromAnAnswerMakeNoPieceOfAStep) {
   std::printf("%d steps in flow, %d attempts\n", flowing, attempts);
   EXPECT_GT(flowing, 10);
   EXPECT_GT(attempts, 0);
+}
+
+/// The top has to move by what the gaps of 77 layers add up to.
+TEST(ComingToRest, TheGapsOfALargePileAreClosed) {
+  const scale::Scene scene = scale::loose_pyramid();
+  WorldConfig config;
+  config.gravity = scene.gravity;
+  World world(config);
+  for (const scale::Item& item : scene.items) {
+    const BodyId body =
+        world.create_body({.type = item.type, .position = item.at, .velocity = item.velocity});
+    const Vec2 half = item.parts.front().half;
+    world.add_shape(body, test::rough(make_box({2 * half.x, 2 * half.y}), scene.friction));
+  }
+  int step = 0, dear = 0;
+  bool rests = false;
+  for (; step < 240 && !rests; ++step) {
+    const StepReport& report = world.step(kStep);
+    rests = report.inexact_islands == 0 && world.kinetic_energy() < 1e-12;
+    dear += report.work.factorisations > 30;
+  }
+  std::printf("%s after %d steps, %d of them with more than 30 factors\n", rests ? "exact" : "not exact",
+              step, dear);
+  EXPECT_TRUE(rests);
+  // Looks that are in vain for a single brick do not factor.
+  EXPECT_LE(dear, 1);
 }
 
 /// The problem of rest of a row of boxes on a slope: bodies that do not move yet, and gravity.

@@ -304,6 +304,8 @@ TEST(FlowWithJoints, WhatIsHeldStaysAsItIsUntilItIsTouched) {
       EXPECT_EQ(report.inexact_islands, 1);
     }
     EXPECT_EQ(awake.report().islands_in_flow, 1);
+    // The forces that held it do so still: no others are looked for.
+    EXPECT_EQ(awake.report().work.factorisations, 0);
   }
   // Then somebody is kicked.
   const BodyId limb = world.joints().front().def.a;
