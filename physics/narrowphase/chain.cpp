@@ -205,7 +205,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   // onto which it moves without ever having been nearest to more than the corner between.
   const auto from_valley = [&] {
     const Vec2 start = lowest - s.v[1], end = lowest - s.v[0];
-    if (axis.index < 0 || other.radius > 0 || low < -noise || !s.is_over_valley(lowest, noise) ||
+    if (axis.index < 0 || other.radius > 0 || !s.is_over_valley(lowest, noise) ||
         std::min(length_squared(start), length_squared(end)) > margin * margin) {
       return none;
     }

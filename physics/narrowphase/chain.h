@@ -29,9 +29,9 @@ void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& 
 /// stays between those of the two segments, and the middle may be on the left of either. In a valley and on
 /// flat stretches only the segments' own normals occur, and where two segments are collinear, the inner
 /// corner is no end of the contact, so it gives no point while the contact goes on beyond it. A sharp corner
-/// that is above the other side of a valley, within the margin of its bottom, is a point of this side, too:
-/// it may come down along the other one. So is the lowest corner above this side of what leans on the ridge
-/// where it begins: it lands here when it has turned over.
+/// that is above the other side of a valley, or has sunk into it, within the margin of its bottom, is a point
+/// of this side, too: it may come down along the other one. So is the lowest corner above this side of what
+/// leans on the ridge where it begins: it lands here when it has turned over.
 ///
 /// @param segment  0 <= segment < chain_segment_count(chain)
 /// @param margin   largest separation that is still reported [m], >= 0

@@ -144,6 +144,35 @@ TEST(Chain, ACornerThatSlidesIntoAValleyMeetsTheOtherSide) {
   }
 }
 
+/// What has sunk into both sides of a valley was reported by one of them only, and slid down into the other.
+TEST(Chain, ACornerThatHasSunkIntoTheBottomOfAValleyIsHeldByBothSides) {
+  Scenes scenes(27);
+  for (int i = 0; i < 4000; ++i) {
+    const double left = scenes.uniform(0.1, 1.5), right = scenes.uniform(0.1, 1.5);
+    const Shape valley =
+        make_chain(std::vector<Vec2>{{-5, 9}, {-3, 3 * left}, {0, 0}, {3, 3 * right}, {5, 9}});
+    const double wide = scenes.uniform(0.1, 0.5);
+    const Shape wedge =
+        make_polygon(std::vector<Vec2>{{0, 0}, {wide, 0.8}, {-scenes.uniform(0.1, 0.5), 0.8}});
+    // Its right edge lies along the right side, or leans away from it.
+    const double lean = i % 2 == 0 ? 1e-3 : 0.2;
+    const double angle = std::atan(right) - std::atan2(0.8, wide) + scenes.uniform(0, lean);
+    const double depth = std::pow(10, scenes.uniform(-13, -3));
+    const Vec2 away{scenes.uniform(-1, 1), scenes.uniform(-1, 0)};
+    const Vec2 sides[] = {valley.normals[1], valley.normals[2]};
+    if (dot(sides[0], away) > 0 || dot(sides[1], away) > 0) continue;
+    for (const int side : {0, 1}) {
+      const Manifold m =
+          collide_chain_segment(valley, 1 + side, {}, wedge, {depth * away, Rot::from_angle(angle)}, 0.005);
+      ASSERT_GE(m.count, 1) << "wedge " << i << ", depth " << depth << ", side " << side;
+      ASSERT_NEAR(dot(m.normal, sides[side]), 1, 1e-12) << i;
+      double nearest = kInfinity;
+      for (int k = 0; k < m.count; ++k) nearest = std::min(nearest, m.points[k].separation);
+      ASSERT_LE(std::abs(nearest), 4 * depth) << i;
+    }
+  }
+}
+
 TEST(Chain, AFlatStretchAnswersAsAHalfPlane) {
   Scenes scenes(29);
   const Shape plane = make_half_plane({0, 0}, {0, 1});
