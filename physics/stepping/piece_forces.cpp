@@ -9,6 +9,7 @@
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_notes.h"
+#include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/paradox.h"
 #include "physics/stepping/sliding_stop.h"
 #include "physics/stepping/solver_memories.h"
@@ -81,6 +82,8 @@ class PieceSolve {
     const double largest = largest_of(state_.island_threads, v.size(), kBodiesAPiece, move);
     // Below this the Jacobian changes by less than rounding.
     if (largest < 1e-12 && !piece_.told) return false;
+    if (has_loops_of_joints(state_, island_))
+      hold_joints(state_, island_, piece_.elapsed + 0.5 * h, poses, angles, result_);
     const auto pose = [&](std::uint32_t body) {
       const int local = state_.local_index[body];
       return local >= 0 ? poses[local] : pose_at(state_, body, piece_.elapsed + 0.5 * h);

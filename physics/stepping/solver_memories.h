@@ -14,7 +14,7 @@
 namespace skerry {
 
 /// For what a system is solved: systems of the same rows do not share their memory.
-enum class SolvePurpose : std::uint8_t { Forces, Positions, Velocities, Welds };
+enum class SolvePurpose : std::uint8_t { Forces, Positions, Velocities, Welds, Midpoints };
 
 inline std::uint64_t memory_key(SolvePurpose purpose, const IslandSystem& system) {
   Fnv1a key;
