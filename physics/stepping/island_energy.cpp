@@ -183,6 +183,10 @@ struct InnerMotion {
 
 }  // namespace
 
+bool may_be_given_energy(const WorldState& state, const Island& island) {
+  return ground_moves(state, island) || is_driven(state, island);
+}
+
 IslandEnergy::IslandEnergy(const WorldState& state, const Island& island, bool known) : known_(known) {
   const BodyArrays& all = state.bodies;
   for (const std::uint32_t i : island.bodies) {
@@ -313,12 +317,12 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
 }
 
 void IslandEnergy::keep(WorldState& state, const Island& island, double work) const {
-  if (ground_moves(state, island) || is_driven(state, island)) return;
+  if (may_be_given_energy(state, island)) return;
   const double gained = gain(state, island, true) - work;
   if (gained == 0) return;
   const InnerMotion inner(state, island);
   const double small = island.contacts.empty() ? kSmallForJoints : kSmallCorrection;
-  if (std::abs(gained) <= small * inner.energy)
+  if (gained <= inner.energy && gained >= -small * inner.energy)
     inner.scale(state, island, std::sqrt(1 - gained / inner.energy));
 }
 

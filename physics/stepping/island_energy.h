@@ -17,6 +17,9 @@ struct WorldState;
 /// True if no contact or joint of the island is with something that does not react.
 bool is_free(const WorldState& state, const Island& island);
 
+/// True if moving ground, motors or springs may bring an island energy.
+bool may_be_given_energy(const WorldState& state, const Island& island);
+
 /// Motion of an island as if it were one body.
 struct RigidMotion {
   Vec2 centre, v;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/solver/impact_tools.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/deep_points.h"
@@ -62,6 +63,9 @@ constexpr double kRodSwing = 0.8, kHingeSwing = 4, kMostPieces = 64, kMostForHin
 // Where joints contradict each other, and so much of a residual is left, their forces say little; and so many
 // visits, which take some 100 ms, are enough for a step.
 constexpr double kContradicted = 5e-3, kWorkOfPieces = 3e7, kFewPieces = 4;
+// Energy in that of the free motion that an exact answer with bounces may have, by its rounding, and one of
+// sweeps, which are not at their end.
+constexpr double kRoundedGain = 1 + 1e-9, kWildGain = 1.5;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
 
@@ -238,8 +242,22 @@ class OnePieceStep {
                                             : work_left(state_, result_);
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     options.threads = state_.island_threads;
-    Solution solution = exact_ ? solve_exactly(spare->system, *warm, options)
-                               : solve_in_flow(*points, before, after, *spare, more, *warm, options);
+    const auto answer = [&] {
+      return exact_ ? solve_exactly(spare->system, *warm, options)
+                    : solve_in_flow(*points, before, after, *spare, more, *warm, options);
+    };
+    Solution solution = answer();
+    if (bounced_ && gains_energy((more ? **more : *spare).system, solution.lambda, after)) {
+      // What is squeezed does not bounce.
+      bounces_ = false;
+      more.reset();
+      choose_points(*points);
+      set_up(*points, before, after, *spare, *warm);
+      const SolveWork bouncing = solution.work;
+      give_spare(std::move(solution.lambda));
+      solution = answer();
+      solution.work += bouncing;
+    }
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
     const IslandSystem& system = assembly.system;
     result_.work += solution.work;
@@ -335,7 +353,21 @@ class OnePieceStep {
     const double gap = exact_ && is_touching(state_, point) ? 0 : std::max(0.0, point.separation);
     const double approach =
         contact.restitution > 0 ? -row_velocity(assembly, static_cast<int>(row), before) : 0;
-    return approach > slow_ && gap < h_ * approach ? contact.restitution * approach : -gap / h_;
+    if (!bounces_ || !(approach > slow_ && gap < h_ * approach)) return -gap / h_;
+    bounced_.store(true, std::memory_order_relaxed);
+    return contact.restitution * approach;
+  }
+
+  /// True if impulses leave more energy than the free motion `free` has. Those of Coulomb's law without
+  /// bounces take some, or nothing; where several bounce at once, one of them may be driven by the others.
+  bool gains_energy(const IslandSystem& system, const std::vector<double>& lambda,
+                    const std::vector<Velocity>& free) const {
+    if (may_be_given_energy(state_, island_)) return false;
+    Spare<std::vector<Velocity>> after;
+    *after = free;
+    apply_impulses(system, lambda, *after);
+    const double most = exact_ ? kRoundedGain : kWildGain;
+    return impact::kinetic_energy(system, *after) > most * impact::kinetic_energy(system, free);
   }
 
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
@@ -550,6 +582,8 @@ class OnePieceStep {
   bool exact_;   ///< no flow
   bool nearly_;  ///< what is nearly exact serves, too: then the island flows
   bool varying_;
+  bool bounces_ = true;                        ///< what lands fast enough does
+  mutable std::atomic<bool> bounced_ = false;  ///< something did
   double more_pieces_;
   IslandResult& result_;
   double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]

@@ -222,8 +222,9 @@ class PieceSolve {
     if (origin.spring()) {
       target = add_spring(assembly, i, start.origin[i].error, before, h);
     } else {
-      if (found_.moving && (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint ||
-                            origin.kind == RowKind::Motor || sticks(origin) || rests(start, i, before)))
+      if (found_.moving &&
+          (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || origin.kind == RowKind::Motor ||
+           stands(start, i, before) || rests(start, i, before)))
         target = row_velocity(start, i, before) - row_velocity(assembly, i, before);
       if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
       if (origin.kind == RowKind::Limit && !rests(start, i, before))
@@ -368,9 +369,13 @@ class PieceSolve {
       std::fill(v.begin(), v.end(), Velocity{});
   }
 
-  bool sticks(const RowOrigin& origin) const {
+  /// Friction that held in the last piece, or of what does not slide at the beginning of this one: held at
+  /// the end alone, where what turns has moved on in between, it would do work.
+  bool stands(const Assembly& start, int i, const std::vector<Velocity>& v) const {
+    const RowOrigin& origin = start.origin[i];
     if (origin.joint || origin.kind != RowKind::Friction) return false;
-    return state_.contacts[origin.index].points[origin.point].sticking;
+    return state_.contacts[origin.index].points[origin.point].sticking ||
+           std::abs(row_velocity(start, i, v)) <= state_.config.rest_speed;
   }
 
   /// What the last piece, or step, had at this row.

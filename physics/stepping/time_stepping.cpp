@@ -36,6 +36,9 @@ constexpr double kStablePieces = 256;
 // the share of it that is too little for them.
 constexpr int kShorterPieces = 3;
 constexpr double kTooShort = 1e-6;
+// The same where it ends before this share, and a body that is no disc turns by so much under its contacts
+// [rad].
+constexpr double kPart = 0.7, kFarTurn = 0.1;
 
 // Contact points, summed over the pieces of a step, after which landings are plastic; but so many pieces
 // always.
@@ -135,9 +138,11 @@ class IslandStep {
       PieceForces forces;
       double solved = length, hit = length;
       bool lost = false;
+      // Of a piece in which a spring swings to and fro there is no part that ends where sliding does.
+      const bool may_stop = stops_ < kMostStops && !swings_fast(state_, island_, length);
       // Points that would go down from where they are join the solve; each round adds at least one.
       const auto solve = [&] {
-        const Piece part{elapsed_, solved, resting_, last, stops_ < kMostStops, varying_, told_};
+        const Piece part{elapsed_, solved, resting_, last, may_stop, varying_, told_};
         do {
           forces = solve_piece(state_, island_, part, before, after, result_);
           lost = !forces.given_up && are_lost(state_, island_, after);
@@ -147,8 +152,13 @@ class IslandStep {
         return true;
       };
       if (!solve()) return lost ? to : elapsed_;
-      // What a spring does on the whole of a piece in which it swings to and fro says nothing of a part.
-      for (int k = 0; k < kShorterPieces && hit < solved && swings_fast(state_, island_, solved); ++k) {
+      // What a spring does on the whole of a piece in which it swings to and fro says nothing of a part, nor
+      // what contacts do while a body turns far.
+      const auto is_of_whole = [&] {
+        return swings_fast(state_, island_, solved) ||
+               (hit < kPart * solved && turns_far(solved, before, after));
+      };
+      for (int k = 0; k < kShorterPieces && hit < solved && is_of_whole(); ++k) {
         if (hit < kTooShort * length) break;
         solved = hit;
         if (!solve()) return lost ? to : elapsed_;
@@ -312,6 +322,22 @@ class IslandStep {
       return resting_[static_cast<std::size_t>(there - island_.contacts.begin())] == 0 ? segment : -1;
     };
     return {free(contact.child - 1), free(contact.child + 1)};
+  }
+
+  /// True if a body turns so far in a time `h` [s] under a contact on which it rests that its corners go
+  /// another way.
+  bool turns_far(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after) const {
+    const auto turns = [&](std::uint32_t body, std::uint32_t shape) {
+      const int k = state_.local_index[body];
+      return k >= 0 && h * std::max(std::abs(before[k][2]), std::abs(after[k][2])) > kFarTurn &&
+             state_.shapes[shape].shape->kind != ShapeKind::Disc;
+    };
+    for (std::size_t k = 0; k < resting_.size(); ++k) {
+      if (resting_[k] == 0) continue;
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      if (turns(contact.body_a, contact.shape_a) || turns(contact.body_b, contact.shape_b)) return true;
+    }
+    return false;
   }
 
   bool moves(std::uint32_t body, const std::vector<Velocity>& before,

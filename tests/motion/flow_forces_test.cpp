@@ -55,7 +55,8 @@ TEST(FlowWithForces, PilesUnderDragFlowAndEndInRest) {
     test::add_pit(world);
     const std::vector<BodyId> bodies = test::add_pile(world, 140, 0);
     for (const BodyId body : bodies) world.set_drag(body, {.linear = drag, .angular = 0.05 * drag});
-    const Seen seen = watch(world, 1500);
+    // Of 40 such piles seven take more than 1500 steps, at a drag of 10.
+    const Seen seen = watch(world, drag > 1 ? 3000 : 1500);
     EXPECT_GT(seen.flowing, 60) << drag;
     EXPECT_LT(seen.visits, most_visits(140)) << drag;
     EXPECT_LT(seen.deepest, 0.05) << drag;
