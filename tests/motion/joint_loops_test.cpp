@@ -56,15 +56,15 @@ struct Pair {
 };
 
 struct Kind {
-  JointKind kind;
   const char* name;
   int rows;
+  JointKind kind;
   bool pins;  ///< a point of one to a point of the other
 };
 constexpr Kind kKinds[] = {
-    {JointKind::Revolute, "revolute", 2, true},    {JointKind::Distance, "distance", 1, false},
-    {JointKind::Prismatic, "prismatic", 2, false}, {JointKind::Weld, "weld", 3, true},
-    {JointKind::Wheel, "wheel", 1, false},         {JointKind::Gear, "gear", 1, false}};
+    {"revolute", 2, JointKind::Revolute, true},    {"distance", 1, JointKind::Distance, false},
+    {"prismatic", 2, JointKind::Prismatic, false}, {"weld", 3, JointKind::Weld, true},
+    {"wheel", 1, JointKind::Wheel, false},         {"gear", 1, JointKind::Gear, false}};
 
 class JointLoops : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, JointLoops, testing::Values("time_stepping", "event_driven"),

@@ -28,7 +28,8 @@ class RandomWorld {
     const int count = 5 + pick(12);
     const bool heavy = one_in(2), fast = one_in(3);
     for (int i = 0; i < count; ++i) {
-      const Vec2 at{-6.0 + (i % 13) + uniform(-0.15, 0.15), 1.8 + i / 13 + uniform(-0.15, 0.15)};
+      const int row = i / 13;
+      const Vec2 at{-6.0 + (i % 13) + uniform(-0.15, 0.15), 1.8 + row + uniform(-0.15, 0.15)};
       const double speed = fast ? 15 : 2, mass = heavy ? std::pow(10, uniform(-2, 2)) : uniform(0.5, 2);
       bodies_.push_back(test::add(world_, at, test::rough(shape(), friction_, restitution_), mass,
                                   {uniform(-speed, speed), uniform(-speed, speed)}, uniform(-speed, speed),
@@ -80,13 +81,12 @@ class RandomWorld {
     const double size = uniform(0.25, 0.7);
     switch (pick(4)) {
       case 0: {
-        std::vector<Vec2> corners;
-        const int count = 3 + pick(6);
-        const double first = uniform(0, 6);
-        for (int i = 0; i < count; ++i)
-          corners.push_back(
-              0.5 * size *
-              Vec2{std::cos(first + 2 * kPi * i / count), std::sin(first + 2 * kPi * i / count)});
+        std::vector<Vec2> corners(static_cast<std::size_t>(3 + pick(6)));
+        const double first = uniform(0, 6), turn = 2 * kPi / static_cast<double>(corners.size());
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+          const double angle = first + turn * static_cast<double>(i);
+          corners[i] = 0.5 * size * Vec2{std::cos(angle), std::sin(angle)};
+        }
         return make_polygon(corners);
       }
       case 1:
