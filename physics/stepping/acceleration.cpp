@@ -283,14 +283,16 @@ bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, cons
     const AccelerationRow& row = *unknowns[static_cast<std::size_t>(j)].row;
     rhs(j) = -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free));
   }
-  Eigen::VectorXd solution;
+  Eigen::VectorXd solution(n);
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
   ++result_.work.factorisations;
   if (lu.isInvertible()) {
     solution = lu.solve(rhs);
   } else {
-    // Redundant supports: the least of the forces that do it.
-    solution = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix).solve(rhs);
+    // Redundant supports: of the forces that do it those nearest to the ones with which the mode was chosen.
+    for (int j = 0; j < n; ++j) solution(j) = *unknowns[static_cast<std::size_t>(j)].value;
+    solution +=
+        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix).solve(rhs - matrix * solution);
     const double error = (matrix * solution - rhs).cwiseAbs().maxCoeff();
     if (error > 1e-9 * (1 + rhs.cwiseAbs().maxCoeff())) return false;
   }
@@ -320,12 +322,15 @@ bool AccelerationProblem::solve_sparse(const std::vector<Unknown>& unknowns, con
     const AccelerationRow& row = *unknown.row;
     add(row, -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free)));
   }
+  lambda.clear();
+  for (const Unknown& unknown : unknowns) lambda.push_back(*unknown.value);
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     for (int f = 0; f < unknowns[i].count; ++f) {
       Row& row = add(*unknowns[i].friction[static_cast<std::size_t>(f)].first, 0);
       row.kind = RowKind::Friction;
       row.normal = static_cast<int>(i);
       row.mu = unknowns[i].friction[static_cast<std::size_t>(f)].second;
+      lambda.push_back(row.mu * lambda[i]);
     }
   }
   return sparse_.solve(system, static_cast<int>(unknowns.size()), result_.work, lambda);
@@ -382,13 +387,15 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   out.row_force.resize(mode.rows.size());
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
     out.row_force[i] = given_force(mode.rows[i], out.rows[i]);
-    if (mode.rows[i].state == RowState::Holds)
-      unknowns.push_back(Unknown{&g.rows[i], &g.rows[i], &out.row_force[i]});
+    if (mode.rows[i].state != RowState::Holds) continue;
+    if (!mode.row_force.empty()) out.row_force[i] = mode.row_force[i];
+    unknowns.push_back(Unknown{&g.rows[i], &g.rows[i], &out.row_force[i]});
   }
   for (std::size_t p = 0; p < mode.points.size(); ++p) {
     if (!mode.points[p].closed) continue;
     AccelerationRow& push = pushes.emplace_back(g.normals[p]);
     Unknown normal{&g.normals[p], &push, &out.point_force[p]};
+    if (!mode.point_force.empty()) out.point_force[p] = mode.point_force[p];
     for (std::size_t k = 0; k < mode.grips.size(); ++k) {
       const Grip& grip = mode.grips[k];
       if (grip.contact != mode.points[p].contact || grip.sign == 0) continue;
@@ -401,15 +408,17 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
     }
     unknowns.push_back(normal);
   }
-  const auto is_loaded = [&](const Grip& grip) {
-    for (int i = 0; i < grip.count; ++i) {
-      if (mode.points[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])].closed) return true;
-    }
-    return false;
+  // Two points hold the angle already; resistance to rolling takes over when one of them parts.
+  const auto holds = [&](const Grip& grip) {
+    int closed = 0;
+    for (int i = 0; i < grip.count; ++i)
+      closed += mode.points[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])].closed;
+    return closed == 1 || (closed > 1 && !grip.rolling);
   };
   for (std::size_t k = 0; k < mode.grips.size(); ++k) {
-    if (mode.grips[k].sign == 0 && is_loaded(mode.grips[k]))
-      unknowns.push_back(Unknown{&g.grips[k], &g.grips[k], &out.grip_force[k]});
+    if (mode.grips[k].sign != 0 || !holds(mode.grips[k])) continue;
+    if (!mode.grip_force.empty()) out.grip_force[k] = mode.grip_force[k];
+    unknowns.push_back(Unknown{&g.grips[k], &g.grips[k], &out.grip_force[k]});
   }
 
   const int n = static_cast<int>(unknowns.size());
@@ -495,7 +504,7 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
     int row = -1;
     std::size_t index = 0;
   };
-  std::vector<Place> limits, motors, normals, frictions;
+  std::vector<Place> held, limits, motors, normals, frictions;
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
     if (mode.rows[i].state != RowState::Holds) continue;
     const int at = system.size();
@@ -512,6 +521,7 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
         break;
       }
       default:
+        held.push_back({at, i});
         add(g.rows[i], RowKind::Joint);
     }
   }
@@ -545,6 +555,18 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
   result_.work.resolves += solution.work.resolves;
   result_.work.pivots += solution.work.pivots;
   if (solution.status != SolveStatus::Solved) return false;
+
+  mode.point_force.assign(mode.points.size(), 0);
+  mode.grip_force.assign(mode.grips.size(), 0);
+  mode.row_force.assign(mode.rows.size(), 0);
+  const auto force_of = [&](const Place& place) {
+    return solution.lambda[static_cast<std::size_t>(place.row)];
+  };
+  for (const Place& place : held) mode.row_force[place.index] = force_of(place);
+  for (const Place& place : limits) mode.row_force[place.index] = force_of(place);
+  for (const Place& place : motors) mode.row_force[place.index] = force_of(place);
+  for (const Place& place : normals) mode.point_force[place.index] = force_of(place);
+  for (const Place& place : frictions) mode.grip_force[place.index] += force_of(place);
 
   const std::vector<double> w = row_velocities(system, solution.lambda);
   double load = 0;

@@ -7,6 +7,9 @@
 namespace skerry {
 namespace {
 
+// Rounding of a place, in shares of its coordinates.
+constexpr double kRoundedPlace = 4e-15;
+
 /// Corners and edges of a shape as the manifold's feature codes count them.
 class Outline {
  public:
@@ -69,6 +72,16 @@ int matching_edge(const Outline& outline, int i, Vec2 n) {
   return -1;
 }
 
+/// True if a point that touches a corner, with a normal that is that of an edge there, has passed the corner:
+/// the edge does not meet it any more. @param point  in the frame of the outline  @param slack  rounding [m]
+bool is_past(const Outline& outline, int edge, Vec2 point, double slack) {
+  ContactFeatures f;
+  Vec2 start;
+  set_edge(outline, edge, start, f);
+  const double s = dot(f.along, point - start);
+  return std::min(s, f.length - s) < -std::max(0.5 * kBeyondCorner, slack);
+}
+
 /// Point `p` of F above the edge (start `e`, normal N) of E. All vectors in the world frame; the result's
 /// normal points from E to F.
 ContactKinematics point_on_edge(const ContactFeatures& f, Vec2 start, Vec2 point, double radius_e,
@@ -120,9 +133,22 @@ std::optional<ContactFeatures> features_of(const Contact& contact, const Shape& 
   f.radius_a = a.radius;
   f.radius_b = b.radius;
   if (edge_a < 0 && edge_b < 0) {
+    const Vec2 corner_a = to_world(pose_a, outline_a.corner(index_a)),
+               corner_b = to_world(pose_b, outline_b.corner(index_b));
+    const double slack = kRoundedPlace * (std::abs(corner_a.x) + std::abs(corner_a.y));
     edge_a = matching_edge(outline_a, index_a, inverse_rotate(pose_a.q, contact.manifold.normal));
-    if (edge_a < 0)
-      edge_b = matching_edge(outline_b, index_b, inverse_rotate(pose_b.q, -contact.manifold.normal));
+    edge_b = matching_edge(outline_b, index_b, inverse_rotate(pose_b.q, -contact.manifold.normal));
+    const bool a_meets = edge_a >= 0 && !is_past(outline_a, edge_a, to_local(pose_a, corner_b), slack);
+    const bool b_meets = edge_b >= 0 && !is_past(outline_b, edge_b, to_local(pose_b, corner_a), slack);
+    if (a_meets) {
+      edge_b = -1;
+    } else if (b_meets) {
+      edge_a = -1;
+    } else if (f.radius_a + f.radius_b > 0) {
+      edge_a = edge_b = -1;
+    } else {
+      f.past = edge_a >= 0 || edge_b >= 0;
+    }
   }
   if (edge_a >= 0) {
     f.kind = ContactFeatures::Kind::EdgeOfA;

@@ -11,6 +11,9 @@
 
 namespace skerry {
 
+/// A contact has passed a corner when it is this far beyond [m]: then the narrow phase sees it, too.
+inline constexpr double kBeyondCorner = 1e-10;
+
 /// Pose and velocity of a body.
 struct BodyMotion {
   Vec2 p;            ///< centre of mass [m]
@@ -31,6 +34,7 @@ struct ContactFeatures {
   /// Points: directions of the edges that leave the corner. Beyond one of them it is that edge that meets.
   std::array<Vec2, 2> edges_a{}, edges_b{};
   int edge_count_a = 0, edge_count_b = 0;
+  bool past = false;  ///< two sharp corners have passed each other: nothing of them meets any more
 };
 
 /// The features of point `i` of the contact's manifold, which was made at `pose_a`, `pose_b`; none for

@@ -54,6 +54,9 @@ struct ContactMode {
   std::vector<ModePoint> points;
   std::vector<Grip> grips;
   std::vector<ModeRow> rows;  ///< of all joints of the island
+  /// Forces with which the mode was chosen: of points, grips and rows [N or N m]; empty: none. Where supports
+  /// are redundant many others have the same effect, but may break the laws of contact.
+  std::vector<double> point_force, grip_force, row_force;
 
   /// True if nothing acts on the bodies but their external forces.
   bool free() const {

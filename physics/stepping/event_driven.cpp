@@ -44,6 +44,8 @@ constexpr double kUnit = 1;
 constexpr double kJoined = 1e-8;
 // A trial that comes beyond this has diverged, and forces there say nothing.
 constexpr double kFarthest = 1e100;
+// Share of a step that is no time.
+constexpr double kNothingLeft = 1e-14;
 
 bool is_wild(const State& state) {
   return std::any_of(state.begin(), state.end(), [](double y) { return !(std::abs(y) < kFarthest); });
@@ -99,6 +101,13 @@ class EventStep {
 
  private:
   const Contact& contact_at(std::size_t k) const { return state_.contacts[island_.contacts[k]]; }
+
+  /// The time after `length` [s] more. What is left by rounding is nothing to step through: an event there is
+  /// one of the beginning of the next step.
+  double sum_of_times(double length) const {
+    const double then = elapsed_ + length;
+    return h_ - then > kNothingLeft * h_ ? then : h_;
+  }
 
   double external_bound() const {
     double fastest = 0;
@@ -215,7 +224,7 @@ class EventStep {
     for (const std::uint32_t body : island_.bodies) skerry::fly(state_, body, elapsed_, first);
     if (state_.observe.paths) record_hermite(state_, island_.bodies, elapsed_, first, start, result_);
     clear_forces(state_, island_, h_);
-    elapsed_ = first < left ? elapsed_ + first : h_;
+    elapsed_ = sum_of_times(first);
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
     if (is_out_of_place()) arrive();
     if (end.limit != nullptr)
@@ -250,7 +259,7 @@ class EventStep {
     for (;;) {
       const double left = h_ - elapsed_;
       const double length = std::min(inner_step_, left);
-      if (++inner_steps_ > kMaxInnerSteps || !(length > 1e-14 * h_)) return false;
+      if (++inner_steps_ > kMaxInnerSteps || !(length > kNothingLeft * h_)) return false;
       if (problem_.work() - path_work_ > kMaxWork + h_ * kMaxWorkPerSecond) return false;
       const double error = method.attempt(elapsed_, y, dy, length, accuracy, kUnit);
       if (!(error <= 1)) {
@@ -268,7 +277,7 @@ class EventStep {
       if (event.found) {
         method.at(event.theta, at_event);
         travel(event.theta * length, method.end());
-        elapsed_ += event.theta * length;
+        elapsed_ = sum_of_times(event.theta * length);
         problem_.scatter(at_event, state_);
         if (!problem_.evaluate(mode_, elapsed_, at_event, forces_)) return false;
         change_mode(event, watched);
@@ -282,7 +291,7 @@ class EventStep {
       dy = method.end_derivative();
       std::swap(forces_, end);
       problem_.scatter(y, state_);
-      elapsed_ = length < left ? elapsed_ + length : h_;
+      elapsed_ = sum_of_times(length);
       const double factor = step_factor(error);
       if (length == inner_step_ || factor < 1) inner_step_ = length * factor;
       if (elapsed_ < h_) {

@@ -62,6 +62,7 @@ class ModeChoice {
       std::optional<ContactFeatures> features;
       const std::optional<ContactKinematics> kinematics =
           point_kinematics(state_, problem_, contact, i, elapsed_, y, features);
+      if (features && features->past) continue;
       if (!kinematics || std::abs(kinematics->gap - point.separation) > 1e-6) return false;
       if (kinematics->gap_rate > still_) continue;
       mode_.points.push_back({k, i, point.feature, *features, false});
@@ -121,11 +122,30 @@ class ModeChoice {
     }
   }
 
+  /// Of two points that pull without the resistance to rolling which they share, the other one carries all,
+  /// and that resistance the rest. @return whether there are any
+  bool lean_on_others(double slack) {
+    bool any = false;
+    for (const Grip& grip : mode_.grips) {
+      if (!grip.rolling || grip.sign != 0 || grip.count < 2) continue;
+      const auto at = [&](std::size_t i) { return static_cast<std::size_t>(grip.points[i]); };
+      for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+        if (!mode_.points[at(i)].closed || !mode_.points[at(1 - i)].closed) continue;
+        if (!(forces_.point_force[at(i)] < -slack)) continue;
+        mode_.points[at(i)].closed = false;
+        any = true;
+      }
+    }
+    return any;
+  }
+
   /// The forces of the mode must be of the kind the mode assumes.
   bool is_consistent() {
     if (mode_.free()) return true;
     if (!problem_.evaluate(mode_, elapsed_, problem_.gather(mode_), forces_)) return false;
     const double slack = 1e-8 * forces_.scale;
+    // Each time at least one point fewer is closed.
+    if (lean_on_others(slack)) return is_consistent();
     for (std::size_t p = 0; p < mode_.points.size(); ++p) {
       if (forces_.point_force[p] < -slack) return false;
     }

@@ -15,8 +15,8 @@ namespace {
 
 using State = AccelerationProblem::State;
 
-// A contact has passed a corner when it is this far beyond [m]: then the narrow phase sees it, too.
-constexpr double kBeyond = 1e-10;
+// Forces that are beyond their bound by less, in large forces of the system, are at it.
+constexpr double kAtBound = 1e-8;
 
 JointEnd end_at(const Motion& m, double t) {
   const Motion then = later(m, t);
@@ -73,7 +73,7 @@ double ModeEvents::value(const ModeWatch& watch, const ModeForces& forces) const
     case MotionEventKind::Release:
       return forces.point_force[i] + 1e-14 * forces.scale;
     case MotionEventKind::Feature:
-      return forces.points[i].range + kBeyond;
+      return forces.points[i].range + kBeyondCorner;
     case MotionEventKind::Slip:
       return forces.grip_limit[i] - std::abs(forces.grip_force[i]) + 1e-14 * forces.scale;
     case MotionEventKind::Stick:
@@ -87,6 +87,20 @@ double ModeEvents::value(const ModeWatch& watch, const ModeForces& forces) const
     default:
       return mode_.rows[i].state == RowState::Holds ? forces.row_force[i] + 1e-14 * forces.scale
                                                     : forces.rows[i].error;
+  }
+}
+
+/// True if what falls to zero is a force.
+bool ModeEvents::is_force(const ModeWatch& watch) const {
+  switch (watch.kind) {
+    case MotionEventKind::Release:
+    case MotionEventKind::Slip:
+      return true;
+    case MotionEventKind::Motor:
+    case MotionEventKind::Limit:
+      return mode_.rows[watch.index].state == RowState::Holds;
+    default:
+      return false;
   }
 }
 
@@ -214,7 +228,11 @@ bool ModeEvents::find_roots(RungeKutta& method, const std::vector<ModeWatch>& wa
       // It begins at zero: look for the moment from which on it was positive.
       from = 1e-4;
       while (from < event.theta && !((low = at(from)) > 0)) from *= 4;
-      if (!(low > 0)) return false;
+      if (!(low > 0)) {
+        // A force that stays at its bound, as all those of a body that is wedged may.
+        if (is_force(watch) && high > -kAtBound * begin.scale) continue;
+        return false;
+      }
     }
     event.theta = falling_root(at, from, low, event.theta, high);
     event.watch = watch;
@@ -236,7 +254,11 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
     };
     const double now =
         open_gap(k, pose_at(state_, contact.body_a, elapsed), pose_at(state_, contact.body_b, elapsed));
-    if (now > 1.5 * span * speed) continue;
+    // What comes to a side of a valley from beyond its end is not seen before, however near it is.
+    const bool terrain = state_.shapes[contact.shape_a].shape->kind == ShapeKind::Chain ||
+                         state_.shapes[contact.shape_b].shape->kind == ShapeKind::Chain;
+    const bool unseen = terrain && !(now < contact.margin);
+    if (now > 1.5 * span * speed && !unseen) continue;
     if (!method.prepare_dense()) return false;
     const auto gap = [&](double t) {
       method.at(t / method.length(), y);

@@ -54,6 +54,7 @@ class ModeEvents {
  private:
   const Contact& contact_at(std::size_t k) const;
   bool is_loaded(const Grip& grip) const;
+  bool is_force(const ModeWatch& watch) const;
   bool lingers(const Contact& contact, double elapsed) const;
   double open_gap(std::size_t k, const Transform& a, const Transform& b) const;
   double gap_speed(const Contact& contact, double elapsed, double h, const ModeForces& forces) const;

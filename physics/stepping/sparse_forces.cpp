@@ -37,7 +37,6 @@ bool SparseForces::solve(const IslandSystem& system, int unknowns, SolveWork& wo
     for (std::size_t i = 0; i < m; ++i) worst = std::max(worst, std::abs(w[i]));
     return worst;
   };
-  lambda.assign(n, 0);
   double worst = violation(lambda);
   std::vector<double> next(n);
   for (int step = 0; step < kMaxSteps && worst > 0; ++step) {

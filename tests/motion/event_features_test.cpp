@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+//
+// What events used to leave to time stepping: contacts that go over corners, and bodies that are held more
+// than once. Found by random worlds whose path depended on the length of the steps.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+using test::add;
+using test::rough;
+
+WorldConfig by_events() {
+  WorldConfig config;
+  config.stepper = "event_driven";
+  return config;
+}
+
+/// Makes steps of 1/60 s in parts, and counts those that were not made by events.
+int fallbacks(World& world, int steps, int parts) {
+  int sum = 0;
+  for (int k = 0; k < steps * parts; ++k) sum += world.step(1.0 / 60 / parts).fallbacks;
+  return sum;
+}
+
+/// A disc that rolls over a ridge too fast to stay on it flies from where its lowest point passes.
+TEST(EventFeatures, ADiscLeavesARidgeWhereItPassesIt) {
+  for (const double speed : {1.0, 3.0, 6.0}) {
+    const auto end = [&](int parts) {
+      World world(by_events());
+      world.add_shape(world.create_body({.type = BodyType::Static}),
+                      rough(make_chain(std::vector<Vec2>{{-6, 0.6}, {0, 0}, {6, -3}, {12, -3}}), 0.5));
+      const double slope = -0.1, radius = 0.25;
+      const Vec2 along = Vec2{1, slope} / std::hypot(1, slope), up = perp(along);
+      const BodyId disc = add(world, -0.73 * along + radius * up, rough(make_disc(radius), 0.5), 2,
+                              speed * along, -speed / radius);
+      EXPECT_EQ(fallbacks(world, 24, parts), 0) << speed << " m/s, " << parts;
+      return world.position(disc);
+    };
+    const Vec2 whole = end(1);
+    for (const int parts : {2, 4, 8})
+      EXPECT_LT(length(end(parts) - whole), 1e-10) << speed << " m/s, " << parts;
+  }
+}
+
+/// A capsule that lies on two points and resists rolling slides as far as a box does: v^2 / (2 mu g).
+TEST(EventFeatures, TwoPointsHoldWhatResistsRolling) {
+  for (const double resistance : {1e-3, 0.01, 0.1}) {
+    World world(by_events());
+    ShapeDef ground = rough(make_half_plane({0, 0}, {0, 1}), 0.4);
+    ground.material.rolling_resistance = resistance;
+    world.add_shape(world.create_body({.type = BodyType::Static}), ground);
+    ShapeDef capsule = rough(make_capsule({-0.3, 0}, {0.3, 0}, 0.1), 0.4);
+    capsule.material.rolling_resistance = resistance;
+    const BodyId body = add(world, {0, 0.1}, capsule, 2, {1.7, 0});
+    EXPECT_EQ(fallbacks(world, 40, 1), 0) << resistance;
+    EXPECT_NEAR(world.position(body).x, 1.7 * 1.7 / (2 * 0.4 * 9.81), 1e-9) << resistance;
+    EXPECT_NEAR(world.angle(body), 0, 1e-14) << resistance;
+    EXPECT_EQ(world.velocity(body).x, 0) << resistance;
+  }
+}
+
+}  // namespace
+}  // namespace skerry
