@@ -24,8 +24,8 @@ double product(const Block& x, const Block& y) {
 /// Force of a row that does not depend on accelerations [N or N m].
 double given_force(const ModeRow& mode, const JointRow& row) {
   if (mode.kind == JointRowKind::Spring) return -row.stiffness * row.error - row.damping * row.rate;
-  if (mode.state == RowState::Forward) return row.most;
-  return mode.state == RowState::Backward ? -row.most : 0;
+  if (mode.state == JointRowState::Forward) return row.most;
+  return mode.state == JointRowState::Backward ? -row.most : 0;
 }
 
 /// J a of the free motion.
@@ -207,7 +207,8 @@ bool AccelerationProblem::geometry(const ContactMode& mode, double elapsed, cons
     }
     const JointRow& from = rows[static_cast<std::size_t>(wanted.row)];
     // Slack ropes may well have no direction.
-    if (from.singular && (wanted.state != RowState::Off || wanted.kind == JointRowKind::Spring)) return false;
+    if (from.singular && (wanted.state != JointRowState::Off || wanted.kind == JointRowKind::Spring))
+      return false;
     const std::uint32_t a = joint->def.a.index, b = joint->def.b.index;
     AccelerationRow row;
     row.a = a == BodyId::kNone ? -1 : state_.local_index[a];
@@ -387,7 +388,7 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   out.row_force.resize(mode.rows.size());
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
     out.row_force[i] = given_force(mode.rows[i], out.rows[i]);
-    if (mode.rows[i].state != RowState::Holds) continue;
+    if (mode.rows[i].state != JointRowState::Holds) continue;
     if (!mode.row_force.empty()) out.row_force[i] = mode.row_force[i];
     unknowns.push_back(Unknown{&g.rows[i], &g.rows[i], &out.row_force[i]});
   }
@@ -506,7 +507,7 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
   };
   std::vector<Place> held, limits, motors, normals, frictions;
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
-    if (mode.rows[i].state != RowState::Holds) continue;
+    if (mode.rows[i].state != JointRowState::Holds) continue;
     const int at = system.size();
     switch (mode.rows[i].kind) {
       case JointRowKind::Limit:
@@ -573,11 +574,11 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
   for (const double lambda : solution.lambda) load = std::max(load, std::abs(lambda));
   const auto carries = [&](int row) { return solution.lambda[static_cast<std::size_t>(row)] > 1e-11 * load; };
   for (const Place& place : limits)
-    mode.rows[place.index].state = carries(place.row) ? RowState::Holds : RowState::Off;
+    mode.rows[place.index].state = carries(place.row) ? JointRowState::Holds : JointRowState::Off;
   for (const Place& place : motors) {
     const double force = solution.lambda[static_cast<std::size_t>(place.row)];
     if (std::abs(force) < system.rows[static_cast<std::size_t>(place.row)].upper * (1 - 1e-12)) continue;
-    mode.rows[place.index].state = force > 0 ? RowState::Forward : RowState::Backward;
+    mode.rows[place.index].state = force > 0 ? JointRowState::Forward : JointRowState::Backward;
   }
   for (const Place& place : normals) mode.points[place.index].closed = carries(place.row);
   bool weaker = false;

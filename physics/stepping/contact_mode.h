@@ -36,7 +36,7 @@ struct Grip {
 };
 
 /// What a row of a joint does.
-enum class RowState : std::uint8_t {
+enum class JointRowState : std::uint8_t {
   Off,       ///< no force (a limit that is not reached), or one that position and speed give (a spring)
   Holds,     ///< it keeps what it keeps with whatever force that takes
   Forward,   ///< a motor pushes with its largest force
@@ -47,7 +47,7 @@ struct ModeRow {
   std::size_t joint = 0;  ///< position in the island's list
   int row = 0;            ///< of the joint; rows of one joint stand together, in order
   JointRowKind kind = JointRowKind::Hold;
-  RowState state = RowState::Off;
+  JointRowState state = JointRowState::Off;
 };
 
 struct ContactMode {
@@ -64,7 +64,7 @@ struct ContactMode {
       if (point.closed) return false;
     }
     for (const ModeRow& row : rows) {
-      if (row.state != RowState::Off || row.kind == JointRowKind::Spring) return false;
+      if (row.state != JointRowState::Off || row.kind == JointRowKind::Spring) return false;
     }
     return true;
   }

@@ -372,7 +372,7 @@ class EventStep {
       default: {
         const ModeRow& row = mode_.rows[watch.index];
         const JointRecord& joint = state_.joints[island_.joints[row.joint]];
-        const bool released = watch.kind == MotionEventKind::Limit && row.state == RowState::Holds;
+        const bool released = watch.kind == MotionEventKind::Limit && row.state == JointRowState::Holds;
         note(released ? MotionEventKind::Release : watch.kind, elapsed_, joint.def.a, joint.def.b);
       }
     }

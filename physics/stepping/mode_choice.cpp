@@ -105,18 +105,18 @@ class ModeChoice {
     const int count = joint_rows(joint, problem_.joint_end(joint.def.a.index, elapsed_, y), b, rows);
     for (int i = 0; i < count; ++i) {
       const JointRow& row = rows[static_cast<std::size_t>(i)];
-      RowState state = RowState::Holds;
-      if (row.kind == JointRowKind::Spring) state = RowState::Off;
+      JointRowState state = JointRowState::Holds;
+      if (row.kind == JointRowKind::Spring) state = JointRowState::Off;
       if (row.kind == JointRowKind::Limit) {
         const bool reached = row.error <= touch_tolerance(state_, b.p) && row.rate <= still_;
-        state = reached ? RowState::Holds : RowState::Off;
+        state = reached ? JointRowState::Holds : JointRowState::Off;
       }
       // Drift while it held is taken out by the projection of velocities, which knows motors by this.
       if (row.kind == JointRowKind::Motor && row.most < kInfinity) {
         const double missing = row.speed - row.rate;
         const bool held = std::abs(joint.row_force[i]) < row.most * (1 - 1e-9);
         if (std::abs(missing) > (held ? 1e-9 * (1 + std::abs(row.speed)) : still_))
-          state = missing > 0 ? RowState::Forward : RowState::Backward;
+          state = missing > 0 ? JointRowState::Forward : JointRowState::Backward;
       }
       mode_.rows.push_back({j, i, row.kind, state});
     }
@@ -154,7 +154,7 @@ class ModeChoice {
         return false;
     }
     for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
-      if (mode_.rows[i].state != RowState::Holds) continue;
+      if (mode_.rows[i].state != JointRowState::Holds) continue;
       if (mode_.rows[i].kind == JointRowKind::Limit && forces_.row_force[i] < -slack) return false;
       if (mode_.rows[i].kind == JointRowKind::Motor &&
           std::abs(forces_.row_force[i]) > forces_.rows[i].most + slack) {

@@ -80,13 +80,13 @@ double ModeEvents::value(const ModeWatch& watch, const ModeForces& forces) const
       return mode_.grips[i].sign * forces.grip_speed[i];
     case MotionEventKind::Motor: {
       const JointRow& row = forces.rows[i];
-      if (mode_.rows[i].state == RowState::Forward) return row.speed - row.rate;
-      if (mode_.rows[i].state == RowState::Backward) return row.rate - row.speed;
+      if (mode_.rows[i].state == JointRowState::Forward) return row.speed - row.rate;
+      if (mode_.rows[i].state == JointRowState::Backward) return row.rate - row.speed;
       return row.most - std::abs(forces.row_force[i]) + 1e-14 * forces.scale;
     }
     default:
-      return mode_.rows[i].state == RowState::Holds ? forces.row_force[i] + 1e-14 * forces.scale
-                                                    : forces.rows[i].error;
+      return mode_.rows[i].state == JointRowState::Holds ? forces.row_force[i] + 1e-14 * forces.scale
+                                                         : forces.rows[i].error;
   }
 }
 
@@ -98,7 +98,7 @@ bool ModeEvents::is_force(const ModeWatch& watch) const {
       return true;
     case MotionEventKind::Motor:
     case MotionEventKind::Limit:
-      return mode_.rows[watch.index].state == RowState::Holds;
+      return mode_.rows[watch.index].state == JointRowState::Holds;
     default:
       return false;
   }

@@ -24,6 +24,11 @@ constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece =
 // Residual of forces that are as good as none, for which it is 1; and of those that a step in flow of as much
 // work leaves less of.
 constexpr double kVain = 0.5, kPoor = 0.1;
+// Velocities that joints do not allow, in shares of the fastest one, and of 1 m/s, which are rounding.
+constexpr double kObeyed = 1e-9;
+
+// A way [m or rad] below which geometry changes by less than rounding.
+constexpr double kStill = 1e-12;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {
@@ -54,7 +59,7 @@ class PieceSolve {
         add_free_motion(state_, island_, h, after);
       } else {
         solve_once(before, after, &*damping);
-        if (found_.given_up) return;
+        if (found_.given_up || found_.disobeyed) return;
       }
       if (are_lost(state_, island_, after)) return;
     }
@@ -80,8 +85,7 @@ class PieceSolve {
       return most;
     };
     const double largest = largest_of(state_.island_threads, v.size(), kBodiesAPiece, move);
-    // Below this the Jacobian changes by less than rounding.
-    if (largest < 1e-12 && !piece_.told) return false;
+    if (largest < kStill && !piece_.told) return false;
     if (has_loops_of_joints(state_, island_))
       hold_joints(state_, island_, piece_.elapsed + 0.5 * h, poses, angles, result_);
     const auto pose = [&](std::uint32_t body) {
@@ -142,6 +146,7 @@ class PieceSolve {
       request.rope_slack = kInfinity;
       request.actuators = AssemblyRequest::Actuators::All;
       assemble(state_, island_, request, start);
+      if (piece_.first && (found_.disobeyed = disobeys(start, before))) return;
       // Where nothing is held there is nothing to look at.
       if (!piece_.plastic && !start.system.rows.empty() &&
           midpoint(h, before, scratch->poses, scratch->angles, scratch->manifolds)) {
@@ -188,6 +193,8 @@ class PieceSolve {
     note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
     quieten(h, solution.lambda, after);
+    // What begins to move leaves its joints and contacts by as little as what moves.
+    if (!piece_.plastic && !found_.moving) found_.moving = moves_by(h, after) > kStill;
     store_impulses(assembly, solution.lambda, h, *scratch);
     note_solution(solution, system);
     if (state_.observe.systems) {
@@ -195,6 +202,30 @@ class PieceSolve {
                  solution.residual, false, std::move(solution.trace), result_);
     }
     give_spare(std::move(solution.lambda));
+  }
+
+  /// True if what joints, or motors without limit, hold moves otherwise: bodies were given another velocity,
+  /// or motors another speed.
+  bool disobeys(const Assembly& start, const std::vector<Velocity>& v) const {
+    if (island_.joints.empty()) return false;
+    const auto worst_of = [&](std::size_t from, std::size_t to) {
+      double worst = 0;
+      for (std::size_t i = from; i < to; ++i) {
+        const RowOrigin& origin = start.origin[i];
+        const bool held = origin.kind == RowKind::Joint ||
+                          (origin.kind == RowKind::Motor && start.system.rows[i].upper == kInfinity);
+        if (held && !origin.spring())
+          worst = std::max(worst, std::abs(row_velocity(start, static_cast<int>(i), v)));
+      }
+      return worst;
+    };
+    const double worst = largest_of(state_.island_threads, start.origin.size(), kRowsAPiece, worst_of);
+    if (!(worst > kObeyed)) return false;
+    double fastest = 0;
+    for (std::size_t k = 0; k < v.size(); ++k)
+      fastest = std::max(fastest,
+                         std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2]) * state_.radius[island_.bodies[k]]);
+    return worst > kObeyed * (1 + fastest);
   }
 
   /// Calls `item(first, last)` for pieces of the rows, shared by threads; rows of a contact are in one piece.
@@ -345,6 +376,16 @@ class PieceSolve {
     const double g = 4 / (h * (h * origin.stiffness + 2 * origin.damping));
     assembly.system.compliance[i] = g;
     return -row_velocity(assembly, i, before) - g * h * origin.stiffness * stretch;
+  }
+
+  /// About how far velocities take any body of the island in half of a time `h` [s].
+  double moves_by(double h, const std::vector<Velocity>& v) const {
+    return largest_of(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
+      double most = 0;
+      for (std::size_t k = from; k < to; ++k)
+        most = std::max(most, 0.5 * h * (std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2])));
+      return most;
+    });
   }
 
   /// What the impulses leave of the weight they balance is rounding, not motion: bodies that are slower than

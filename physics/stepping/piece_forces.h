@@ -20,13 +20,15 @@ struct Piece {
   bool may_stop = true;                      ///< the end of sliding is looked for
   bool varying = false;                      ///< forces depend on the state
   bool told = false;                         ///< something here moves as prescribed
+  bool first = false;                        ///< velocities may be other ones than joints allow
 };
 
 struct PieceForces {
-  bool act = false;       ///< there are contacts or joints in it
-  bool moving = false;    ///< the geometry changes within it
-  bool given_up = false;  ///< they were not found for what they may cost: nothing is stored
-  double stop = 0;        ///< when the first sliding ends in it, or its length [s]
+  bool act = false;        ///< there are contacts or joints in it
+  bool moving = false;     ///< the geometry changes within it
+  bool given_up = false;   ///< they were not found for what they may cost: nothing is stored
+  bool disobeyed = false;  ///< joints do not allow the velocities of a first piece: nothing was done
+  double stop = 0;         ///< when the first sliding ends in it, or its length [s]
 };
 
 /// Solves for the forces of a piece and stores the impulses in its contacts and joints. Forces that depend on

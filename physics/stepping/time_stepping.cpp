@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/joint_rows.h"
 #include "physics/narrowphase/chain.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -32,8 +33,8 @@ namespace {
 // Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
 // s.
 constexpr double kStablePieces = 256;
-// How often a piece that something ends is solved again for what is left of it, where springs swing fast, and
-// the share of it that is too little for them.
+// How often a piece that something ends is solved again for what is left of it, where joints act, and the
+// share of it that is too little for them.
 constexpr int kShorterPieces = 3;
 constexpr double kTooShort = 1e-6;
 // The same where it ends before this share, and a body that is no disc turns by so much under its contacts
@@ -78,7 +79,9 @@ class IslandStep {
         result_(result),
         resting_(take_spare<std::vector<std::uint8_t>>()),
         varying_(has_varying_forces(state, island)),
-        told_(meets_prescribed_motion(state, island)) {
+        told_(meets_prescribed_motion(state, island)),
+        holds_(std::any_of(island.joints.begin(), island.joints.end(),
+                           [&](std::uint32_t slot) { return held_rows(state.joints[slot].def) > 0; })) {
     resting_.resize(island.contacts.size());
   }
   ~IslandStep() { give_spare(std::move(resting_)); }
@@ -142,9 +145,16 @@ class IslandStep {
       const bool may_stop = stops_ < kMostStops && !swings_fast(state_, island_, length);
       // Points that would go down from where they are join the solve; each round adds at least one.
       const auto solve = [&] {
-        const Piece part{elapsed_, solved, resting_, last, may_stop, varying_, told_};
+        Piece part{elapsed_, solved, resting_, last, may_stop, varying_, told_, elapsed_ == 0};
         do {
           forces = solve_piece(state_, island_, part, before, after, result_);
+          if (forces.disobeyed) {
+            project_velocities(state_, island_, elapsed_, false, result_);
+            choose_resting(last);
+            island_velocities(state_, island_, before);
+            part.first = false;
+            forces = solve_piece(state_, island_, part, before, after, result_);
+          }
           lost = !forces.given_up && are_lost(state_, island_, after);
           if (forces.given_up || lost) return false;
           hit = last ? solved : next_hit(solved, before, after);
@@ -152,10 +162,11 @@ class IslandStep {
         return true;
       };
       if (!solve()) return lost ? to : elapsed_;
-      // What a spring does on the whole of a piece in which it swings to and fro says nothing of a part, nor
-      // what contacts do while a body turns far.
+      // What joints that hold do on the whole of a piece says little of a part (in large worlds, where it has
+      // a price, enough), and nothing where springs swing to and fro within it; nor what contacts do while a
+      // body turns far.
       const auto is_of_whole = [&] {
-        return swings_fast(state_, island_, solved) ||
+        return (holds_ && is_small(state_)) || swings_fast(state_, island_, solved) ||
                (hit < kPart * solved && turns_far(solved, before, after));
       };
       for (int k = 0; k < kShorterPieces && hit < solved && is_of_whole(); ++k) {
@@ -397,6 +408,7 @@ class IslandStep {
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
 
+  bool holds_;                  ///< a joint does, and no rope or spring
   int stops_ = 0;               ///< of the step
   double elapsed_ = 0;          ///< since the beginning of the step [s]
   bool sinking_ = false;        ///< `next_hit` found points that the solve has to hold

@@ -315,5 +315,34 @@ TEST(JointDefinition, ThatMeansNothingIsRefusedWithItsValue) {
   refused({.a = other}, "does not exist");
 }
 
+/// What is joined while it moves, or given another velocity, obeys its joints at once, and not half-way
+/// through the step: two discs on a rod turn about their middle with the part of their velocities that the
+/// rod allows.
+TEST_P(Mechanism, WhatIsGivenAVelocityObeysItsJointsAtOnce) {
+  World world(by(GetParam(), weightless()));
+  const BodyId a = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, -9});
+  const BodyId b = add(world, {1, 0.5}, smooth(make_disc(0.1)), 1, {-7, 4});
+  world.create_joint({.kind = JointKind::Distance, .a = a, .b = b, .anchor_a = {0, 0}, .anchor_b = {1, 0.5}});
+  Vec2 middle{0.5, 0.25}, d{1, 0.5}, v{-3, -2.5}, apart{-8, 13};
+  for (int part = 0; part < 2; ++part) {
+    const double r = length(d), omega = cross(d, apart) / (r * r);
+    for (int k = 1; k <= 30; ++k) {
+      world.step(1.0 / 60);
+      ASSERT_NEAR(world.kinetic_energy(), length_squared(v) + 0.25 * omega * omega * r * r, 1e-9) << k;
+    }
+    middle += 0.5 * v;
+    d = rotate(Rot::from_angle(0.5 * omega), d);
+    EXPECT_LT(length(0.5 * (world.position(a) + world.position(b)) - middle), 1e-9);
+    EXPECT_LT(length(world.position(b) - world.position(a) - d), GetParam() == "event_driven" ? 1e-9 : 0.04);
+    // Once more, in motion.
+    middle = 0.5 * (world.position(a) + world.position(b));
+    d = world.position(b) - world.position(a);
+    v = {1, 1.5};
+    apart = {3, -6};
+    world.set_velocity(a, v - 0.5 * apart, 0);
+    world.set_velocity(b, v + 0.5 * apart, 0);
+  }
+}
+
 }  // namespace
 }  // namespace skerry
