@@ -33,7 +33,7 @@ show{ "contacts", "impulses", "matrix", "energy", impulse_scale = blow / (0.9 * 
 
 local start = energy()
 expect("energy is kept", function() return math.abs(energy() - start) end,
-  { always = true, below = 1e-3 * start, unit = "J" })
+  { always = true, below = 1e-4 * start, unit = "J" })
 expect("rods keep their length", function()
   local worst = 0
   for i, ball in ipairs(balls) do

@@ -344,5 +344,26 @@ TEST_P(Mechanism, WhatIsGivenAVelocityObeysItsJointsAtOnce) {
   }
 }
 
+/// A blow cuts the step: the rods swing on with forces of what is left of it, not of the whole.
+TEST_P(Mechanism, NewtonsCradleKeepsItsEnergy) {
+  World world(by(GetParam()));
+  constexpr int count = 5;
+  const double radius = 0.5, length = 3;
+  for (int i = 0; i < count; ++i) {
+    const double angle = i == 0 ? 0.8 : 0;
+    const Vec2 top{2 * radius * i, length};
+    const Vec2 at = top - length * Vec2{std::sin(angle), std::cos(angle)};
+    const BodyId ball = add(world, at, smooth(make_disc(radius), 1), 1);
+    world.create_joint({.kind = JointKind::Distance, .b = ball, .anchor_a = top, .anchor_b = at});
+  }
+  const double start = world.kinetic_energy() + world.potential_energy();
+  int impacts = 0;
+  for (int k = 0; k < 600; ++k) {
+    impacts += world.step(1.0 / 60).impacts;
+    ASSERT_NEAR(world.kinetic_energy() + world.potential_energy(), start, 1e-11) << "step " << k;
+  }
+  EXPECT_GT(impacts, 4);
+}
+
 }  // namespace
 }  // namespace skerry
