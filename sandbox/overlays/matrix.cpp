@@ -26,8 +26,9 @@ constexpr double kNumberCellPx = 34;  // smallest cell that holds "-0.33"
 constexpr double kLeastNamePx = 60;   // column of row names
 constexpr double kMostNamePx = 112;
 constexpr double kVectorPx = 48;
-constexpr double kHeadPx = 56;  // two summary lines and column heads
-constexpr double kFootPx = 34;  // colour scale
+constexpr double kHeadPx = 56;      // two summary lines and column heads
+constexpr double kFootPx = 34;      // colour scale
+constexpr double kRounded = 1e-10;  // share of the largest number beside it below which one is rounding
 static_assert(kHeadPx + kLargestMapPx + kFootPx <= kMatrixPx);
 
 // At most six characters, the width of a column: -.0082, 8e-7, -1.2e3.
@@ -100,9 +101,14 @@ void draw_vectors(const Map& map, const SystemRecord& record) {
   const auto draw = [&](const char* name, const std::vector<double>& values, double end) {
     map.panel.text(end, map.y - 1.2 * kLinePx, map.style.text_dim, name, render::Face::Regular,
                    render::Align::Right);
-    for (std::size_t i = 0; i < values.size(); ++i)
+    double largest = 0;
+    for (const double value : values) largest = std::max(largest, std::abs(value));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      // What rounding leaves beside the others says nothing.
+      const double value = std::abs(values[i]) < kRounded * largest ? 0 : values[i];
       map.panel.text(end, map.y + (static_cast<double>(i) + 0.5) * map.cell - 0.5 * kLinePx, map.style.text,
-                     number(values[i]), render::Face::Regular, render::Align::Right);
+                     number(value), render::Face::Regular, render::Align::Right);
+    }
   };
   const double right = map.panel.width();
   draw("\xCE\xBB N s", record.lambda, right - 2 * kVectorPx);
