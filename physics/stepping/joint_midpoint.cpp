@@ -20,7 +20,17 @@ constexpr int kMostRounds = 4;
 // A round that leaves more than this share of the errors is not the last but one of a convergent iteration.
 constexpr double kConverging = 0.5;
 
-bool holds(const JointDef& def) {
+struct MidpointScratch {
+  std::vector<std::uint8_t> no_points;
+  Assembly rows;
+  std::vector<Velocity> shift;
+  std::vector<Transform> poses;
+  std::vector<double> angles;
+};
+
+}  // namespace
+
+bool holds_always(const JointDef& def) {
   switch (def.kind) {
     case JointKind::Rope:
     case JointKind::Spring:
@@ -33,16 +43,6 @@ bool holds(const JointDef& def) {
   }
 }
 
-struct MidpointScratch {
-  std::vector<std::uint8_t> no_points;
-  Assembly rows;
-  std::vector<Velocity> shift;
-  std::vector<Transform> poses;
-  std::vector<double> angles;
-};
-
-}  // namespace
-
 bool has_loops_of_joints(const WorldState& state, const Island& island) {
   if (island.joints.size() < 2) return false;
   const std::size_t ground = island.bodies.size();
@@ -53,7 +53,7 @@ bool has_loops_of_joints(const WorldState& state, const Island& island) {
   };
   return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
     const JointDef& def = state.joints[slot].def;
-    return holds(def) && !sets.join(node(def.a), node(def.b));
+    return holds_always(def) && !sets.join(node(def.a), node(def.b));
   });
 }
 

@@ -10,9 +10,13 @@
 
 #include <vector>
 
+#include "physics/joint.h"
 #include "physics/stepping/stepper.h"
 
 namespace skerry {
+
+/// True if a joint holds something wherever its bodies are; ropes, springs and motors do not.
+bool holds_always(const JointDef& def);
 
 /// True if joints that hold something make a loop: two of one pair of bodies, or a closed chain; the ground
 /// is one body. The rows of trees of joints never depend on each other.

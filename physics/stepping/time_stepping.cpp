@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "physics/joint_rows.h"
 #include "physics/narrowphase/chain.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -16,6 +15,7 @@
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/one_piece.h"
@@ -81,7 +81,7 @@ class IslandStep {
         varying_(has_varying_forces(state, island)),
         told_(meets_prescribed_motion(state, island)),
         holds_(std::any_of(island.joints.begin(), island.joints.end(),
-                           [&](std::uint32_t slot) { return held_rows(state.joints[slot].def) > 0; })) {
+                           [&](std::uint32_t slot) { return holds_always(state.joints[slot].def); })) {
     resting_.resize(island.contacts.size());
   }
   ~IslandStep() { give_spare(std::move(resting_)); }
