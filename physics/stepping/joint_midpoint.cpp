@@ -17,7 +17,7 @@ namespace skerry {
 namespace {
 
 constexpr int kMostRounds = 4;
-// A round that leaves more than this share of the errors is not the last but one of a convergent iteration.
+// A round that leaves more than this share of the errors does not converge, or left their rounding.
 constexpr double kConverging = 0.5;
 
 struct MidpointScratch {

@@ -71,21 +71,17 @@ class PieceSolve {
   /// Geometry half-way through the piece, if anything moves enough to matter.
   bool midpoint(double h, const std::vector<Velocity>& v, std::vector<Transform>& poses,
                 std::vector<double>& angles, std::vector<Manifold>& manifolds) {
+    if (moves_by(h, v) < kStill && !piece_.told) return false;
     poses.resize(v.size());
     angles.resize(v.size());
-    const auto move = [&](std::size_t from, std::size_t to) {
-      double most = 0;
+    share(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) {
         const std::uint32_t body = island_.bodies[k];
         angles[k] = state_.bodies.angle[body] + 0.5 * h * v[k][2];
         poses[k] = {state_.bodies.position[body] + 0.5 * h * Vec2{v[k][0], v[k][1]},
                     Rot::from_angle(angles[k])};
-        most = std::max(most, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
       }
-      return most;
-    };
-    const double largest = largest_of(state_.island_threads, v.size(), kBodiesAPiece, move);
-    if (largest < kStill && !piece_.told) return false;
+    });
     if (has_loops_of_joints(state_, island_))
       hold_joints(state_, island_, piece_.elapsed + 0.5 * h, poses, angles, result_);
     const auto pose = [&](std::uint32_t body) {
@@ -383,7 +379,7 @@ class PieceSolve {
     return largest_of(state_.island_threads, v.size(), kBodiesAPiece, [&](std::size_t from, std::size_t to) {
       double most = 0;
       for (std::size_t k = from; k < to; ++k)
-        most = std::max(most, 0.5 * h * (std::hypot(v[k][0], v[k][1]) + std::abs(v[k][2])));
+        most = std::max(most, 0.5 * h * (length(Vec2{v[k][0], v[k][1]}) + std::abs(v[k][2])));
       return most;
     });
   }

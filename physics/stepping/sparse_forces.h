@@ -19,9 +19,8 @@ class SparseForces {
   /// @param system  the first `unknowns` rows are to keep w = 0. The others have an impulse of `mu` times
   /// that
   ///                of the row `normal`, with either sign.
-  /// @param lambda  one value a row of `system`: where to begin, and the answer, which is near to it where
-  /// rows
-  ///                repeat each other
+  /// @param lambda  one value a row of `system`: where to begin, and then the answer, the nearest one where
+  ///                rows repeat each other
   /// @return false if there is no answer to 1e-9 of the largest |b|, or the matrix is not regular
   bool solve(const IslandSystem& system, int unknowns, SolveWork& work, std::vector<double>& lambda);
 

@@ -408,7 +408,7 @@ class IslandStep {
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
 
-  bool holds_;                  ///< a joint does, and no rope or spring
+  bool holds_;                  ///< a joint of the island holds something wherever its bodies are
   int stops_ = 0;               ///< of the step
   double elapsed_ = 0;          ///< since the beginning of the step [s]
   bool sinking_ = false;        ///< `next_hit` found points that the solve has to hold
