@@ -18,6 +18,9 @@ using Matrix = std::array<Velocity, 3>;  // rows
 // Determinant below which rows leave the bodies some motion, relative to the product of the rows' lengths;
 // and what the motion of a body may differ from that of a rigid group, relative to its arm.
 constexpr double kSingular = 1e-9, kRigid = 1e-9;
+// Share of a row's largest number with which it pushes a group as a whole. Joints that are torn come to a few
+// hundredths.
+constexpr double kWhole = 0.1;
 
 bool holds_both_ways(const IslandSystem& system, int i) {
   const Row& row = system.rows[static_cast<std::size_t>(i)];
@@ -233,6 +236,17 @@ void WeldedBodies::weigh_groups() {
   }
 }
 
+/// True if a row between two bodies of one group pushes the group as a whole, by more than joints are off by.
+bool WeldedBodies::pushes_whole(const Row& row) {
+  if (row.normal >= 0 || row.kind == RowKind::Normal) return false;
+  double whole = 0, largest = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    whole = std::max(whole, std::abs(row.Ja[c] + row.Jb[c]));
+    largest = std::max({largest, std::abs(row.Ja[c]), std::abs(row.Jb[c])});
+  }
+  return whole > kWhole * largest;
+}
+
 /// Which rows see groups, and how. @return false where there are rows that this cannot leave out
 bool WeldedBodies::sort_rows() {
   const IslandSystem& system = *system_;
@@ -259,7 +273,12 @@ bool WeldedBodies::sort_rows() {
     };
     see(row.a, own.Ja, own.a);
     see(row.b, own.Jb, own.b);
-    if (own.a == own.b) {
+    if (own.a == own.b && own.a >= 0 && pushes_whole(own)) {
+      // A pulley, a gear or a rack between bodies that move as one.
+      for (std::size_t c = 0; c < 3; ++c) own.Ja[c] += own.Jb[c];
+      own.Jb = {};
+      own.b = -1;
+    } else if (own.a == own.b) {
       if (holds_both_ways(system, i))
         held_.push_back(i);
       else if (row.kind == RowKind::Normal || (row.kind != RowKind::Joint && row.normal >= 0))

@@ -90,6 +90,7 @@ class WeldedBodies {
   bool hang_on(std::size_t from, const Weld& weld);
   bool walk_along_welds();
   void weigh_groups();
+  static bool pushes_whole(const Row& row);
   bool sort_rows();
 
   const IslandSystem* system_ = nullptr;
