@@ -263,8 +263,8 @@ inline void fields(WorldArchives a, WorldState& v) {
          field_threads, graph_known, table_changed, joints_changed, paths_known, springs, awake, kinematic,
          touched, last_h, rests, kept, active, active_joints, acceleration, angular_acceleration, paths,
          reach, travelled, way, allowance, strayed, flight, rerouted, start_box, local_index, backup,
-         joint_start, pairs, box_updates, shape_moved, loose_shapes, scratch, solver, impact_law, stepper,
-         report, time, steps] = v;
+         joint_start, held_rows, pairs, box_updates, shape_moved, loose_shapes, scratch, solver, impact_law,
+         stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, thickness,
            stray_guess, support, free_bodies, touched, reach, drag);

@@ -106,6 +106,7 @@ void Step::begin() {
   choose_active();
   s_.backup.resize(s_.bodies.size());
   s_.joint_start.resize(s_.joints.size());
+  s_.held_rows.resize(s_.joints.size());
   begin_all();
   begun_ = true;
   book(Stage::Forces, start);
@@ -276,6 +277,7 @@ void Step::begin(Contact& contact) const {
 void Step::begin_joint(std::uint32_t i) const {
   JointRecord& joint = s_.joints[i];
   std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
+  s_.held_rows[i] = 0;
   JointStart& start = s_.joint_start[i];
   if (start.begun == s_.steps + 1) return;
   std::copy(std::begin(joint.row_force), std::end(joint.row_force), start.row_force.begin());

@@ -156,8 +156,7 @@ class EventStep {
           worst = std::max(worst, std::abs(row.rate - row.speed));
       }
     }
-    if (worst > 1e-9 * (1 + speed_bound(state_, island_)))
-      project_velocities(state_, island_, 0, false, result_);
+    if (worst > 1e-9 * (1 + speed_bound(state_, island_))) project_velocities(state_, island_, 0, 0, result_);
   }
 
   /// Whether the user put something into a body, or away from a joint: the end of a step takes that out.
@@ -397,7 +396,7 @@ class EventStep {
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
     Spare<Assembly> rows;
     const bool hold = project_positions(state_, island_, elapsed_, result_, *rows);
-    project_velocities(state_, island_, elapsed_, false, result_, hold ? &*rows : nullptr);
+    project_velocities(state_, island_, elapsed_, 0, result_, hold ? &*rows : nullptr);
     if (state_.observe.paths) end_paths_here(state_, island_.bodies, elapsed_, result_);
   }
 

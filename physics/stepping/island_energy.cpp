@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_rows.h"
@@ -62,6 +63,8 @@ constexpr double kMuch = 0.01;
 // What is gained is taken out at the end of a step; energy beyond so many times what there is moves bodies
 // where they should not be before that.
 constexpr double kWild = 1.5;
+// The same that forces of an answer never bring: not even the momentum of what they made is right.
+constexpr double kNoAnswer = 1e8;
 // What is told to move makes nothing faster than so many times its own speed, by levers and blows.
 constexpr double kLever = 4;
 
@@ -85,6 +88,24 @@ bool is_driven(const WorldState& state, const Island& island) {
   });
 }
 
+/// How far apart a joint lets its anchors be [m].
+double reach_of(const WorldState& state, const JointRecord& joint) {
+  switch (joint.def.kind) {
+    case JointKind::Distance:
+    case JointKind::Rope:
+      if (joint.length > 0 && !joint.def.upper) return joint.length;
+      [[fallthrough]];
+    case JointKind::Prismatic:
+    case JointKind::Wheel:
+    case JointKind::Spring:
+      return std::abs(
+          joint_coordinate(joint, joint_end(state, joint.def.a.index), joint_end(state, joint.def.b.index))
+              .value);
+    default:
+      return 0;
+  }
+}
+
 /// Fastest that anything of an island is told to move: ground, conveyors, motors without limit [m/s].
 double told_speed(const WorldState& state, const Island& island, double h) {
   const BodyArrays& all = state.bodies;
@@ -96,13 +117,14 @@ double told_speed(const WorldState& state, const Island& island, double h) {
   }
   const Vec2 middle = 0.5 * (box.lower + box.upper);
   const double radius = 0.5 * length(box.upper - box.lower);
-  // What turns takes along what is far away from it, but no farther than bodies reach: joints may be torn.
-  const auto speed_of = [&](std::uint32_t body) {
+  // What turns takes along what is far away from it, but no farther than bodies, and joints, reach: these may
+  // be torn.
+  const auto speed_of = [&](std::uint32_t body, double joint) {
     if (body == BodyId::kNone || all.type[body] != BodyType::Kinematic) return 0.0;
     double most = 0;
     for (const double time : {0.0, h}) {
       const KinematicState now = kinematic_state(state, body, time);
-      const double arm = std::min(length(now.p - middle) + radius, state.radius[body] + longest);
+      const double arm = std::min(length(now.p - middle) + radius, state.radius[body] + longest + joint);
       most = std::max(most, length(now.v) + std::abs(now.omega) * arm);
     }
     return most;
@@ -113,14 +135,17 @@ double told_speed(const WorldState& state, const Island& island, double h) {
       const Contact& contact = state.contacts[island.contacts[k]];
       most = std::max(most, std::abs(contact.surface_velocity));
       if (!state.kinematic.empty())
-        most = std::max({most, speed_of(contact.body_a), speed_of(contact.body_b)});
+        most = std::max({most, speed_of(contact.body_a, 0), speed_of(contact.body_b, 0)});
     }
     return most;
   };
   double most = largest_of(state.island_threads, island.contacts.size(), kContactsAPiece, fastest_of);
   for (const std::uint32_t i : island.joints) {
-    const JointDef& def = state.joints[i].def;
-    most = std::max({most, speed_of(def.a.index), speed_of(def.b.index)});
+    const JointRecord& joint = state.joints[i];
+    const JointDef& def = joint.def;
+    const double reach = state.kinematic.empty() ? 0 : reach_of(state, joint);
+    most = std::max({most, speed_of(def.a.index, reach + length(joint.local_a)),
+                     speed_of(def.b.index, reach + length(joint.local_b))});
     if (def.motor_speed && def.motor_limit == kInfinity)
       most = std::max(most, std::abs(*def.motor_speed) * std::max(1.0, std::min(2 * radius, longest)));
   }
@@ -225,6 +250,14 @@ bool IslandEnergy::is_unknown(const WorldState& state) const {
 
 namespace {
 
+/// Most that what is told to move at `speed` brings bodies of the energy `kinetic` while it turns them round
+/// [J]: in its frame they stay as fast as they were.
+double most_of_turn(const WorldState& state, const Island& island, double speed, double kinetic) {
+  double mass = 0;
+  for (const std::uint32_t i : island.bodies) mass += state.bodies.mass[i];
+  return 2 * speed * std::sqrt(2 * mass * kinetic);
+}
+
 /// What is told to move at `speed` can give an island [J].
 struct Drive {
   Drive(const WorldState& state, const Island& island, double speed, double h) {
@@ -253,10 +286,11 @@ double IslandEnergy::unexplained_gain(const WorldState& state, const Island& isl
          std::max(0.0, drive.kinetic - kinetic_) - drive.work;
 }
 
-void IslandEnergy::slow_down(WorldState& state, const Island& island, double told, double h) const {
+void IslandEnergy::slow_down(WorldState& state, const Island& island, double told, double h,
+                             double more) const {
   if (told == 0) return;
   const BodyArrays& all = state.bodies;
-  double available = kinetic_ + springs_ + most_of_motors(state, island, h);
+  double available = kinetic_ + more + springs_ + most_of_motors(state, island, h);
   for (const std::uint32_t i : island.bodies)
     available += h * all.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
   double share = 1;
@@ -275,18 +309,21 @@ void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) 
   const double told = jointed ? told_speed(state, island, h) : 0;
   const double gained = unexplained_gain(state, island, h, told);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
-  slow_down(state, island, told, h);
+  slow_down(state, island, told, h, 0);
 }
 
-void IslandEnergy::take_much(WorldState& state, const Island& island, double h) const {
-  const double told = told_speed(state, island, h), gained = unexplained_gain(state, island, h, told);
-  if (gained > 0) {
+void IslandEnergy::take_much(WorldState& state, const Island& island, double h, double brought,
+                             double& passed) const {
+  const double told = told_speed(state, island, h);
+  const double more = std::clamp(brought, 0.0, most_of_turn(state, island, told, kinetic_));
+  passed = std::max(0.0, passed + unexplained_gain(state, island, h, told) - more);
+  if (passed > 0) {
     double moved = kinetic_ + springs_;
     for (const std::uint32_t i : island.bodies)
       moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
-    if (gained > kMuch * moved) InnerMotion(state, island).take(state, island, gained);
+    if (passed > kMuch * moved) InnerMotion(state, island).take(state, island, std::exchange(passed, 0));
   }
-  slow_down(state, island, told, h);
+  slow_down(state, island, told, h, more);
 }
 
 void IslandEnergy::bound(WorldState& state, const Island& island, double h,
@@ -309,9 +346,13 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
   if (!wild && told == 0) return;
   Spare<std::vector<Velocity>> before;
   island_velocities(state, island, *before);
+  if (!(kinetic <= kNoAnswer * available)) {
+    std::swap(after, *before);
+    return;
+  }
   store_velocities(state, island, after);
   if (wild) InnerMotion(state, island).take(state, island, kinetic - available);
-  slow_down(state, island, told, h);
+  slow_down(state, island, told, h, 0);
   island_velocities(state, island, after);
   store_velocities(state, island, *before);
 }

@@ -44,7 +44,9 @@ class IslandEnergy {
   void take_gain(WorldState& state, const Island& island, double h) const;
   /// The same, where it is more than a hundredth of the energy that moved: pieces of a step are of second
   /// order, and what they are off by comes and goes.
-  void take_much(WorldState& state, const Island& island, double h) const;
+  /// @param brought  work of what is told to move, where the forces that did it are an answer [J]
+  /// @param passed   what was gained so far in the step and not taken, with what is now [J]
+  void take_much(WorldState& state, const Island& island, double h, double brought, double& passed) const;
   /// Bounds velocities with which bodies are to move on for a time `h` [s], where they have far more energy
   /// than there is: that of the motion and of springs, and the work of external forces on the way and of
   /// motors. Joints that contradict each other, or are far from where they were, may want any. By one factor,
@@ -66,7 +68,8 @@ class IslandEnergy {
   double unexplained_gain(const WorldState& state, const Island& island, double h, double told) const;
   /// Beside joints nothing gets faster than four times what is told to move, or than with all energy that
   /// there was: a light body would take what a heavy one might have been given.
-  void slow_down(WorldState& state, const Island& island, double told, double h) const;
+  /// @param more  energy that came since then [J]
+  void slow_down(WorldState& state, const Island& island, double told, double h, double more) const;
   /// True if forces do work that is not known.
   bool is_unknown(const WorldState& state) const;
 

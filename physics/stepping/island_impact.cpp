@@ -12,6 +12,7 @@
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_limits.h"
 #include "physics/stepping/solver_memories.h"
 #include "physics/stepping/touching.h"
 #include "physics/thread_pool.h"
@@ -22,11 +23,6 @@ namespace {
 
 // Contacts, or joints, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024;
-
-/// True if a joint may become taut or reach a limit.
-bool may_strike(const JointDef& def) {
-  return def.kind == JointKind::Rope || def.lower || def.upper;
-}
 
 /// Makes the problem that of the groups of welded bodies.
 void see_groups(const WeldedBodies& welded, ImpactProblem& problem) {
@@ -47,7 +43,7 @@ void see_groups(const WeldedBodies& welded, ImpactProblem& problem) {
 
 bool is_struck(const WorldState& state, const Island& island, double elapsed) {
   if (any_of(state.island_threads, island.joints.size(), kContactsAPiece,
-             [&](std::size_t k) { return may_strike(state.joints[island.joints[k]].def); })) {
+             [&](std::size_t k) { return has_limits(state.joints[island.joints[k]].def); })) {
     return true;
   }
   return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
@@ -104,12 +100,15 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     outcome.settled.push_back({origin.index, -2 * e * u / (g * (1 - e))});
   };
   island_velocities(state, island, problem.velocity);
-  bool approaching = false;
+  bool approaching = false, driven = false;
   double fastest = 0;
   for (int i = 0; i < assembly.system.size(); ++i) {
     Row& row = assembly.system.rows[i];
     if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
-    if (row.kind == RowKind::Motor) row.kind = RowKind::Joint;
+    if (row.kind == RowKind::Motor) {
+      row.kind = RowKind::Joint;
+      driven |= assembly.drive[i] != 0;
+    }
     const RowOrigin& origin = assembly.origin[i];
     const bool contact_row = row.kind == RowKind::Normal && !origin.joint;
     problem.restitution.push_back(contact_row ? state.contacts[origin.index].restitution : 0);
@@ -149,7 +148,9 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     problem.work_limit = options.work_limit;
   problem.welds_as_one = state.config.solve.welds_as_one;
   Spare<WeldedBodies> welded;
-  const bool as_one = problem.welds_as_one && welded->find(assembly.system);
+  // Bodies that a motor drives against each other hang together by as many rows as a weld, but do not move as
+  // one.
+  const bool as_one = problem.welds_as_one && !driven && welded->find(assembly.system);
   std::vector<Velocity> bodies;
   if (as_one) {
     bodies = problem.velocity;
@@ -177,11 +178,15 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     welded->spread(impact.velocity, bodies);
     impact.velocity = std::move(bodies);
   }
-  // Joints that contradict each other may want any velocity.
+  // Joints that contradict each other may want any velocity. Fields do no work in no time.
   std::optional<IslandEnergy> energy;
-  if (!island.joints.empty() && !state.impact_law->may_create_energy) energy.emplace(state, island);
+  if (!island.joints.empty() && !state.impact_law->may_create_energy) energy.emplace(state, island, true);
   store_velocities(state, island, impact.velocity);
-  if (energy) energy->take_much(state, island, 0);
+  if (energy) {
+    const bool solved = impact.status == SolveStatus::Solved;
+    double passed = 0;
+    energy->take_much(state, island, 0, solved ? work_of_drive(assembly, impact.lambda) : 0, passed);
+  }
   for (int i = 0; i < whole.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];
     if (origin.joint) {

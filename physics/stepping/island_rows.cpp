@@ -131,13 +131,15 @@ double slack_of(const WorldState& state, const AssemblyRequest& request, const E
   return row.error + request.ahead * (rate(ends.body_a, ends.a, row.Ja) + rate(ends.body_b, ends.b, row.Jb));
 }
 
-bool is_wanted(const WorldState& state, const AssemblyRequest& request, const Ends& ends,
-               const JointRow& row) {
+/// @param k  among the rows of the joint `number` of the island
+bool is_wanted(const WorldState& state, const AssemblyRequest& request, std::size_t number, const Ends& ends,
+               int k, const JointRow& row) {
   using enum AssemblyRequest::Actuators;
   switch (row.kind) {
     case JointRowKind::Hold:
       return true;
     case JointRowKind::Limit:
+      if (request.limits != nullptr) return ((*request.limits)[number] >> k & 1) != 0;
       return slack_of(state, request, ends, row) <= request.rope_slack;
     case JointRowKind::Motor:
       return request.actuators == All || (request.actuators == Rigid && row.most == kInfinity);
@@ -147,32 +149,35 @@ bool is_wanted(const WorldState& state, const AssemblyRequest& request, const En
   return false;
 }
 
-/// Calls `visit(ends, k, row)` for the rows of a joint that are asked for.
+/// Calls `visit(ends, k, row)` for the rows of the joint `number` of an island that are asked for.
 template <class Visit>
-void for_joint_rows(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot,
-                    Visit&& visit) {
-  const JointRecord& joint = state.joints[slot];
+void for_joint_rows(const WorldState& state, const Island& island, const AssemblyRequest& request,
+                    std::size_t number, Visit&& visit) {
+  const JointRecord& joint = state.joints[island.joints[number]];
   const Ends ends = ends_of(state, joint.def.a.index, joint.def.b.index);
   JointRows geometry;
   const int count = joint_geometry(joint, end_of(state, request, ends.body_a, ends.a),
                                    end_of(state, request, ends.body_b, ends.b), geometry);
   for (int k = 0; k < count; ++k) {
     const JointRow& row = geometry[static_cast<std::size_t>(k)];
-    if (is_wanted(state, request, ends, row)) visit(ends, k, row);
+    if (is_wanted(state, request, number, ends, k, row)) visit(ends, k, row);
   }
 }
 
 /// How many rows `add_joint` adds.
-std::size_t rows_of_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot) {
-  const int held = held_rows(state.joints[slot].def);
+std::size_t rows_of_joint(const WorldState& state, const Island& island, const AssemblyRequest& request,
+                          std::size_t number) {
+  const int held = held_rows(state.joints[island.joints[number]].def);
   if (held >= 0) return static_cast<std::size_t>(held);
   std::size_t count = 0;
-  for_joint_rows(state, request, slot, [&](const Ends&, int, const JointRow&) { ++count; });
+  for_joint_rows(state, island, request, number, [&](const Ends&, int, const JointRow&) { ++count; });
   return count;
 }
 
-void add_joint(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, RowWriter& rows) {
-  for_joint_rows(state, request, slot, [&](const Ends& ends, int k, const JointRow& from) {
+void add_joint(const WorldState& state, const Island& island, const AssemblyRequest& request,
+               std::size_t number, RowWriter& rows) {
+  const std::uint32_t slot = island.joints[number];
+  for_joint_rows(state, island, request, number, [&](const Ends& ends, int k, const JointRow& from) {
     const RowKind kind = from.kind == JointRowKind::Hold    ? RowKind::Joint
                          : from.kind == JointRowKind::Limit ? RowKind::Limit
                                                             : RowKind::Motor;
@@ -259,11 +264,11 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
     out.system.bodies[k] = {state.bodies.inverse_mass[body], state.bodies.inverse_inertia[body]};
     out.system.positions[k] = centre_of(state, request, body, static_cast<int>(k));
   }
-  // Joints and then contacts are numbered through. Calls `joint(slot)` for each joint among some, and
+  // Joints and then contacts are numbered through. Calls `joint(number)` for each joint among some, and
   // `contact(manifold, index, points)` for the contacts that are asked for.
   const std::size_t joints = island.joints.size(), items = joints + island.contacts.size();
   const auto visit = [&](std::size_t from, std::size_t to, auto&& joint, auto&& contact) {
-    for (std::size_t k = from; k < std::min(to, joints); ++k) joint(island.joints[k]);
+    for (std::size_t k = from; k < std::min(to, joints); ++k) joint(k);
     for (std::size_t k = std::max(from, joints) - joints; k + joints < to; ++k) {
       const std::uint32_t index = island.contacts[k];
       const std::uint8_t points = (*request.points)[k];
@@ -274,7 +279,7 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
   };
   const auto add = [&](std::size_t from, std::size_t to, RowWriter& rows) {
     visit(
-        from, to, [&](std::uint32_t slot) { add_joint(state, request, slot, rows); },
+        from, to, [&](std::size_t number) { add_joint(state, island, request, number, rows); },
         [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
           add_contact(state, request, manifold, index, points, rows);
         });
@@ -291,7 +296,7 @@ void assemble(const WorldState& state, const Island& island, const AssemblyReque
   share(state.island_threads, items, kContactsAPiece, [&](std::size_t from, std::size_t to) {
     std::size_t rows = 0;
     visit(
-        from, to, [&](std::uint32_t slot) { rows += rows_of_joint(state, request, slot); },
+        from, to, [&](std::size_t number) { rows += rows_of_joint(state, island, request, number); },
         [&](const Manifold& manifold, std::uint32_t index, std::uint8_t points) {
           rows += rows_of_contact(state, request, manifold, index, points);
         });
@@ -340,6 +345,10 @@ void store_velocities(WorldState& state, const Island& island, const std::vector
     state.bodies.velocity[island.bodies[k]] = {v[k][0], v[k][1]};
     state.bodies.omega[island.bodies[k]] = v[k][2];
   }
+}
+
+double work_of_drive(const Assembly& assembly, const std::vector<double>& lambda) {
+  return -std::inner_product(lambda.begin(), lambda.end(), assembly.drive.begin(), 0.0);
 }
 
 int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {

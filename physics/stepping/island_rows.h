@@ -68,6 +68,8 @@ struct AssemblyRequest {
   Actuators actuators = Actuators::None;
   bool friction = false;
   double rope_slack = 0;  ///< ropes and limits with at most this slack are taken [m or rad]
+  /// If given, per joint of the island: the limits that are taken (bit k: row k), whatever their slack.
+  const std::vector<std::uint8_t>* limits = nullptr;
   /// If given: with the slack that they have after a time `ahead` [s] at these velocities of the island's
   /// bodies.
   const std::vector<Velocity>* velocities = nullptr;
@@ -97,6 +99,9 @@ inline double row_velocity(const Assembly& assembly, int i, const std::vector<Ve
   if (row.b >= 0) u += along(row.Jb, v[row.b]);
   return u;
 }
+
+/// What kinematic bodies, conveyors and motors do with these impulses [J].
+double work_of_drive(const Assembly& assembly, const std::vector<double>& lambda);
 
 /// Brings the manifolds of the island's contacts to the current poses, each within its own margin.
 /// @param elapsed  since the beginning of the step [s], for kinematic bodies

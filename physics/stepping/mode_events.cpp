@@ -6,6 +6,7 @@
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/free_flight.h"
+#include "physics/stepping/joint_limits.h"
 #include "physics/stepping/root.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
@@ -17,23 +18,8 @@ using State = AccelerationProblem::State;
 
 // Forces that are beyond their bound by less, in large forces of the system, are at it.
 constexpr double kAtBound = 1e-8;
-
-JointEnd end_at(const Motion& m, double t) {
-  const Motion then = later(m, t);
-  return {then.p0, Rot::from_angle(then.angle0), then.angle0, then.v, then.omega};
-}
-
-/// About the largest rate at which a flight of length `h` changes the slack of a limit.
-double limit_speed(const JointRow& row, const Motion& a, const Motion& b, double h) {
-  double sum = 1e-9;
-  const auto add = [&](const std::array<double, 3>& J, const Motion& m) {
-    sum += std::hypot(J[0], J[1]) * (length(m.v) + h * length(m.a)) +
-           (std::abs(J[2]) + h * length(m.v)) * (std::abs(m.omega) + h * std::abs(m.alpha));
-  };
-  add(row.Ja, a);
-  add(row.Jb, b);
-  return sum;
-}
+// Corners this near to each other are one, and their points have other names [m].
+constexpr double kPassing = 1e-7;
 
 }  // namespace
 
@@ -182,20 +168,11 @@ FlightEnd ModeEvents::end_of_flight(double elapsed, double length) const {
     end.length = from + impact.t;
     end.landing = &contact;
   }
-  for (const ModeRow& row : mode_.rows) {
-    const JointRecord& joint = state_.joints[island_.joints[row.joint]];
-    if (row.kind != JointRowKind::Limit) continue;
-    const Motion a = free_flight(state_, joint.def.a.index, elapsed),
-                 b = free_flight(state_, joint.def.b.index, elapsed);
-    JointRows rows;
-    const auto slack = [&](double t) {
-      joint_rows(joint, end_at(a, t), end_at(b, t), rows);
-      return rows[static_cast<std::size_t>(row.row)].error;
-    };
-    slack(0);
+  for (const std::uint32_t slot : island_.joints) {
+    const JointRecord& joint = state_.joints[slot];
     const std::optional<double> reached =
-        closing_time(slack, limit_speed(rows[static_cast<std::size_t>(row.row)], a, b, end.length),
-                     end.length, touch_tolerance(state_, state_.bodies.position[joint.def.b.index]));
+        next_limit_time(state_, joint, free_flight(state_, joint.def.a.index, elapsed),
+                        free_flight(state_, joint.def.b.index, elapsed), 0, end.length);
     if (!reached) continue;
     end.length = *reached;
     end.landing = nullptr;
@@ -269,6 +246,10 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
     const std::optional<double> closes =
         closing_time(gap, speed, span, lingers(contact, elapsed) ? tolerance : 1e-14);
     if (!closes) continue;
+    // Two corners that pass each other meet on the way: that is no landing.
+    const bool passes = event.found && event.watch.kind == MotionEventKind::Feature &&
+                        mode_.points[event.watch.index].contact == k;
+    if (passes && (span - *closes) * speed <= kPassing) continue;
     event.found = true;
     event.theta = *closes / method.length();
     event.watch = {MotionEventKind::Landing, k};

@@ -150,9 +150,9 @@ class OnePieceStep {
                const std::vector<std::uint8_t>& pushed) {
     result_.report.flowing = !exact_;
     result_.one_piece = exact_;
-    if (varying_) take_drag_of_impulses(state_, island_, h_, before, after, *damping_);
     const IslandEnergy energy(state_, island_, true);
     if (!island_.joints.empty() && !exact_) energy.bound(state_, island_, h_, after);
+    if (varying_) take_drag_of_impulses(state_, island_, h_, before, after, *damping_);
     std::vector<PathEnd> start;
     if (state_.observe.paths) {
       start = path_ends(state_, island_.bodies);

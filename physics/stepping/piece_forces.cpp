@@ -140,6 +140,7 @@ class PieceSolve {
       request.friction = true;
       request.elapsed = piece_.elapsed;
       request.rope_slack = kInfinity;
+      request.limits = piece_.limits;
       request.actuators = AssemblyRequest::Actuators::All;
       assemble(state_, island_, request, start);
       if (piece_.first && (found_.disobeyed = disobeys(start, before))) return;
@@ -186,6 +187,7 @@ class PieceSolve {
     // What goes on in another way begins with the impulses from before: those of no answer would let a heap
     // sink in.
     if (found_.given_up) return give_spare(std::move(solution.lambda));
+    if (solution.status == SolveStatus::Solved) found_.brought = work_of_drive(assembly, solution.lambda);
     note_paradoxes(start, before, solution.lambda);
     apply_impulses(system, solution.lambda, after);
     quieten(h, solution.lambda, after);
@@ -444,6 +446,14 @@ class PieceSolve {
       memory.h = h;
       memory.sticking = false;
     });
+    // Limits that take no part push nothing.
+    share(state_.island_threads, island_.joints.size(), kContactsAPiece,
+          [&](std::size_t from, std::size_t to) {
+            for (std::size_t k = from; k < to; ++k) {
+              JointRecord& joint = state_.joints[island_.joints[k]];
+              std::fill(std::begin(joint.row_force), std::end(joint.row_force), 0);
+            }
+          });
     if (!lambda.empty())
       share_rows(assembly.system, [&](int first, int last) {
         for (int i = first; i < last; ++i) store_impulse(assembly, i, lambda[i], h);

@@ -20,7 +20,10 @@ struct Piece {
   bool may_stop = true;                      ///< the end of sliding is looked for
   bool varying = false;                      ///< forces depend on the state
   bool told = false;                         ///< something here moves as prescribed
-  bool first = false;                        ///< velocities may be other ones than joints allow
+  /// Per joint of the island: bits of the limits that take part; what reaches another one ends the piece.
+  /// None: all limits hold at its end.
+  const std::vector<std::uint8_t>* limits = nullptr;
+  bool first = false;  ///< velocities may be other ones than joints allow
 };
 
 struct PieceForces {
@@ -28,6 +31,7 @@ struct PieceForces {
   bool moving = false;     ///< the geometry changes within it
   bool given_up = false;   ///< they were not found for what they may cost: nothing is stored
   bool disobeyed = false;  ///< joints do not allow the velocities of a first piece: nothing was done
+  double brought = 0;      ///< work of what is told to move, if the forces are an answer [J]
   double stop = 0;         ///< when the first sliding ends in it, or its length [s]
 };
 

@@ -45,8 +45,9 @@ constexpr double kFewChanges = 0.05, kShareLeft = 0.1;
 // Where a shift makes errors larger, a share of it is tried, so many times.
 constexpr double kShorter = 0.25;
 constexpr int kShorterShifts = 3;
-// Errors above this that a solve leaves are no rounding [m or rad].
-constexpr double kContradiction = 1e-6;
+// Errors above this that a solve leaves are no rounding [m or rad]; and the same of velocities, as a share of
+// the fastest.
+constexpr double kContradiction = 1e-6, kHeld = 1e-6;
 // Sweeps for a shift where no answer is found.
 constexpr double kSweptShift = 40;
 // Contacts, or joints, and rows that a thread takes at a time.
@@ -54,6 +55,12 @@ constexpr std::size_t kContactsAPiece = 1024, kRowsAPiece = 2048;
 
 bool carried_load(const WorldState& state, const RowOrigin& origin) {
   return !origin.joint && state.contacts[origin.index].points[origin.point].normal_impulse > 0;
+}
+
+/// True for a row with lambda >= 0 that is kept closed: a loaded contact, or a limit that was reached.
+bool is_kept_closed(const WorldState& state, const RowOrigin& origin) {
+  if (origin.kind == RowKind::Limit) return (state.held_rows[origin.index] >> origin.point & 1) != 0;
+  return origin.kind == RowKind::Normal && carried_load(state, origin);
 }
 
 /// Points that are near enough to be pushed into contact by a projection.
@@ -98,8 +105,7 @@ double position_error(const WorldState& state, const Assembly& assembly) {
     double most = 0;
     for (std::size_t i = from; i < to; ++i) {
       const RowOrigin& origin = assembly.origin[i];
-      const bool closed =
-          origin.kind == RowKind::Joint || (origin.kind == RowKind::Normal && carried_load(state, origin));
+      const bool closed = origin.kind == RowKind::Joint || is_kept_closed(state, origin);
       most = std::max(most, closed ? std::abs(origin.error) : -origin.error);
     }
     return most;
@@ -264,17 +270,31 @@ bool velocities_hold(const WorldState& state, const Island& island, double elaps
   return true;
 }
 
-/// Contacts that the corrections would pull by more than their load pushed are open. @return whether there
-/// were
-bool let_open(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda) {
+/// Lets go of a contact, or of a limit that was reached.
+void open(WorldState& state, const RowOrigin& origin) {
+  if (origin.joint) {
+    state.held_rows[origin.index] &= static_cast<std::uint8_t>(~(1u << origin.point));
+    return;
+  }
+  PointMemory& memory = state.contacts[origin.index].points[origin.point];
+  memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+  memory.sticking = false;
+}
+
+/// What pushed a row of a piece [N s].
+double load_of(const WorldState& state, const RowOrigin& origin, double h) {
+  if (origin.joint) return h * state.joints[origin.index].row_force[origin.point];
+  return state.contacts[origin.index].points[origin.point].normal_impulse;
+}
+
+/// Contacts and limits that the corrections would pull by more than their load pushed in a piece of the
+/// length `h` [s] are open. @return whether there were
+bool let_open(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda, double h) {
   bool any = false;
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     const RowOrigin& origin = bilateral.origin[i];
-    if (origin.joint || origin.kind != RowKind::Normal) continue;
-    PointMemory& memory = state.contacts[origin.index].points[origin.point];
-    if (!(memory.normal_impulse + lambda[i] < 0)) continue;
-    memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-    memory.sticking = false;
+    if (!is_kept_closed(state, origin) || !(load_of(state, origin, h) + lambda[i] < 0)) continue;
+    open(state, origin);
     any = true;
   }
   return any;
@@ -337,10 +357,8 @@ bool let_go_of_held_back(WorldState& state, const Assembly& assembly, const std:
   bool any = false;
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     const RowOrigin& origin = assembly.origin[i];
-    if (origin.kind != RowKind::Normal || !carried_load(state, origin) || !(lambda[i] < 0)) continue;
-    PointMemory& memory = state.contacts[origin.index].points[origin.point];
-    memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-    memory.sticking = false;
+    if (!is_kept_closed(state, origin) || !(lambda[i] < 0)) continue;
+    open(state, origin);
     any = true;
   }
   return any;
@@ -445,7 +463,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     for (std::size_t i = 0; i < assembly.system.rows.size(); ++i) {
       Row& row = assembly.system.rows[i];
       const RowOrigin& origin = assembly.origin[i];
-      if (pulls && row.kind == RowKind::Normal && carried_load(state, origin)) {
+      if (pulls && is_kept_closed(state, origin)) {
         row.kind = RowKind::Joint;
         row.lower = -kInfinity;
       }
@@ -519,12 +537,12 @@ struct VelocityScratch {
   Assembly full, bilateral;
   std::vector<Companion> companions;
   std::vector<int> bilateral_of;  ///< by row of `full`
-  std::vector<std::uint8_t> points;
+  std::vector<std::uint8_t> points, limits;
   std::vector<Velocity> v, next;
   std::vector<double> lambda;
 };
 
-/// The contacts that carry load, with all joints: rows at the present geometry.
+/// The contacts and limits that carry load, with all joints: rows at the present geometry.
 void assemble_loaded(const WorldState& state, const Island& island, double elapsed,
                      VelocityScratch& scratch) {
   std::vector<std::uint8_t>& points = scratch.points;
@@ -539,7 +557,10 @@ void assemble_loaded(const WorldState& state, const Island& island, double elaps
   AssemblyRequest request;
   request.points = &points;
   request.friction = true;
-  request.rope_slack = -1;
+  scratch.limits.resize(island.joints.size());
+  std::transform(island.joints.begin(), island.joints.end(), scratch.limits.begin(),
+                 [&](std::uint32_t slot) { return state.held_rows[slot]; });
+  request.limits = &scratch.limits;
   request.actuators = AssemblyRequest::Actuators::All;
   request.elapsed = elapsed;
   assemble(state, island, request, scratch.full);
@@ -547,13 +568,15 @@ void assemble_loaded(const WorldState& state, const Island& island, double elaps
 
 /// True if a row holds both ways: sliding and rolling rows are free, and so are springs and motors that do
 /// not reach their speed.
+/// @param known  `WorldState::held_rows` says which motors did in the last piece
 bool holds_both_ways(const WorldState& state, const Assembly& full, int i, const std::vector<Velocity>& v,
-                     double fastest) {
+                     double fastest, bool known) {
   const RowOrigin& origin = full.origin[i];
   if (origin.kind == RowKind::Rolling || origin.spring()) return false;
   if (origin.kind == RowKind::Friction) return state.contacts[origin.index].points[origin.point].sticking;
   const Row& row = full.system.rows[i];
   if (origin.kind != RowKind::Motor || !(row.upper < kInfinity)) return true;
+  if (known) return (state.held_rows[origin.index] >> origin.point & 1) != 0;
   const double force = state.joints[origin.index].row_force[origin.point];
   return std::abs(force) < row.upper * (1 - 1e-9) &&
          std::abs(row_velocity(full, i, v)) <= 1e-6 * (1 + fastest);
@@ -570,14 +593,14 @@ void free_of_bounds(Row& row) {
 /// The rows of `scratch.full` that hold both ways, without bounds, and what comes along with them.
 /// @return `scratch.bilateral`, or `scratch.full` itself where that is all of it
 Assembly& select_bilateral(const WorldState& state, const std::vector<Velocity>& v, double fastest,
-                           VelocityScratch& scratch) {
+                           bool known, VelocityScratch& scratch) {
   Assembly& full = scratch.full;
   const IslandSystem& system = full.system;
   const int count = system.size();
   int selected = 0;
   scratch.bilateral_of.assign(system.rows.size(), -1);
   for (int i = 0; i < count; ++i) {
-    if (holds_both_ways(state, full, i, v, fastest)) scratch.bilateral_of[i] = selected++;
+    if (holds_both_ways(state, full, i, v, fastest, known)) scratch.bilateral_of[i] = selected++;
   }
   for (int i = 0; i < count; ++i) {
     const RowOrigin& origin = full.origin[i];
@@ -608,9 +631,9 @@ Assembly& select_bilateral(const WorldState& state, const std::vector<Velocity>&
 
 }  // namespace
 
-double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
-                          IslandResult& result, Assembly* rows) {
-  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return 0;
+VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
+                                 IslandResult& result, Assembly* rows) {
+  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return {};
   Spare<VelocityScratch> scratch;
   std::vector<Velocity>&v = scratch->v, &next = scratch->next;
   island_velocities(state, island, v);
@@ -622,7 +645,7 @@ double project_velocities(WorldState& state, const Island& island, double elapse
   std::vector<Companion>& companions = scratch->companions;
   companions.clear();
   if (!ready) assemble_loaded(state, island, elapsed, *scratch);
-  Assembly& bilateral = ready ? *rows : select_bilateral(state, v, fastest, *scratch);
+  Assembly& bilateral = ready ? *rows : select_bilateral(state, v, fastest, pushed > 0, *scratch);
   const IslandSystem& system = scratch->full.system;  // of the companions
   std::vector<double>& wanted = bilateral.system.b;
   wanted.resize(bilateral.system.rows.size());
@@ -639,16 +662,17 @@ double project_velocities(WorldState& state, const Island& island, double elapse
                         return most;
                       });
   };
-  double error = violation(v), work = 0;
+  VelocityShift done;
+  double error = violation(v);
   std::vector<double>& lambda = scratch->lambda;
   // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   // What is left does work against the joints' forces all the way to the next projection.
-  const double floor = (may_open ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
+  const double floor = (pushed > 0 ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
   for (int round = 0; round < 4 && error > floor; ++round) {
     next = v;
     solve_for_motion(state, SolvePurpose::Velocities, bilateral, floor, result, lambda, next);
-    if (may_open && round == 0 && let_open(state, bilateral, lambda))
-      return project_velocities(state, island, elapsed, may_open, result);
+    if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed))
+      return project_velocities(state, island, elapsed, pushed, result);
     for (const Companion& companion : companions) {
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
@@ -661,15 +685,17 @@ double project_velocities(WorldState& state, const Island& island, double elapse
       const Row& row = system.rows[companion.row];
       const double impulse = companion.share * lambda[companion.normal];
       // Each impulse works against the mean of the velocities before and after it.
-      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, v[row.a]) + along(row.Ja, next[row.a]));
-      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, v[row.b]) + along(row.Jb, next[row.b]));
+      if (row.a >= 0) done.friction += 0.5 * impulse * (along(row.Ja, v[row.a]) + along(row.Ja, next[row.a]));
+      if (row.b >= 0) done.friction += 0.5 * impulse * (along(row.Jb, v[row.b]) + along(row.Jb, next[row.b]));
     }
     error = left;
+    done.brought += work_of_drive(bilateral, lambda);
     std::swap(v, next);
-    if (may_open) add_to_loads(state, bilateral, lambda);
+    if (pushed > 0) add_to_loads(state, bilateral, lambda);
   }
   store_velocities(state, island, v);
-  return work;
+  done.holds = !(error > kHeld * std::max(fastest, 1e-3));
+  return done;
 }
 
 }  // namespace skerry

@@ -27,13 +27,20 @@ bool project_positions(WorldState& state, const Island& island, double elapsed, 
 /// contact feels; other islands stay as they are.
 void give_spin(WorldState& state, const Island& island, double momentum);
 
+/// What a projection of velocities did.
+struct VelocityShift {
+  double friction = 0;  ///< work of the friction that belongs to it [J]
+  double brought = 0;   ///< work of what is told to move [J]
+  bool holds = true;    ///< but for rounding nothing is violated any more
+};
+
 /// Removes the velocity that violates joints, loaded contacts and sticking contacts at the present geometry,
 /// by the least-energy change and the friction that belongs to it; kept only where it makes the violation
 /// smaller.
-/// @param may_open  contacts that it would pull by more than they were pushed in the piece open instead
+/// @param pushed  contacts and limits that it would pull by more than they were pushed in a piece of this
+///                length [s] open instead; 0: none do
 /// @param rows      those of `project_positions`, if it said that they hold and nothing has moved since
-/// @return work of that friction [J]
-double project_velocities(WorldState& state, const Island& island, double elapsed, bool may_open,
-                          IslandResult& result, Assembly* rows = nullptr);
+VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
+                                 IslandResult& result, Assembly* rows = nullptr);
 
 }  // namespace skerry

@@ -14,9 +14,15 @@ constexpr std::size_t kMostRows = 8;
 // A second solution counts only if its stopping rows are at their bounds up to this.
 constexpr double kAtBound = 1 - 1e-9;
 
-bool has_friction(const IslandSystem& system) {
-  return std::any_of(system.rows.begin(), system.rows.end(),
-                     [](const Row& row) { return row.normal >= 0 && row.mu > 0; });
+/// True for friction, rolling resistance and motors that have a largest force: they act against a velocity
+/// with all of it, and hold what comes to rest with less.
+bool may_stop(const Row& row) {
+  return row.normal >= 0 ? row.mu > 0 : row.kind == RowKind::Motor && row.upper < kInfinity;
+}
+
+/// Largest impulse of such a row.
+double bound_of(const Row& row, const std::vector<double>& lambda) {
+  return row.normal >= 0 ? row.mu * lambda[static_cast<std::size_t>(row.normal)] : row.upper;
 }
 
 /// A row that stops within the piece.
@@ -31,14 +37,15 @@ struct Stopping {
 double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const SolveOptions& options,
                      std::unique_ptr<SolverMemory>* memory, Solution& solution) {
   IslandSystem& system = piece.assembly.system;
-  if (system.rows.size() > kMostRows || !has_friction(system)) return piece.h;
+  if (system.rows.size() > kMostRows || std::none_of(system.rows.begin(), system.rows.end(), may_stop))
+    return piece.h;
   // What stops within this distance does not show.
   const double shortest = 1e-3 * state.config.touch_tolerance;
 
   Spare<std::vector<Stopping>> stopping;
   for (int i = 0; i < system.size(); ++i) {
     const Row& row = system.rows[i];
-    if (row.normal < 0 || !(row.mu > 0) || !(solution.lambda[row.normal] > 0)) continue;
+    if (!may_stop(row) || !(bound_of(row, solution.lambda) > 0)) continue;
     // What rolls has no velocity where it is, though it has one in the geometry half-way.
     const double now = row_velocity(piece.start, i, piece.before);
     if (!(std::abs(now) * piece.h > shortest)) continue;
@@ -57,14 +64,14 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
   if (stopping->empty()) return piece.h;
 
   // To want more than the bounds can give is to be at the bound: backwards by four times what the largest
-  // friction changes.
+  // force changes.
   for (const Stopping& stop : *stopping) {
     const Row& row = system.rows[stop.row];
     double D = 0;
     if (row.a >= 0) D += inverse_mass_along(system.bodies[row.a], row.Ja);
     if (row.b >= 0) D += inverse_mass_along(system.bodies[row.b], row.Jb);
-    const double change = std::abs(row_velocity(piece.assembly, stop.row, piece.free)) +
-                          4 * D * row.mu * solution.lambda[row.normal];
+    const double change =
+        std::abs(row_velocity(piece.assembly, stop.row, piece.free)) + 4 * D * bound_of(row, solution.lambda);
     system.b[stop.row] += stop.from > 0 ? -change : change;
   }
   Solution sliding = state.solver->solve(system, solution.lambda, options, memory);
@@ -76,12 +83,12 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
   for (const Stopping& stop : *stopping) {
     const Row& row = system.rows[stop.row];
     const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
-    if (!(against >= kAtBound * row.mu * sliding.lambda[row.normal])) holds = false;
+    if (!(against >= kAtBound * bound_of(row, sliding.lambda))) holds = false;
     const double to = row_velocity(piece.assembly, stop.row, *after);
     if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
   }
   if (!holds || !(first < piece.h)) {
-    // Where Coulomb's law has no such motion, or hardly one, the first solution stands.
+    // Where there is no such motion by Coulomb's law, or hardly one, the first solution stands.
     for (const Stopping& stop : *stopping) system.b[stop.row] = stop.target;
     return piece.h;
   }

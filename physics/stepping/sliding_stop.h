@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Contacts that slide or roll come to rest at a moment of their own, and what holds them from then on is not
-// what slowed them down.
+// Contacts that slide or roll come to rest at a moment of their own, and motors get to their speed; what
+// holds them from then on is not what slowed them down.
 #pragma once
 
 #include <memory>
@@ -21,9 +21,10 @@ struct SolvedPiece {
   double h;                             ///< its length [s]
 };
 
-/// Looks for rows of friction and rolling resistance that move at the beginning of the piece and, in
-/// `solution`, no longer or backwards at its end. If there are any, the piece is solved again with all of
-/// them at their bound throughout; their velocities then go linearly through zero.
+/// Looks for rows of friction, rolling resistance and motors with a largest force that move at the beginning
+/// of the piece (against the speed that a motor aims at) and, in `solution`, no longer or backwards at its
+/// end. If there are any, the piece is solved again with all of them at their bound throughout; their
+/// velocities then go linearly through zero.
 ///
 /// Done for islands of at most 8 rows; in larger ones a stop costs more than the mu g h^2 / 8 that it is
 /// worth.

@@ -11,10 +11,12 @@
 #include "physics/stepping/coming_to_rest.h"
 #include "physics/stepping/flight_queue.h"
 #include "physics/stepping/flow_work.h"
+#include "physics/stepping/free_flight.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_limits.h"
 #include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
@@ -51,6 +53,10 @@ constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
 constexpr double kBouncePiecesADoubling = 4;
 // Ends of sliding that cut a step; further ones are of first order.
 constexpr int kMostStops = 4;
+// Limits of joints that cut a step, of islands with so many joints; fewer of those with more. Then limits
+// hold at the ends of pieces, which is of first order.
+constexpr int kMostLimits = 8;
+constexpr std::size_t kJointsWithLimits = 16;
 // A piece in which nothing rests needs no solve and costs this much less.
 constexpr int kFlightShare = 32;
 // Of what the exact forces of a large island may cost, for an impact of its own where they were not found
@@ -81,10 +87,16 @@ class IslandStep {
         varying_(has_varying_forces(state, island)),
         told_(meets_prescribed_motion(state, island)),
         holds_(std::any_of(island.joints.begin(), island.joints.end(),
-                           [&](std::uint32_t slot) { return holds_always(state.joints[slot].def); })) {
+                           [&](std::uint32_t slot) { return holds_always(state.joints[slot].def); })),
+        limits_(take_spare<std::vector<std::uint8_t>>()),
+        limits_left_(most_limits(state, island)) {
     resting_.resize(island.contacts.size());
+    limits_.resize(island.joints.size());
   }
-  ~IslandStep() { give_spare(std::move(resting_)); }
+  ~IslandStep() {
+    give_spare(std::move(resting_));
+    give_spare(std::move(limits_));
+  }
   IslandStep(const IslandStep&) = delete;
   IslandStep& operator=(const IslandStep&) = delete;
 
@@ -136,21 +148,26 @@ class IslandStep {
           std::max(stable_length(state_, island_, to - elapsed_), (to - from) / kStablePieces);
       const bool whole = to - elapsed_ <= stable;
       const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
+      const bool by_limits = limits_left_ > 0 && !last;
       choose_resting(last);
+      choose_limits(by_limits);
       island_velocities(state_, island_, before);
       PieceForces forces;
       double solved = length, hit = length;
-      bool lost = false;
+      bool lost = false, at_limit = false;
       // Of a piece in which a spring swings to and fro there is no part that ends where sliding does.
       const bool may_stop = stops_ < kMostStops && !swings_fast(state_, island_, length);
       // Points that would go down from where they are join the solve; each round adds at least one.
       const auto solve = [&] {
-        Piece part{elapsed_, solved, resting_, last, may_stop, varying_, told_, elapsed_ == 0};
+        Piece part{elapsed_,     solved,   resting_, last,
+                   may_stop,     varying_, told_,    by_limits ? &limits_ : nullptr,
+                   elapsed_ == 0};
         do {
           forces = solve_piece(state_, island_, part, before, after, result_);
           if (forces.disobeyed) {
-            project_velocities(state_, island_, elapsed_, false, result_);
+            obey_joints();
             choose_resting(last);
+            choose_limits(by_limits);
             island_velocities(state_, island_, before);
             part.first = false;
             forces = solve_piece(state_, island_, part, before, after, result_);
@@ -159,6 +176,7 @@ class IslandStep {
           if (forces.given_up || lost) return false;
           hit = last ? solved : next_hit(solved, before, after);
         } while (sinking_);
+        at_limit = by_limits && next_limit(solved, before, after, hit);
         return true;
       };
       if (!solve()) return lost ? to : elapsed_;
@@ -178,7 +196,10 @@ class IslandStep {
       if (forces.stop < hit) {
         hit = forces.stop;
         ++stops_;
+        at_limit = false;
       }
+      limits_left_ -= at_limit;
+      note_held_rows(by_limits, hit == solved);
       // Further pieces would cost more than they may.
       const bool over = hit == length && whole;
       if (!over && result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
@@ -187,7 +208,7 @@ class IslandStep {
       const double start = elapsed_;
       const bool jointed = !island_.joints.empty();
       const std::optional<IslandEnergy> energy =
-          last || jointed ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
+          last || jointed ? std::optional<IslandEnergy>(std::in_place, state_, island_, true) : std::nullopt;
       advance(hit, solved, before, after, last);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
@@ -198,15 +219,15 @@ class IslandStep {
             forces.moving ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
         Assembly& rows = vectors->rows;
         const bool hold = project_positions(state_, island_, elapsed_, result_, rows);
-        const double work = forces.moving ? project_velocities(state_, island_, elapsed_, true, result_,
-                                                               hold ? &rows : nullptr)
-                                          : 0;
-        if (carried) carried->keep(state_, island_, work);
+        VelocityShift shift;
+        if (forces.moving)
+          shift = project_velocities(state_, island_, elapsed_, solved, result_, hold ? &rows : nullptr);
+        if (carried) carried->keep(state_, island_, shift.friction);
         // The plastic end of a step is of first order and lifts what it lets sink in.
         if (energy && last) energy->take_gain(state_, island_, hit);
         // Joints that contradict each other may want any velocity.
         else if (energy)
-          energy->take_much(state_, island_, hit);
+          energy->take_much(state_, island_, hit, hit / solved * forces.brought, passed_);
       }
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
       ++result_.substeps;
@@ -232,6 +253,14 @@ class IslandStep {
     if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
     if (may_flow(state_)) step_island_in_flow(state_, island_, elapsed_, to, result_);
     return may_flow(state_);
+  }
+
+  /// Bodies that were given another velocity, or motors another speed: what joints cannot but obey happens at
+  /// once. Joints that contradict each other may want any velocity.
+  void obey_joints() {
+    const IslandEnergy energy(state_, island_, true);
+    const VelocityShift shift = project_velocities(state_, island_, elapsed_, 0, result_);
+    energy.take_much(state_, island_, 0, shift.holds ? shift.brought : 0, passed_);
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.
@@ -261,26 +290,63 @@ class IslandStep {
     });
   }
 
+  /// How many limits of joints may cut the step.
+  static int most_limits(const WorldState& state, const Island& island) {
+    if (!is_small(state)) return 0;
+    const auto limited = [&](std::uint32_t slot) { return has_limits(state.joints[slot].def); };
+    if (std::none_of(island.joints.begin(), island.joints.end(), limited)) return 0;
+    return static_cast<int>(kMostLimits * kJointsWithLimits /
+                            std::max(kJointsWithLimits, island.joints.size()));
+  }
+
+  /// Notes the limits and motors that hold what they are at in the piece that begins where the bodies are.
+  /// @param whole  it is not cut
+  void note_held_rows(bool by_limits, bool whole) {
+    share_each(state_.island_threads, limits_.size(), kContactsAPiece, [&](std::size_t k) {
+      const std::uint32_t slot = island_.joints[k];
+      state_.held_rows[slot] =
+          held_rows_of(state_, state_.joints[slot], elapsed_, by_limits ? limits_[k] : 0, whole);
+    });
+  }
+
+  void choose_limits(bool by_limits) {
+    if (!by_limits) return;
+    for (std::size_t k = 0; k < limits_.size(); ++k)
+      limits_[k] = reached_limits(state_, state_.joints[island_.joints[k]], elapsed_);
+  }
+
+  /// How a body goes through a piece of the length `h` [s].
+  Motion motion_of(std::uint32_t body, double h, const std::vector<Velocity>& before,
+                   const std::vector<Velocity>& after) const {
+    Motion m = free_flight(state_, body, elapsed_);
+    const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
+    if (k < 0) return m;
+    m.v = {before[k][0], before[k][1]};
+    m.omega = before[k][2];
+    m.a = Vec2{after[k][0] - before[k][0], after[k][1] - before[k][1]} / h;
+    m.alpha = (after[k][2] - before[k][2]) / h;
+    return m;
+  }
+
+  /// True if a limit of a joint is reached before the time `hit` within the piece, which is that time then.
+  bool next_limit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                  double& hit) {
+    StageTimer timer(state_, result_, Stage::Narrow);
+    const double before_it = hit;
+    for (std::size_t k = 0; k < limits_.size(); ++k) {
+      const JointRecord& joint = state_.joints[island_.joints[k]];
+      const std::optional<double> t =
+          next_limit_time(state_, joint, motion_of(joint.def.a.index, h, before, after),
+                          motion_of(joint.def.b.index, h, before, after), limits_[k], hit);
+      if (t) hit = std::min(hit, *t);
+    }
+    return hit < before_it;
+  }
+
   /// Time until the next landing within the piece, or its length. Points that sink are made resting ones.
   double next_hit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after) {
     StageTimer timer(state_, result_, Stage::Narrow);
-    const auto motion = [&](std::uint32_t body) {
-      const BodyArrays& all = state_.bodies;
-      Motion m;
-      m.p0 = all.position[body];
-      m.angle0 = all.angle[body];
-      const int k = state_.local_index[body];
-      if (k >= 0) {
-        m.v = {before[k][0], before[k][1]};
-        m.omega = before[k][2];
-        m.a = Vec2{after[k][0] - before[k][0], after[k][1] - before[k][1]} / h;
-        m.alpha = (after[k][2] - before[k][2]) / h;
-      } else if (all.type[body] == BodyType::Kinematic) {
-        const KinematicState now = kinematic_state(state_, body, elapsed_);
-        m = {now.p, now.angle, now.v, now.omega, now.a, now.alpha};
-      }
-      return m;
-    };
+    const auto motion = [&](std::uint32_t body) { return motion_of(body, h, before, after); };
     // Most contacts of a large island that rests are neither.
     Spare<std::vector<std::uint8_t>> may_land;
     may_land->resize(resting_.size());
@@ -408,11 +474,14 @@ class IslandStep {
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
 
-  bool holds_;                  ///< a joint of the island holds something wherever its bodies are
-  int stops_ = 0;               ///< of the step
-  double elapsed_ = 0;          ///< since the beginning of the step [s]
-  bool sinking_ = false;        ///< `next_hit` found points that the solve has to hold
-  std::vector<PathEnd> start_;  ///< of the piece, for the paths
+  bool holds_;                        ///< a joint of the island holds something wherever its bodies are
+  std::vector<std::uint8_t> limits_;  ///< per joint of the island: bits of the limits in the force solve
+  int limits_left_;                   ///< that may cut the step
+  int stops_ = 0;                     ///< of the step
+  double passed_ = 0;                 ///< energy that nothing explains, in the step so far [J]
+  double elapsed_ = 0;                ///< since the beginning of the step [s]
+  bool sinking_ = false;              ///< `next_hit` found points that the solve has to hold
+  std::vector<PathEnd> start_;        ///< of the piece, for the paths
 };
 
 }  // namespace

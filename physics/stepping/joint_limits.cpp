@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/joint_limits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/stepping/free_flight.h"
+#include "physics/stepping/root.h"
+#include "physics/stepping/touching.h"
+
+namespace skerry {
+namespace {
+
+// Share of its largest force with which a motor is at that, and deviations up to which it is at its speed
+// [m/s or rad/s, and of the speed].
+constexpr double kAtLargest = 1 - 1e-9;
+constexpr double kAtSpeed = 1e-3;
+
+/// Slack up to which a limit counts as reached [m or rad].
+double reach_of(const WorldState& state, Vec2 a, Vec2 b) {
+  return std::max(touch_tolerance(state, a), touch_tolerance(state, b));
+}
+
+/// Where a body that moves like `motion` is after a time `t` [s].
+JointEnd end_at(const Motion& motion, double t) {
+  const Motion then = later(motion, t);
+  return {.p = then.p0, .q = Rot::from_angle(then.angle0), .angle = then.angle0, .v = {}};
+}
+
+/// Fastest in a time `h`: of the centre [m/s], and turning [rad/s].
+double fastest(const Motion& m, double h) {
+  return std::max(length(m.v), length(m.v + h * m.a));
+}
+double fastest_turn(const Motion& m, double h) {
+  return std::max(std::abs(m.omega), std::abs(m.omega + h * m.alpha));
+}
+
+/// Bound of how fast the coordinate of a joint changes in a time `h` [m/s or rad/s].
+double fastest_change(const JointRecord& joint, const Motion& a, const Motion& b, double h) {
+  const double turn_a = fastest_turn(a, h), turn_b = fastest_turn(b, h);
+  if (joint.def.kind == JointKind::Revolute) return turn_a + turn_b;
+  const double centres = fastest(a, h) + fastest(b, h);
+  const double arm_a = length(joint.local_a), arm_b = length(joint.local_b);
+  const double apart = length(b.p0 - a.p0) + arm_a + arm_b + h * centres;
+  const bool sliding = joint.def.kind == JointKind::Prismatic || joint.def.kind == JointKind::Wheel;
+  return centres + turn_a * (arm_a + (sliding ? apart : 0)) + turn_b * arm_b;
+}
+
+}  // namespace
+
+bool has_limits(const JointDef& def) {
+  return def.kind == JointKind::Rope || def.lower || def.upper;
+}
+
+std::uint8_t reached_limits(const WorldState& state, const JointRecord& joint, double elapsed) {
+  if (!has_limits(joint.def)) return 0;
+  const JointEnd a = joint_end(state, joint.def.a.index, elapsed);
+  const JointEnd b = joint_end(state, joint.def.b.index, elapsed);
+  const double reach = reach_of(state, a.p, b.p);
+  JointRows rows;
+  const int count = joint_rows(joint, a, b, rows);
+  std::uint8_t bits = 0;
+  for (int k = 0; k < count; ++k) {
+    const JointRow& row = rows[static_cast<std::size_t>(k)];
+    if (row.kind != JointRowKind::Limit || row.error > reach) continue;
+    if (row.rate <= state.config.rest_speed || row.error < -reach) bits |= 1u << k;
+  }
+  return bits;
+}
+
+std::optional<double> next_limit_time(const WorldState& state, const JointRecord& joint, const Motion& a,
+                                      const Motion& b, std::uint8_t reached, double h) {
+  if (!has_limits(joint.def)) return std::nullopt;
+  JointRows rows;
+  const auto rows_at = [&](double t) { return joint_geometry(joint, end_at(a, t), end_at(b, t), rows); };
+  const int count = rows_at(0);
+  const JointRows start = rows;
+  const double change = fastest_change(joint, a, b, h), reach = reach_of(state, a.p0, b.p0);
+  std::optional<double> first;
+  for (int k = 0; k < count; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    if (start[row].kind != JointRowKind::Limit || (reached >> k & 1) != 0) continue;
+    if (!(start[row].error <= h * change)) continue;
+    const auto slack = [&](double t) {
+      rows_at(t);
+      return rows[row].error;
+    };
+    const std::optional<double> t = closing_time(slack, change, first.value_or(h), reach);
+    if (t) first = t;
+  }
+  return first;
+}
+
+std::uint8_t held_rows_of(const WorldState& state, const JointRecord& joint, double elapsed,
+                          std::uint8_t reached, bool whole) {
+  const bool drives = joint.def.motor_speed && joint.def.motor_limit < kInfinity;
+  if (reached == 0 && !drives) return 0;
+  JointRows rows;
+  const int count = joint_rows(joint, joint_end(state, joint.def.a.index, elapsed),
+                               joint_end(state, joint.def.b.index, elapsed), rows);
+  std::uint8_t bits = 0;
+  for (int k = 0; k < count; ++k) {
+    const JointRow& row = rows[static_cast<std::size_t>(k)];
+    const double force = joint.row_force[k];
+    bool held = false;
+    if (row.kind == JointRowKind::Limit) held = (reached >> k & 1) != 0 && force > 0;
+    if (row.kind == JointRowKind::Motor && row.most < kInfinity)
+      held = std::abs(force) < kAtLargest * row.most &&
+             (whole || std::abs(row.rate - row.speed) <= kAtSpeed * (1 + std::abs(row.speed)));
+    if (held) bits |= 1u << k;
+  }
+  return bits;
+}
+
+}  // namespace skerry
