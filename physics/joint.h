@@ -49,11 +49,13 @@ struct JointDef {
   Vec2 pulley_a{}, pulley_b{};  ///< Pulley: where the ends run over the wheels, world frame [m]
   std::optional<double> lower{}, upper{};  ///< limits of the coordinate [m or rad]
   std::optional<double> motor_speed{};     ///< wanted rate of the coordinate [m/s or rad/s]; none: no motor
-  double motor_limit = kInfinity;          ///< largest force of the motor [N or N m]
-  double stiffness = 0;                    ///< of the spring [N/m or N m/rad]
-  double damping = 0;                      ///< of its damper [N s/m or N m s/rad]
-  double break_force = kInfinity;          ///< the joint breaks when its mean force over a step is larger [N]
-  double break_torque = kInfinity;         ///< or its mean torque [N m]
+  /// Largest force of the motor [N or N m]. Without one it gets its way, but ends at limits of its
+  /// coordinate.
+  double motor_limit = kInfinity;
+  double stiffness = 0;             ///< of the spring [N/m or N m/rad]
+  double damping = 0;               ///< of its damper [N s/m or N m s/rad]
+  double break_force = kInfinity;   ///< the joint breaks when its mean force over a step is larger [N]
+  double break_torque = kInfinity;  ///< or its mean torque [N m]
 };
 
 }  // namespace skerry

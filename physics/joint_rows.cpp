@@ -120,8 +120,8 @@ double rate_of(const Coordinate& c, const JointEnd& a, const JointEnd& b) {
 template <bool kMoving>
 class Rows {
  public:
-  Rows(const JointDef& def, const JointEnd& a, const JointEnd& b, JointRows& rows)
-      : def_(def), a_(a), b_(b), rows_(rows) {}
+  Rows(const JointDef& def, bool stalled, const JointEnd& a, const JointEnd& b, JointRows& rows)
+      : def_(def), stalled_(stalled), a_(a), b_(b), rows_(rows) {}
 
   void hold(const Coordinate& c, double value) { add(JointRowKind::Hold, c, value); }
 
@@ -135,7 +135,7 @@ class Rows {
   void motor(const Coordinate& c) {
     if (!def_.motor_speed) return;
     JointRow& row = add(JointRowKind::Motor, c, c.value);
-    row.speed = *def_.motor_speed;
+    row.speed = stalled_ ? 0 : *def_.motor_speed;
     row.most = def_.motor_limit;
   }
 
@@ -177,6 +177,7 @@ class Rows {
   }
 
   const JointDef& def_;
+  bool stalled_;
   const JointEnd& a_;
   const JointEnd& b_;
   JointRows& rows_;
@@ -187,7 +188,7 @@ template <bool kMoving>
 int write_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, JointRows& rows) {
   const JointDef& def = joint.def;
   const Anchors<kMoving> anchors(joint, a, b);
-  Rows<kMoving> out(def, a, b, rows);
+  Rows<kMoving> out(def, joint.stalled, a, b, rows);
   switch (def.kind) {
     case JointKind::Revolute:
       out.hold(anchors.along({1, 0}), 0);
@@ -204,7 +205,7 @@ int write_rows(const JointRecord& joint, const JointEnd& a, const JointEnd& b, J
       // The slack falls as the distance grows.
       JointDef limit;
       limit.upper = joint.length;
-      Rows<kMoving> rope(limit, a, b, rows);
+      Rows<kMoving> rope(limit, false, a, b, rows);
       rope.limits(anchors.distance());
       return rope.count();
     }

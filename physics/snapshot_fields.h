@@ -103,7 +103,8 @@ inline void fields(Archive& a, JointDef& v) {
     motor_speed, motor_limit, stiffness, damping, break_force, break_torque);
 }
 inline void fields(Archive& a, JointRecord& v) {
-  auto& [def, local_a, local_b, local_axis, length, reference_angle, alive, generation, impulse,
+  // Not archived: whether it is stalled, which follows from where the bodies are.
+  auto& [def, local_a, local_b, local_axis, length, reference_angle, alive, stalled, generation, impulse,
          angular_impulse, row_force, row_impulse] = v;
   a(def, local_a, local_b, local_axis, length, reference_angle, alive, generation, impulse, angular_impulse,
     row_force, row_impulse);

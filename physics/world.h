@@ -111,6 +111,7 @@ struct JointRecord {
   double length = 0;           ///< [m]; Pulley, Gear, Rack: the constant that the joint keeps
   double reference_angle = 0;  ///< of b against a at creation [rad]
   bool alive = false;
+  bool stalled = false;  ///< a motor without a largest force has come to a limit, and ends there
   std::uint32_t generation = 0;
   Vec2 impulse;                         ///< on b, world frame, of the last step, impacts included [N s]
   double angular_impulse = 0;           ///< on b about its anchor [N m s]

@@ -11,6 +11,7 @@
 #include "physics/share_islands.h"
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/joint_limits.h"
 #include "physics/text.h"
 #include "physics/world_report.h"
 
@@ -278,6 +279,7 @@ void Step::begin_joint(std::uint32_t i) const {
   JointRecord& joint = s_.joints[i];
   std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
   s_.held_rows[i] = 0;
+  note_stall(s_, joint, 0);
   JointStart& start = s_.joint_start[i];
   if (start.begun == s_.steps + 1) return;
   std::copy(std::begin(joint.row_force), std::end(joint.row_force), start.row_force.begin());

@@ -12,6 +12,7 @@
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_limits.h"
 #include "physics/stepping/mode_choice.h"
 #include "physics/stepping/mode_events.h"
 #include "physics/stepping/mode_impulses.h"
@@ -127,6 +128,7 @@ class EventStep {
   }
 
   bool impacts() {
+    for (const std::uint32_t slot : island_.joints) note_stall(state_, state_.joints[slot], elapsed_);
     mode_ = {};
     const State y = problem_.gather(mode_);
     ImpactOptions options;

@@ -52,6 +52,17 @@ bool has_limits(const JointDef& def) {
   return def.kind == JointKind::Rope || def.lower || def.upper;
 }
 
+void note_stall(const WorldState& state, JointRecord& joint, double elapsed) {
+  const JointDef& def = joint.def;
+  // The motor of a wheel acts on another coordinate than its limits.
+  if (!def.motor_speed || def.motor_limit < kInfinity || !has_limits(def) || def.kind == JointKind::Wheel)
+    return;
+  const JointEnd a = joint_end(state, def.a.index, elapsed), b = joint_end(state, def.b.index, elapsed);
+  const double value = joint_coordinate(joint, a, b).value, reach = reach_of(state, a.p, b.p);
+  joint.stalled = (def.lower && *def.motor_speed < 0 && value <= *def.lower + reach) ||
+                  (def.upper && *def.motor_speed > 0 && value >= *def.upper - reach);
+}
+
 std::uint8_t reached_limits(const WorldState& state, const JointRecord& joint, double elapsed) {
   if (!has_limits(joint.def)) return 0;
   const JointEnd a = joint_end(state, joint.def.a.index, elapsed);

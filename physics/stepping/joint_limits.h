@@ -15,6 +15,11 @@ namespace skerry {
 /// True if a joint may become taut or reach a limit.
 bool has_limits(const JointDef& def);
 
+/// Notes whether a motor without a largest force has come to a limit of its coordinate, which it drives against
+/// no longer: it would contradict it. Does nothing with other joints.
+/// @param elapsed  since the beginning of the step [s]
+void note_stall(const WorldState& state, JointRecord& joint, double elapsed);
+
 /// The limits of a joint that take part in the forces (bit k: row k of `joint_rows`): those that are reached
 /// and not being left, or exceeded.
 /// @param elapsed  since the beginning of the step [s]

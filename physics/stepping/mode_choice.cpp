@@ -97,7 +97,7 @@ class ModeChoice {
   }
 
   /// Rows of a joint: what holds always, limits when reached and not about to slacken, motors by how they
-  /// compare with their speed.
+  /// compare with their speed. A motor that is stalled holds for its limit.
   void add_rows(std::size_t j, const State& y) {
     const JointRecord& joint = state_.joints[island_.joints[j]];
     const JointEnd b = problem_.joint_end(joint.def.b.index, elapsed_, y);
@@ -108,7 +108,8 @@ class ModeChoice {
       JointRowState state = JointRowState::Holds;
       if (row.kind == JointRowKind::Spring) state = JointRowState::Off;
       if (row.kind == JointRowKind::Limit) {
-        const bool reached = row.error <= touch_tolerance(state_, b.p) && row.rate <= still_;
+        const bool reached =
+            !joint.stalled && row.error <= touch_tolerance(state_, b.p) && row.rate <= still_;
         state = reached ? JointRowState::Holds : JointRowState::Off;
       }
       // Drift while it held is taken out by the projection of velocities, which knows motors by this.

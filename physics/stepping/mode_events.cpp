@@ -46,7 +46,8 @@ std::vector<ModeWatch> ModeEvents::watches(const ModeForces& forces) const {
     out.push_back({mode_.grips[k].sign == 0 ? MotionEventKind::Slip : MotionEventKind::Stick, k});
   }
   for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
-    if (mode_.rows[i].kind == JointRowKind::Limit) out.push_back({MotionEventKind::Limit, i});
+    const bool stalled = state_.joints[island_.joints[mode_.rows[i].joint]].stalled;
+    if (mode_.rows[i].kind == JointRowKind::Limit && !stalled) out.push_back({MotionEventKind::Limit, i});
     if (mode_.rows[i].kind == JointRowKind::Motor && forces.rows[i].most < kInfinity)
       out.push_back({MotionEventKind::Motor, i});
   }

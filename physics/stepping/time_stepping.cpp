@@ -126,6 +126,7 @@ class IslandStep {
           continue;
         }
       }
+      for (const std::uint32_t slot : island_.joints) note_stall(state_, state_.joints[slot], elapsed_);
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last =
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);

@@ -166,6 +166,35 @@ TEST_P(JointLimits, AMotorWithoutLimitIsNotStoppedByABlow) {
   EXPECT_NEAR(world.omega(hub), -lever * impulse / inertia, 1e-2);
 }
 
+/// A motor without a largest force drives its joint to the limit, and no farther; backwards it leaves that.
+TEST_P(JointLimits, AMotorWithoutLimitEndsAtThoseOfItsJoint) {
+  for (const JointKind kind : {JointKind::Revolute, JointKind::Prismatic}) {
+    World world = make({0, -9.81});
+    const double speed = 1.9, upper = 0.3;
+    const BodyId hub = add(world, {0, 0}, smooth(make_disc(0.2)), 3, {0.4, 1}, 1);
+    const BodyId arm = add(world, {0.6, 0}, smooth(make_box({1, 0.1})), 1, {0.4, 1}, 1);
+    const JointId joint = world.create_joint({.kind = kind,
+                                              .a = hub,
+                                              .b = arm,
+                                              .anchor_a = {0.6, 0},
+                                              .lower = -0.2,
+                                              .upper = upper,
+                                              .motor_speed = speed});
+    for (int k = 1; k <= 30; ++k) {
+      const StepReport& report = world.step(kStep);
+      ASSERT_NEAR(world.joint_position(joint), std::min(upper, k * kStep * speed), 1e-9) << k;
+      ASSERT_EQ(report.inexact_islands, 0) << k;
+      ASSERT_EQ(report.fallbacks, 0) << k;
+      ASSERT_NEAR(world.joint_speed(joint), k * kStep * speed > upper ? 0 : speed, 1e-9) << k;
+    }
+    world.set_motor(joint, -speed);
+    for (int k = 1; k <= 30; ++k) {
+      ASSERT_EQ(world.step(kStep).inexact_islands, 0) << k;
+      ASSERT_NEAR(world.joint_position(joint), std::max(-0.2, upper - k * kStep * speed), 1e-6) << k;
+    }
+  }
+}
+
 /// What turns fast around a body that is told to move slowly keeps, as that sees it, the energy that it has.
 TEST_P(JointLimits, WhatSwingsAroundAMovingPivotKeepsItsEnergy) {
   for (const Vec2 told : {Vec2{0.3, 0}, Vec2{1, -0.5}, Vec2{3, 0}}) {

@@ -165,8 +165,7 @@ class RandomMechanism {
         joint.ratio = uniform(0.5, 2);
     }
     const bool has_way = joint.kind <= JointKind::Wheel && joint.kind != JointKind::Rope;
-    // What a motor without limit drives into one contradicts it.
-    if (limited && has_way && !(joint.motor_speed && joint.motor_limit == kInfinity)) {
+    if (limited && has_way) {
       joint.lower = -uniform(0.1, 1);
       joint.upper = uniform(0.1, 1);
     }
