@@ -604,7 +604,8 @@ Assembly& select_bilateral(const WorldState& state, const std::vector<Velocity>&
   }
   for (int i = 0; i < count; ++i) {
     const RowOrigin& origin = full.origin[i];
-    if (origin.joint || origin.kind == RowKind::Normal) continue;
+    // Static friction holds more than that of sliding.
+    if (origin.joint || origin.kind == RowKind::Normal || scratch.bilateral_of[i] >= 0) continue;
     const PointMemory& memory = state.contacts[origin.index].points[origin.point];
     const double impulse =
         origin.kind == RowKind::Friction ? memory.friction_impulse : memory.rolling_impulse;

@@ -3,6 +3,7 @@
 // Friction that holds more than it brakes.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "tests/support/worlds.h"
 
@@ -91,6 +92,27 @@ TEST_P(StaticFriction, OfAStackLetsOneInterfaceGo) {
   }
   EXPECT_NEAR(world.position(lower).x, 0, 1e-12);
   EXPECT_NEAR(world.velocity(upper).x, 0.5 * 0.31 * kG, 1e-9);
+}
+
+/// On a plate that tilts slowly what lies there stays until the angle of static friction, though it takes
+/// more than sliding friction would give on most of the way, and the plate turns under it all the time.
+TEST_P(StaticFriction, HoldsOnAPlateThatTiltsUpToItsAngle) {
+  const double kinetic = 0.3, still = 0.8, turn = 0.3;
+  for (const Shape& shape :
+       {make_box({0.4, 0.2}), make_polygon(std::vector<Vec2>{{-0.2, -0.1}, {0.2, -0.1}, {0, 0.3}})}) {
+    World world(config());
+    const BodyId plate = world.create_body({.type = BodyType::Kinematic, .omega = turn});
+    world.add_shape(plate, held(make_box({6, 0.2}), kinetic, still));
+    const BodyId body = add(world, {1, 0.2}, held(shape, kinetic, still), 1, {-0.2 * turn, turn}, turn);
+    const Vec2 place = to_local(world.pose(plate), world.position(body));
+    const auto moved = [&] { return length(to_local(world.pose(plate), world.position(body)) - place); };
+    while (std::tan(world.angle(plate)) < 0.97 * still) {
+      world.step(1.0 / 60);
+      ASSERT_LT(moved(), 1e-5) << world.angle(plate);
+    }
+    while (std::tan(world.angle(plate)) < 1.1 * still) world.step(1.0 / 60);
+    EXPECT_GT(moved(), 1e-3);
+  }
 }
 
 TEST_P(StaticFriction, EqualToKineticChangesNothing) {
