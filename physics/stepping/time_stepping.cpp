@@ -20,6 +20,7 @@
 #include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/next_contact.h"
+#include "physics/stepping/next_corner.h"
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/piece_forces.h"
@@ -57,6 +58,8 @@ constexpr int kMostStops = 4;
 // hold at the ends of pieces, which is of first order.
 constexpr int kMostLimits = 8;
 constexpr std::size_t kJointsWithLimits = 16;
+// The same of corners that contact points pass, of islands with at most so many points.
+constexpr int kMostCorners = 4, kPointsWithCorners = 8;
 // A piece in which nothing rests needs no solve and costs this much less.
 constexpr int kFlightShare = 32;
 // Of what the exact forces of a large island may cost, for an impact of its own where they were not found
@@ -150,12 +153,13 @@ class IslandStep {
       const bool whole = to - elapsed_ <= stable;
       const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
+      const bool by_corners = points <= kPointsWithCorners && corners_left_ > 0 && !last;
       choose_resting(last);
       choose_limits(by_limits);
       island_velocities(state_, island_, before);
       PieceForces forces;
       double solved = length, hit = length;
-      bool lost = false, at_limit = false;
+      bool lost = false, at_limit = false, at_corner = false;
       // Of a piece in which a spring swings to and fro there is no part that ends where sliding does.
       const bool may_stop = stops_ < kMostStops && !swings_fast(state_, island_, length);
       // Points that would go down from where they are join the solve; each round adds at least one.
@@ -178,14 +182,15 @@ class IslandStep {
           hit = last ? solved : next_hit(solved, before, after);
         } while (sinking_);
         at_limit = by_limits && next_limit(solved, before, after, hit);
+        at_corner = by_corners && next_corner(solved, before, after, hit);
         return true;
       };
       if (!solve()) return lost ? to : elapsed_;
       // What joints that hold do on the whole of a piece says little of a part (in large worlds, where it has
       // a price, enough), and nothing where springs swing to and fro within it; nor what contacts do while a
-      // body turns far.
+      // body turns far, or beyond a corner.
       const auto is_of_whole = [&] {
-        return (holds_ && is_small(state_)) || swings_fast(state_, island_, solved) ||
+        return at_corner || (holds_ && is_small(state_)) || swings_fast(state_, island_, solved) ||
                (hit < kPart * solved && turns_far(solved, before, after));
       };
       for (int k = 0; k < kShorterPieces && hit < solved && is_of_whole(); ++k) {
@@ -197,9 +202,10 @@ class IslandStep {
       if (forces.stop < hit) {
         hit = forces.stop;
         ++stops_;
-        at_limit = false;
+        at_limit = at_corner = false;
       }
       limits_left_ -= at_limit;
+      corners_left_ -= at_corner;
       note_held_rows(by_limits, hit == solved);
       // Further pieces would cost more than they may.
       const bool over = hit == length && whole;
@@ -344,6 +350,23 @@ class IslandStep {
     return hit < before_it;
   }
 
+  /// True if a point that rests passes a corner before the time `hit` within the piece, which is that time
+  /// then.
+  bool next_corner(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                   double& hit) {
+    StageTimer timer(state_, result_, Stage::Narrow);
+    const double before_it = hit;
+    for (std::size_t k = 0; k < resting_.size(); ++k) {
+      const Contact& contact = state_.contacts[island_.contacts[k]];
+      if (resting_[k] == 0) continue;
+      const std::optional<double> t =
+          next_corner_time(state_, contact, motion_of(contact.body_a, h, before, after),
+                           motion_of(contact.body_b, h, before, after), resting_[k], hit);
+      if (t) hit = std::min(hit, *t);
+    }
+    return hit < before_it;
+  }
+
   /// Time until the next landing within the piece, or its length. Points that sink are made resting ones.
   double next_hit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after) {
     StageTimer timer(state_, result_, Stage::Narrow);
@@ -478,6 +501,7 @@ class IslandStep {
   bool holds_;                        ///< a joint of the island holds something wherever its bodies are
   std::vector<std::uint8_t> limits_;  ///< per joint of the island: bits of the limits in the force solve
   int limits_left_;                   ///< that may cut the step
+  int corners_left_ = kMostCorners;   ///< that may cut the step
   int stops_ = 0;                     ///< of the step
   double passed_ = 0;                 ///< energy that nothing explains, in the step so far [J]
   double elapsed_ = 0;                ///< since the beginning of the step [s]

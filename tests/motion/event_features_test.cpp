@@ -47,6 +47,27 @@ TEST(EventFeatures, ADiscLeavesARidgeWhereItPassesIt) {
   }
 }
 
+/// What slides off a table too fast to roll over its edge falls from there, wherever in a step that is.
+TEST(TableEdge, WhatSlidesOffFallsFromWhereItEnds) {
+  for (const char* stepper : {"time_stepping", "event_driven"}) {
+    for (const double speed : {2.1, 3.7, 6.0}) {
+      WorldConfig config;
+      config.stepper = stepper;
+      World world(config);
+      world.add_shape(world.create_body({.type = BodyType::Static}), test::smooth(make_box({2, 1})));
+      const double radius = 0.25;
+      const BodyId disc = add(world, {0.6, 0.5 + radius}, test::smooth(make_disc(radius)), 2, {speed, 0});
+      for (int k = 1; k <= 24; ++k) {
+        world.step(1.0 / 60);
+        const double x = 0.6 + speed * k / 60, flown = std::max(0.0, (x - 1) / speed);
+        EXPECT_NEAR(world.position(disc).x, x, 1e-8) << stepper << ", " << speed << " m/s, " << k;
+        EXPECT_NEAR(world.position(disc).y, 0.5 + radius - 0.5 * 9.81 * flown * flown, 1e-8)
+            << stepper << ", " << speed << " m/s, " << k;
+      }
+    }
+  }
+}
+
 /// A capsule that lies on two points and resists rolling slides as far as a box does: v^2 / (2 mu g).
 TEST(EventFeatures, TwoPointsHoldWhatResistsRolling) {
   for (const double resistance : {1e-3, 0.01, 0.1}) {
