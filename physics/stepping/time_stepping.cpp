@@ -335,36 +335,38 @@ class IslandStep {
     return m;
   }
 
-  /// True if a limit of a joint is reached before the time `hit` within the piece, which is that time then.
-  bool next_limit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
-                  double& hit) {
+  /// Cuts the piece at the first of `count` times, none of which is later than the time given to it.
+  /// @return whether there is one before `hit`, which is that time then
+  template <class TimeOf>
+  bool cut_at_first(std::size_t count, double& hit, const TimeOf& time_of) {
     StageTimer timer(state_, result_, Stage::Narrow);
     const double before_it = hit;
-    for (std::size_t k = 0; k < limits_.size(); ++k) {
-      const JointRecord& joint = state_.joints[island_.joints[k]];
-      const std::optional<double> t =
-          next_limit_time(state_, joint, motion_of(joint.def.a.index, h, before, after),
-                          motion_of(joint.def.b.index, h, before, after), limits_[k], hit);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::optional<double> t = time_of(k, hit);
       if (t) hit = std::min(hit, *t);
     }
     return hit < before_it;
   }
 
-  /// True if a point that rests passes a corner before the time `hit` within the piece, which is that time
-  /// then.
+  /// True if a limit of a joint is reached before the time `hit` within the piece, which is that time then.
+  bool next_limit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                  double& hit) {
+    return cut_at_first(limits_.size(), hit, [&](std::size_t k, double until) {
+      const JointRecord& joint = state_.joints[island_.joints[k]];
+      return next_limit_time(state_, joint, motion_of(joint.def.a.index, h, before, after),
+                             motion_of(joint.def.b.index, h, before, after), limits_[k], until);
+    });
+  }
+
+  /// The same of a point that rests and passes a corner.
   bool next_corner(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                    double& hit) {
-    StageTimer timer(state_, result_, Stage::Narrow);
-    const double before_it = hit;
-    for (std::size_t k = 0; k < resting_.size(); ++k) {
+    return cut_at_first(resting_.size(), hit, [&](std::size_t k, double until) -> std::optional<double> {
       const Contact& contact = state_.contacts[island_.contacts[k]];
-      if (resting_[k] == 0) continue;
-      const std::optional<double> t =
-          next_corner_time(state_, contact, motion_of(contact.body_a, h, before, after),
-                           motion_of(contact.body_b, h, before, after), resting_[k], hit);
-      if (t) hit = std::min(hit, *t);
-    }
-    return hit < before_it;
+      if (resting_[k] == 0) return std::nullopt;
+      return next_corner_time(state_, contact, motion_of(contact.body_a, h, before, after),
+                              motion_of(contact.body_b, h, before, after), resting_[k], until);
+    });
   }
 
   /// Time until the next landing within the piece, or its length. Points that sink are made resting ones.

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 #include <optional>
-#include <random>
 #include <vector>
 
 #include "physics/disjoint_sets.h"
+#include "tests/support/draw.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
 
@@ -21,9 +21,9 @@ namespace {
 constexpr double kStep = 1.0 / 60;
 constexpr int kSteps = 30;
 
-class RandomMechanism {
+class RandomMechanism : private test::Draw {
  public:
-  RandomMechanism(const char* stepper, unsigned seed) : random_(seed), world_(by(stepper)) {
+  RandomMechanism(const char* stepper, unsigned seed) : Draw(seed), world_(by(stepper)) {
     if (one_in(6)) world_.set_gravity({0, 0});
     friction_ = one_in(6) ? 0 : uniform(0.1, 0.9);
     belts_ = one_in(3);
@@ -58,9 +58,6 @@ class RandomMechanism {
     config.stepper = stepper;
     return config;
   }
-  double uniform(double low, double high) { return low + (high - low) * (random_() / 4294967296.0); }
-  int pick(int count) { return static_cast<int>(uniform(0, count)); }
-  bool one_in(int count) { return pick(count) == 0; }
   Vec2 in_box(double size) { return {uniform(-size, size), uniform(-size, size)}; }
 
   ShapeDef surface(Shape shape, bool belt) {
@@ -177,7 +174,6 @@ class RandomMechanism {
     if (!one_in(3)) joint.motor_limit = uniform(0.5, limit);
   }
 
-  std::mt19937 random_;
   World world_;
   BodyId told_;
   std::vector<BodyId> bodies_;

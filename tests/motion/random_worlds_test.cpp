@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 #include <numeric>
-#include <random>
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
 
@@ -19,11 +19,11 @@ namespace {
 
 constexpr double kStep = 1.0 / 60;
 
-class RandomWorld {
+class RandomWorld : private test::Draw {
  public:
   enum class Kind : std::uint8_t { Crowd, Springs, Few };
 
-  RandomWorld(const char* stepper, unsigned seed, Kind kind) : random_(seed), world_(by(stepper)) {
+  RandomWorld(const char* stepper, unsigned seed, Kind kind) : Draw(seed), world_(by(stepper)) {
     friction_ = one_in(5) ? 0 : uniform(0.1, one_in(3) ? 2 : 0.8);
     restitution_ = one_in(3) ? uniform(0, 1) : 0;
     const bool few = kind == Kind::Few;
@@ -83,9 +83,6 @@ class RandomWorld {
     config.stepper = stepper;
     return config;
   }
-  double uniform(double low, double high) { return low + (high - low) * (random_() / 4294967296.0); }
-  int pick(int count) { return static_cast<int>(uniform(0, count)); }
-  bool one_in(int count) { return pick(count) == 0; }
 
   void add_ground() {
     const BodyId ground = world_.create_body({.type = BodyType::Static});
@@ -126,7 +123,6 @@ class RandomWorld {
   double energy() const { return world_.kinetic_energy() + world_.potential_energy(); }
   double moving() const { return world_.kinetic_energy() + world_.spring_energy(); }
 
-  std::mt19937 random_;
   World world_;
   std::vector<BodyId> bodies_;
   double friction_ = 0, restitution_ = 0, rolling_ = 0;
