@@ -89,7 +89,7 @@ bool is_driven(const WorldState& state, const Island& island) {
 }
 
 /// How far apart a joint lets its anchors be [m].
-double reach_of(const WorldState& state, const JointRecord& joint) {
+double span_of(const WorldState& state, const JointRecord& joint) {
   switch (joint.def.kind) {
     case JointKind::Distance:
     case JointKind::Rope:
@@ -143,9 +143,9 @@ double told_speed(const WorldState& state, const Island& island, double h) {
   for (const std::uint32_t i : island.joints) {
     const JointRecord& joint = state.joints[i];
     const JointDef& def = joint.def;
-    const double reach = state.kinematic.empty() ? 0 : reach_of(state, joint);
-    most = std::max({most, speed_of(def.a.index, reach + length(joint.local_a)),
-                     speed_of(def.b.index, reach + length(joint.local_b))});
+    const double span = state.kinematic.empty() ? 0 : span_of(state, joint);
+    most = std::max({most, speed_of(def.a.index, span + length(joint.local_a)),
+                     speed_of(def.b.index, span + length(joint.local_b))});
     if (def.motor_speed && def.motor_limit == kInfinity)
       most = std::max(most, std::abs(*def.motor_speed) * std::max(1.0, std::min(2 * radius, longest)));
   }

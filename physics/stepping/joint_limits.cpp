@@ -54,6 +54,7 @@ bool has_limits(const JointDef& def) {
 
 void note_stall(const WorldState& state, JointRecord& joint, double elapsed) {
   const JointDef& def = joint.def;
+  joint.stalled = false;
   // The motor of a wheel acts on another coordinate than its limits.
   if (!def.motor_speed || def.motor_limit < kInfinity || !has_limits(def) || def.kind == JointKind::Wheel)
     return;

@@ -15,8 +15,8 @@ namespace skerry {
 /// True if a joint may become taut or reach a limit.
 bool has_limits(const JointDef& def);
 
-/// Notes whether a motor without a largest force has come to a limit of its coordinate, which it drives against
-/// no longer: it would contradict it. Does nothing with other joints.
+/// Notes whether a motor without a largest force has come to a limit of its coordinate, which it drives
+/// against no longer: it would contradict it. Others never stall.
 /// @param elapsed  since the beginning of the step [s]
 void note_stall(const WorldState& state, JointRecord& joint, double elapsed);
 

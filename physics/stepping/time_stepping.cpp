@@ -183,6 +183,7 @@ class IslandStep {
         } while (sinking_);
         at_limit = by_limits && next_limit(solved, before, after, hit);
         at_corner = by_corners && next_corner(solved, before, after, hit);
+        at_limit &= !at_corner;
         return true;
       };
       if (!solve()) return lost ? to : elapsed_;
