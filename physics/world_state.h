@@ -226,8 +226,8 @@ struct WorldState {
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react
   std::vector<BodyBackup> backup;         ///< at the start of the step, for all bodies
   std::vector<JointStart> joint_start;    ///< by joint
-  /// By joint: limits that the last piece of `time_stepping` kept reached, and motors with a largest force
-  /// that it kept at their speed (bit k: row k).
+  /// By joint, while `time_stepping` steps its island: limits that the last piece kept reached, and motors
+  /// with a largest force that it kept at their speed (bit k: row k); else 0.
   std::vector<std::uint8_t> held_rows;
   std::vector<Pair> pairs;
   std::vector<BoxUpdate> box_updates;

@@ -278,7 +278,6 @@ void Step::begin(Contact& contact) const {
 void Step::begin_joint(std::uint32_t i) const {
   JointRecord& joint = s_.joints[i];
   std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
-  s_.held_rows[i] = 0;
   note_stall(s_, joint, 0);
   JointStart& start = s_.joint_start[i];
   if (start.begun == s_.steps + 1) return;

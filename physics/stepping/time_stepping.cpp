@@ -97,6 +97,8 @@ class IslandStep {
     limits_.resize(island.joints.size());
   }
   ~IslandStep() {
+    // What makes the rest of the step, or all of it again, knows nothing of this piece.
+    for (const std::uint32_t slot : island_.joints) state_.held_rows[slot] = 0;
     give_spare(std::move(resting_));
     give_spare(std::move(limits_));
   }
