@@ -12,7 +12,6 @@
 namespace skerry {
 namespace {
 
-constexpr double kBoxLimit = 1.0e12;       // stands for infinity in boxes [m]
 constexpr double kLargestLength = 1.0e12;  // coordinates beyond this are refused: their squares lose too much
 constexpr double kSmallestLength = 1.0e-100;  // shorter ones have squares that underflow: no direction
 constexpr std::size_t kMaxCorners = 64;
@@ -298,11 +297,11 @@ Aabb bounding_box(const Shape& shape, const Transform& pose) {
     const Vec2 n = rotate(pose.q, shape.normals[0]);
     const Vec2 point = to_world(pose, shape.vertices[0]);
     const double offset = dot(n, point);
-    Aabb box{{-kBoxLimit, -kBoxLimit}, {kBoxLimit, kBoxLimit}};
+    Aabb box{{-kEndless, -kEndless}, {kEndless, kEndless}};
     // Within |x| <= limit the plane bounds y, and the other way round.
     const auto bound = [&](double along, double across, double& lower, double& upper) {
       if (along == 0) return;
-      const double limit = (offset + std::abs(across) * kBoxLimit) / along;
+      const double limit = (offset + std::abs(across) * kEndless) / along;
       if (along > 0) upper = std::clamp(limit, lower, upper);
       if (along < 0) lower = std::clamp(limit, lower, upper);
     };

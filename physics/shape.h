@@ -69,8 +69,10 @@ Shape make_chain(std::span<const Vec2> corners, bool closed = false);
 Shape translated(const Shape& shape, Vec2 offset);
 /// Area, centroid and second moment; zero for half-planes and chains, which have no mass.
 AreaProperties area_properties(const Shape& shape);
-/// The smallest box around the shape at pose `pose`; a half-plane's is infinite where it must be (clamped to
-/// 1e12 m).
+/// Stands for infinity in boxes, and in how far from its body a half-plane can be met [m].
+inline constexpr double kEndless = 1.0e12;
+
+/// The smallest box around the shape at pose `pose`; a half-plane's is endless where it must be.
 Aabb bounding_box(const Shape& shape, const Transform& pose);
 /// Largest distance of a point of the shape from the body's origin [m]; infinite for half-planes.
 double bounding_radius(const Shape& shape);

@@ -118,7 +118,7 @@ void update_mass(WorldState& s, std::uint32_t body) {
   s.radius[body] = 0;
   s.thickness[body] = kInfinity;
   for (const std::uint32_t i : s.shapes_of[body]) {
-    s.radius[body] = std::max(s.radius[body], bounding_radius(s.shapes[i].shape));
+    s.radius[body] = std::max(s.radius[body], std::min(bounding_radius(s.shapes[i].shape), kEndless));
     s.thickness[body] = std::min(s.thickness[body], half_width(s.shapes[i].shape));
   }
 

@@ -124,10 +124,15 @@ double ModeEvents::open_gap(std::size_t k, const Transform& a, const Transform& 
 double ModeEvents::gap_speed(const Contact& contact, double elapsed, double h,
                              const ModeForces& forces) const {
   double sum = 1e-9;
-  for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+  for (const auto& [body, other] :
+       {std::pair{contact.body_a, contact.body_b}, std::pair{contact.body_b, contact.body_a}}) {
     if (body == BodyId::kNone) continue;
     const Motion m = free_flight(state_, body, elapsed);
-    const double radius = std::isfinite(state_.radius[body]) ? state_.radius[body] : 0;
+    // They meet no farther out than where the other one is.
+    const double near = other == BodyId::kNone
+                            ? kInfinity
+                            : length(m.p0 - free_flight(state_, other, elapsed).p0) + state_.radius[other];
+    const double radius = std::min(state_.radius[body], near);
     double acceleration = length(m.a), angular = std::abs(m.alpha);
     const int k = state_.local_index[body];
     if (k >= 0) {

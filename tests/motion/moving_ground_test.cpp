@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+//
+// Ground that is told to move: half-planes move like boxes and chains, and carry, tilt and leave behind what
+// lies on them.
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace {
+
+constexpr double kStep = 1.0 / 60;
+
+WorldConfig by(const std::string& stepper) {
+  WorldConfig config;
+  config.stepper = stepper;
+  return config;
+}
+
+class MovingGroundBy : public testing::TestWithParam<const char*> {};
+
+/// The ways of two boxes, one of which may bounce, and of a disc, on ground whose surface is 1 m above its
+/// centre.
+std::vector<Vec2> ways_on(const Shape& ground, const char* stepper, double bounce,
+                          const std::function<void(World&, BodyId)>& move) {
+  World world(by(stepper));
+  const BodyId floor = world.create_body({.type = BodyType::Kinematic, .position = {0, -2}});
+  world.add_shape(floor, test::rough(ground, 0.6));
+  move(world, floor);
+  const std::vector<BodyId> bodies{test::add(world, {-1.5, 0.2}, test::rough(make_box({0.6, 0.5}), 0.6)),
+                                   test::add(world, {0, 0.5}, test::rough(make_box({0.6, 0.5}), 0.6, bounce)),
+                                   test::add(world, {1.5, 0.8}, test::rough(make_disc(0.3), 0.6))};
+  std::vector<Vec2> places;
+  for (int k = 0; k < 80; ++k) {
+    const StepReport& report = world.step(kStep);
+    EXPECT_EQ(report.contained, 0) << "step " << k;
+    EXPECT_LE(report.worst_penetration, 1e-9);
+    for (const BodyId body : bodies) places.push_back(world.position(body));
+  }
+  return places;
+}
+
+TEST_P(MovingGroundBy, HalfPlaneMovesLikeABoxAndAChain) {
+  const std::vector<Vec2> line{{-50, 1}, {50, 1}};
+  const std::function<void(World&, BodyId)> ways[] = {
+      [](World& world, BodyId floor) {
+        world.set_velocity(floor, {3, -1}, 0);
+      },
+      [](World& world, BodyId floor) { world.set_velocity(floor, {}, 0.5); },
+      [](World& world, BodyId floor) {
+        world.set_velocity(floor, {1, 0.5}, -0.7);
+      },
+      [](World& world, BodyId floor) {
+        world.set_motion(floor, [](double t) {
+          return Placement{{0, -2 + 0.1 * std::sin(3 * t)}, 0.3 * std::sin(2 * t)};
+        });
+      }};
+  for (const auto& move : ways) {
+    // Where steps are cut, and so where bounces that die away end, may depend on the shape, but not by
+    // events.
+    const bool events = GetParam() == std::string("event_driven");
+    const double bounce = events ? 0.4 : 0, near = events ? 1e-9 : 1e-5;
+    const std::vector<Vec2> plane = ways_on(make_half_plane({0, 1}, {0, 1}), GetParam(), bounce, move);
+    const std::vector<Vec2> box = ways_on(make_box({100, 2}), GetParam(), bounce, move);
+    const std::vector<Vec2> chain = ways_on(make_chain(line), GetParam(), bounce, move);
+    for (std::size_t i = 0; i < plane.size(); ++i) {
+      ASSERT_LE(length(plane[i] - box[i]), near) << "step " << i / 3 << ", body " << i % 3;
+      ASSERT_LE(length(plane[i] - chain[i]), near) << "step " << i / 3 << ", body " << i % 3;
+    }
+    EXPECT_LT(plane[plane.size() - 3].y, 1.2);
+  }
+}
+
+/// What lies on a plane that is lifted, or goes down no faster than it would fall, stays on it.
+TEST_P(MovingGroundBy, CarriesWhatLiesOnIt) {
+  World world(by(GetParam()));
+  const BodyId floor = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(floor, test::rough(make_half_plane({0, 0}, {0, 1}), 0.5));
+  const auto height = [](double t) { return 0.3 * (1 - std::cos(4 * t)); };
+  world.set_motion(floor, [&](double t) { return Placement{{std::sin(t), height(t)}, 0}; });
+  const BodyId box = test::add(world, {0, 0.25}, test::rough(make_box({0.5, 0.5}), 0.5), 1, {1, 0});
+  for (int k = 0; k < 120; ++k) {
+    world.step(kStep);
+    const double t = world.time();
+    ASSERT_NEAR(world.position(box).y, height(t) + 0.25, 1e-9) << t;
+    ASSERT_NEAR(world.position(box).x, std::sin(t), 2e-4) << t;
+  }
+}
+
+/// A block on ground that accelerates by a until it has the speed V slides V^2/(2 mu g) (1 - mu g/a) behind
+/// it in all [Newmark 1965].
+TEST_P(MovingGroundBy, LeavesASlidingBlockBehindByNewmarksFormula) {
+  const double g = 9.81, mu = 0.2, a = 3.5, starts = 0.5, speed = a * starts;
+  World world(by(GetParam()));
+  const BodyId floor = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(floor, test::rough(make_half_plane({0, 0}, {0, 1}), mu));
+  world.set_motion(floor, [=](double t) {
+    return Placement{{t < starts ? 0.5 * a * t * t : speed * (t - 0.5 * starts), 0}, 0};
+  });
+  const BodyId block = test::add(world, {0, 0.25}, test::rough(make_box({1, 0.5}), mu));
+  while (world.time() < 2) world.step(kStep);
+  const double behind = speed * speed / (2 * mu * g) * (1 - mu * g / a);
+  EXPECT_NEAR(world.position(floor).x - world.position(block).x, behind, 1e-9);
+  EXPECT_NEAR(world.velocity(block).x, speed, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(By, MovingGroundBy, testing::Values("time_stepping", "event_driven"),
+                         [](const auto& one) { return std::string(one.param); });
+
+}  // namespace
+}  // namespace skerry
