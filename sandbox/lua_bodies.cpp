@@ -39,13 +39,21 @@ Material read_material(const Args& args, const Material& standard) {
   return material;
 }
 
-BodyType read_type(const Args& args) {
-  static const std::vector<std::string> names{"static", "kinematic", "dynamic"};
-  const std::string type = args.text("type").value_or("dynamic");
-  const auto found = std::find(names.begin(), names.end(), type);
-  if (found == names.end())
-    throw std::invalid_argument(args.function() + ": no type \"" + type + '"' + suggestion(type, names));
-  return static_cast<BodyType>(found - names.begin());
+/// @param types  that are allowed, from static on
+BodyType read_type(const Args& args, std::span<const std::string> types, const char* standard) {
+  const std::string type = args.text("type").value_or(standard);
+  const auto found = std::find(types.begin(), types.end(), type);
+  if (found == types.end())
+    throw std::invalid_argument(args.function() + ": no type \"" + type + '"' + suggestion(type, types));
+  return static_cast<BodyType>(found - types.begin());
+}
+
+void read_velocity(const Args& args, BodyDef& def) {
+  def.velocity = args.pair("velocity").value_or(Vec2{});
+  def.omega = args.number("omega", 0);
+  if (def.type == BodyType::Static && (def.velocity != Vec2{} || def.omega != 0))
+    throw std::invalid_argument(args.function() +
+                                ": what is static has no velocity and no omega; try type = \"kinematic\"");
 }
 
 int read_color(const Args& args) {
@@ -62,11 +70,11 @@ int read_color(const Args& args) {
 int make_body(lua_State* L, const Args& args, Shape shape) {
   Script& script = script_with_world(L, args.function().c_str());
   BodyDef def;
-  def.type = read_type(args);
+  static const std::vector<std::string> types{"static", "kinematic", "dynamic"};
+  def.type = read_type(args, types, "dynamic");
   def.position = args.pair("at").value_or(Vec2{});
   def.angle = args.number("angle", 0);
-  def.velocity = args.pair("velocity").value_or(Vec2{});
-  def.omega = args.number("omega", 0);
+  read_velocity(args, def);
   def.mass = args.number("mass");
   def.gravity_scale = args.number("gravity_scale", 1);
   def.name = args.text("name").value_or("");
@@ -133,17 +141,29 @@ int capsule(lua_State* L) {
 
 // ground{ y = 0, tilt = 0 }: everything below a line
 int ground(lua_State* L) {
-  static const std::vector<std::string> keys{
-      "y",   "x", "tilt", "friction", "static_friction", "restitution", "rolling_resistance", "surface_speed",
-      "name"};
+  static const std::vector<std::string> keys{"y",
+                                             "x",
+                                             "tilt",
+                                             "type",
+                                             "velocity",
+                                             "omega",
+                                             "friction",
+                                             "static_friction",
+                                             "restitution",
+                                             "rolling_resistance",
+                                             "surface_speed",
+                                             "name"};
+  static const std::vector<std::string> types{"static", "kinematic"};
   const Args args(L, "ground", keys);
   Script& script = script_with_world(L, "ground");
-  const SinCos sc = sin_cos(args.number("tilt", 0));
   ShapeDef part;
-  part.shape = make_half_plane({args.number("x", 0), args.number("y", 0)}, {-sc.sin, sc.cos});
+  part.shape = make_half_plane({0, 0}, {0, 1});
   part.material = read_material(args, script.material);
   BodyDef def;
-  def.type = BodyType::Static;
+  def.type = read_type(args, types, "static");
+  def.position = {args.number("x", 0), args.number("y", 0)};
+  def.angle = args.number("tilt", 0);
+  read_velocity(args, def);
   def.name = args.text("name").value_or("ground");
   const BodyId body = script.world->create_body(def);
   script.world->add_shape(body, part);

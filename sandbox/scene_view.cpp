@@ -11,10 +11,19 @@ namespace {
 
 using render::Layer;
 
-// Lines at whole metres, or at a power of ten of them when the view is much larger or smaller.
+// Whole metres, or a power of ten of them when the view is much larger or smaller.
+double grid_step(const render::Camera& camera) {
+  return std::pow(10.0, std::floor(std::log10(camera.height / 3)));
+}
+
+// Beyond 2^40 steps from the origin the numbers of lines lose their meaning.
+bool is_countable(double coordinate, double step) {
+  return std::abs(coordinate / step) <= 1e12;
+}
+
 void draw_grid(const OverlayContext& context, render::DrawLayer& layer) {
   const render::Camera& camera = context.camera;
-  const double step = std::pow(10.0, std::floor(std::log10(camera.height / 3)));
+  const double step = grid_step(camera);
   const auto lines = [&](double middle, double extent, auto&& add) {
     const auto first = static_cast<long long>(std::floor((middle - 0.5 * extent) / step));
     const auto last = static_cast<long long>(std::ceil((middle + 0.5 * extent) / step));
@@ -25,8 +34,7 @@ void draw_grid(const OverlayContext& context, render::DrawLayer& layer) {
   };
   const double left = camera.centre.x - 0.5 * camera.width();
   const double low = camera.centre.y - 0.5 * camera.height;
-  // Beyond 2^40 steps from the origin the line numbers lose their meaning.
-  if (std::abs(left / step) > 1e12 || std::abs(low / step) > 1e12) return;
+  if (!is_countable(left, step) || !is_countable(low, step)) return;
   lines(camera.centre.x, camera.width(), [&](double x, render::Color color) {
     layer.lines.push_back(
         {.from = {x, low}, .to = {x, low + camera.height}, .color = color, .width_px = 1.0f});
@@ -37,7 +45,8 @@ void draw_grid(const OverlayContext& context, render::DrawLayer& layer) {
   });
 }
 
-void draw_half_plane(const OverlayContext& context, const Shape& shape, const Transform& pose,
+/// @param moves  has marks along its edge, which would not show otherwise
+void draw_half_plane(const OverlayContext& context, const Shape& shape, const Transform& pose, bool moves,
                      render::Paint paint, render::DrawLayer& layer) {
   const Vec2 normal = rotate(pose.q, shape.normals.front());
   const Vec2 anchor = to_world(pose, shape.vertices.front());
@@ -53,6 +62,18 @@ void draw_half_plane(const OverlayContext& context, const Shape& shape, const Tr
   const render::Point corners[] = {to_point(left + down), to_point(right + down), to_point(right),
                                    to_point(left)};
   layer.polygon(corners, 4, paint.fill, paint.outline);
+  const double step = 0.5 * grid_step(camera), middle = dot(foot - anchor, along);
+  if (!moves || !is_countable(middle, step)) return;
+  const double half = 0.5 * (camera.width() + camera.height);
+  const auto first = static_cast<long long>(std::ceil((middle - half) / step));
+  const auto last = static_cast<long long>(std::floor((middle + half) / step));
+  for (long long i = first; i <= last; ++i) {
+    const Vec2 at = anchor + (static_cast<double>(i) * step) * along;
+    layer.lines.push_back({.from = to_point(at),
+                           .to = to_point(at - 0.35 * step * (normal + along)),
+                           .color = paint.outline,
+                           .width_px = context.style.outline_px});
+  }
 }
 
 using Grounds = std::vector<const ShapeRecord*>;  // half-planes
@@ -114,7 +135,8 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
       break;
     }
     case ShapeKind::HalfPlane:
-      draw_half_plane(context, shape, pose, paint, layer);
+      draw_half_plane(context, shape, pose,
+                      context.world.bodies().type[record.body.index] == BodyType::Kinematic, paint, layer);
       break;
     case ShapeKind::Chain:
       for (std::size_t i = 0; i < shape.vertices.size(); ++i) {

@@ -51,6 +51,12 @@ TEST_F(Script, NamesFileLineFunctionArgumentAndWhatItGot) {
   EXPECT_EQ(error_of("disc{ radius = 1, mass = 0 }"), "arch.lua:2: disc: mass must be positive, got 0");
   EXPECT_EQ(error_of("disc{ radius = 1, type = 'statik' }"),
             "arch.lua:2: disc: no type \"statik\"; did you mean \"static\"?");
+  EXPECT_EQ(error_of("ground{ type = 'dynamic' }"),
+            "arch.lua:2: ground: no type \"dynamic\"; there are static, kinematic");
+  EXPECT_EQ(error_of("ground{ velocity = {1, 0} }"),
+            "arch.lua:2: ground: what is static has no velocity and no omega; try type = \"kinematic\"");
+  EXPECT_EQ(error_of("disc{ radius = 1, type = 'static', omega = 2 }"),
+            "arch.lua:2: disc: what is static has no velocity and no omega; try type = \"kinematic\"");
   EXPECT_EQ(error_of("disc{ radius = 1, color = 'blu' }"),
             "arch.lua:2: disc: no color \"blu\"; did you mean \"blue\"?");
   EXPECT_EQ(error_of("disc{ 1, 2 }"),
@@ -93,6 +99,16 @@ TEST_F(Script, BodiesHaveTheGivenState) {
   EXPECT_EQ(world.omega(body), 5);
   EXPECT_EQ(world.mass(body), 6);
   EXPECT_NEAR(world.inertia(body), 6 * (4 + 1) / 12.0, 1e-12);
+}
+
+TEST_F(Script, GroundMayMove) {
+  Demo demo =
+      load("ground{ y = 1, tilt = 0.1, type = 'kinematic', velocity = {0, 2}, omega = 0.3 }", {.dt = 0.1});
+  demo.step();
+  const World& world = demo.world();
+  const BodyId ground = world.body_id(0);
+  EXPECT_NEAR(world.position(ground).y, 1.2, 1e-12);
+  EXPECT_NEAR(world.angle(ground), 0.13, 1e-12);
 }
 
 TEST_F(Script, ForceOffCentreGivesBothAccelerations) {
