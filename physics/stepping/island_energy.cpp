@@ -146,8 +146,16 @@ double told_speed(const WorldState& state, const Island& island, double h) {
     const double span = state.kinematic.empty() ? 0 : span_of(state, joint);
     most = std::max({most, speed_of(def.a.index, span + length(joint.local_a)),
                      speed_of(def.b.index, span + length(joint.local_b))});
-    if (def.motor_speed && def.motor_limit == kInfinity)
-      most = std::max(most, std::abs(*def.motor_speed) * std::max(1.0, std::min(2 * radius, longest)));
+    if (!def.motor_speed || def.motor_limit < kInfinity) continue;
+    double arm = 1;
+    if (def.kind == JointKind::Revolute || def.kind == JointKind::Wheel || def.kind == JointKind::Motor) {
+      // Its bodies turn about the anchor, and take along what they are joined to.
+      arm = std::min(2 * radius, longest);
+      for (const auto& [body, anchor] :
+           {std::pair{def.a.index, joint.local_a}, std::pair{def.b.index, joint.local_b}})
+        if (body != BodyId::kNone) arm += length(anchor) + state.radius[body];
+    }
+    most = std::max(most, arm * std::abs(*def.motor_speed));
   }
   return most;
 }

@@ -15,6 +15,9 @@ namespace {
 // [m/s or rad/s, and of the speed].
 constexpr double kAtLargest = 1 - 1e-9;
 constexpr double kAtSpeed = 1e-3;
+// A motor that has come to its limit stays there until it is farther away than what impacts that are found to
+// some accuracy leave, in units of the slack of limits.
+constexpr double kStalls = 1000;
 
 /// Slack up to which a limit counts as reached [m or rad].
 double reach_of(const WorldState& state, Vec2 a, Vec2 b) {
@@ -59,7 +62,7 @@ void note_stall(const WorldState& state, JointRecord& joint, double elapsed) {
   if (!def.motor_speed || def.motor_limit < kInfinity || !has_limits(def) || def.kind == JointKind::Wheel)
     return;
   const JointEnd a = joint_end(state, def.a.index, elapsed), b = joint_end(state, def.b.index, elapsed);
-  const double value = joint_coordinate(joint, a, b).value, reach = reach_of(state, a.p, b.p);
+  const double value = joint_coordinate(joint, a, b).value, reach = kStalls * reach_of(state, a.p, b.p);
   joint.stalled = (def.lower && *def.motor_speed < 0 && value <= *def.lower + reach) ||
                   (def.upper && *def.motor_speed > 0 && value >= *def.upper - reach);
 }

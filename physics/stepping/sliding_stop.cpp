@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "physics/spare.h"
 #include "physics/world_state.h"
@@ -42,59 +43,74 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
   // What stops within this distance does not show.
   const double shortest = 1e-3 * state.config.touch_tolerance;
 
+  // Rows that move at the beginning and do no longer, or backwards, at the end of what `lambda` makes of it.
   Spare<std::vector<Stopping>> stopping;
-  for (int i = 0; i < system.size(); ++i) {
-    const Row& row = system.rows[i];
-    if (!may_stop(row) || !(bound_of(row, solution.lambda) > 0)) continue;
-    // What rolls has no velocity where it is, though it has one in the geometry half-way.
-    const double now = row_velocity(piece.start, i, piece.before);
-    if (!(std::abs(now) * piece.h > shortest)) continue;
-    const double from = row_velocity(piece.assembly, i, piece.before);
-    if (now * from > 0) stopping->push_back({i, from, system.b[i]});
-  }
-  if (stopping->empty()) return piece.h;
   Spare<std::vector<Velocity>> after;
-  *after = piece.free;
-  apply_impulses(system, solution.lambda, *after);
-  // The rounding of a solve counts as zero.
-  std::erase_if(*stopping, [&](const Stopping& stop) {
-    const double to = row_velocity(piece.assembly, stop.row, *after);
-    return (stop.from > 0 ? to : -to) > 1e-9 * std::abs(stop.from);
-  });
-  if (stopping->empty()) return piece.h;
+  const auto find_stops = [&](const std::vector<double>& lambda) {
+    const std::size_t known = stopping->size();
+    *after = piece.free;
+    apply_impulses(system, lambda, *after);
+    for (int i = 0; i < system.size(); ++i) {
+      const Row& row = system.rows[i];
+      if (!may_stop(row) || !(bound_of(row, lambda) > 0)) continue;
+      if (std::any_of(stopping->begin(), stopping->end(), [&](const Stopping& s) { return s.row == i; }))
+        continue;
+      // What rolls has no velocity where it is, though it has one in the geometry half-way.
+      const double now = row_velocity(piece.start, i, piece.before);
+      if (!(std::abs(now) * piece.h > shortest)) continue;
+      const double from = row_velocity(piece.assembly, i, piece.before);
+      const double to = row_velocity(piece.assembly, i, *after);
+      // The rounding of a solve counts as zero.
+      if (now * from > 0 && (from > 0 ? to : -to) <= 1e-9 * std::abs(from))
+        stopping->push_back({i, from, system.b[i]});
+    }
+    // To want more than the bounds can give is to be at the bound: backwards by four times what the largest
+    // force changes.
+    for (std::size_t k = known; k < stopping->size(); ++k) {
+      const Stopping& stop = (*stopping)[k];
+      const Row& row = system.rows[stop.row];
+      double D = 0;
+      if (row.a >= 0) D += inverse_mass_along(system.bodies[row.a], row.Ja);
+      if (row.b >= 0) D += inverse_mass_along(system.bodies[row.b], row.Jb);
+      const double change =
+          std::abs(row_velocity(piece.assembly, stop.row, piece.free)) + 4 * D * bound_of(row, lambda);
+      system.b[stop.row] += stop.from > 0 ? -change : change;
+    }
+    return stopping->size() > known;
+  };
+  // The first stop, if all of them are at their bounds until then.
+  const auto first_stop = [&](const Solution& sliding) -> std::optional<double> {
+    if (sliding.status != SolveStatus::Solved) return std::nullopt;
+    double first = piece.h;
+    *after = piece.free;
+    apply_impulses(system, sliding.lambda, *after);
+    for (const Stopping& stop : *stopping) {
+      const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
+      if (!(against >= kAtBound * bound_of(system.rows[stop.row], sliding.lambda))) return std::nullopt;
+      const double to = row_velocity(piece.assembly, stop.row, *after);
+      if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
+    }
+    return first < piece.h ? std::optional(first) : std::nullopt;
+  };
 
-  // To want more than the bounds can give is to be at the bound: backwards by four times what the largest
-  // force changes.
-  for (const Stopping& stop : *stopping) {
-    const Row& row = system.rows[stop.row];
-    double D = 0;
-    if (row.a >= 0) D += inverse_mass_along(system.bodies[row.a], row.Ja);
-    if (row.b >= 0) D += inverse_mass_along(system.bodies[row.b], row.Jb);
-    const double change =
-        std::abs(row_velocity(piece.assembly, stop.row, piece.free)) + 4 * D * bound_of(row, solution.lambda);
-    system.b[stop.row] += stop.from > 0 ? -change : change;
-  }
-  Solution sliding = state.solver->solve(system, solution.lambda, options, memory);
-  solution.work += sliding.work;
+  // While the first ones go on, beyond their stops, others may stop.
   double first = piece.h;
-  bool holds = sliding.status == SolveStatus::Solved;
-  *after = piece.free;
-  apply_impulses(system, sliding.lambda, *after);
-  for (const Stopping& stop : *stopping) {
-    const Row& row = system.rows[stop.row];
-    const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
-    if (!(against >= kAtBound * bound_of(row, sliding.lambda))) holds = false;
-    const double to = row_velocity(piece.assembly, stop.row, *after);
-    if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
+  std::size_t known = 0;
+  while (find_stops(solution.lambda)) {
+    Solution sliding = state.solver->solve(system, solution.lambda, options, memory);
+    solution.work += sliding.work;
+    const std::optional<double> stop = first_stop(sliding);
+    if (!stop) {
+      // Where there is no such motion by Coulomb's law, or hardly one, the solution before it stands.
+      for (; known < stopping->size(); ++known) system.b[(*stopping)[known].row] = (*stopping)[known].target;
+      break;
+    }
+    sliding.work = solution.work;
+    sliding.iterations += solution.iterations;
+    solution = std::move(sliding);
+    first = *stop;
+    known = stopping->size();
   }
-  if (!holds || !(first < piece.h)) {
-    // Where there is no such motion by Coulomb's law, or hardly one, the first solution stands.
-    for (const Stopping& stop : *stopping) system.b[stop.row] = stop.target;
-    return piece.h;
-  }
-  sliding.work = solution.work;
-  sliding.iterations += solution.iterations;
-  solution = std::move(sliding);
   return first;
 }
 

@@ -23,13 +23,13 @@ struct SolvedPiece {
 
 /// Looks for rows of friction, rolling resistance and motors with a largest force that move at the beginning
 /// of the piece (against the speed that a motor aims at) and, in `solution`, no longer or backwards at its
-/// end. If there are any, the piece is solved again with all of them at their bound throughout; their
-/// velocities then go linearly through zero.
+/// end. If there are any, the piece is solved again with all of them at their bound throughout, and once more
+/// with what stops then; their velocities go linearly through zero.
 ///
 /// Done for islands of at most 8 rows; in larger ones a stop costs more than the mu g h^2 / 8 that it is
 /// worth.
 ///
-/// @param solution  replaced by the second one if a stop was found
+/// @param solution  replaced by the last one if a stop was found
 /// @return time of the first stop since the beginning of the piece, or `h` [s]
 double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const SolveOptions& options,
                      std::unique_ptr<SolverMemory>* memory, Solution& solution);

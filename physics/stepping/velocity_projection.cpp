@@ -19,6 +19,9 @@ constexpr double kVelocityFloor = 1e-13;
 constexpr double kFineVelocityFloor = 1e-16;
 // Velocities above this share of the fastest that are left violate rows.
 constexpr double kHeld = 1e-6;
+// Where rounds lead nowhere, corrections are found together with the friction that they bring along, if so
+// many normals at most do.
+constexpr std::ptrdiff_t kMostBrought = 4;
 // Rows that a thread takes at a time.
 constexpr std::size_t kRowsAPiece = 2048;
 
@@ -90,6 +93,23 @@ struct Companion {
   int row;       ///< of the full assembly
   int normal;    ///< of the bilateral one
   double share;  ///< of the normal impulse
+};
+
+/// The friction that comes along with an impulse `push` of one normal, and what rows that hold make of it:
+/// their impulses, and the motion of the bodies.
+struct Brought {
+  int normal;
+  double push;
+  std::vector<double> lambda;
+  std::vector<Velocity> motion;
+
+  /// Adds it to an answer that has only the impulse of the normal without it.
+  void join(std::vector<double>& to, std::vector<Velocity>& moved) const {
+    const double share = to[normal] / (push - lambda[normal]);
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] += share * lambda[i];
+    for (std::size_t k = 0; k < moved.size(); ++k)
+      for (int c = 0; c < 3; ++c) moved[k][c] += share * motion[k][c];
+  }
 };
 
 /// What a projection of velocities needs for a moment.
@@ -190,6 +210,108 @@ Assembly& select_bilateral(const WorldState& state, const std::vector<Velocity>&
   return bilateral;
 }
 
+/// The rows of one projection, and what takes their velocities away.
+class Correction {
+ public:
+  /// @param companions  of `full`, those of a normal one after the other
+  /// @param floor  velocities below this are rounding [m/s]
+  Correction(WorldState& state, const Assembly& full, Assembly& bilateral,
+             const std::vector<Companion>& companions, double floor, IslandResult& result)
+      : state_(state),
+        full_(full.system),
+        bilateral_(bilateral),
+        wanted_(bilateral.system.b),
+        companions_(companions),
+        floor_(floor),
+        result_(result) {
+    wanted_.resize(bilateral.system.rows.size());
+  }
+
+  /// The largest violation, which is what the next correction is to take away.
+  double violation(const std::vector<Velocity>& v) {
+    return largest_of(state_.island_threads, wanted_.size(), kRowsAPiece,
+                      [&](std::size_t from, std::size_t to) {
+                        double most = 0;
+                        for (std::size_t i = from; i < to; ++i) {
+                          const double speed = row_velocity(bilateral_, static_cast<int>(i), v);
+                          wanted_[i] = -speed;
+                          most = std::max(most, std::abs(speed));
+                        }
+                        return most;
+                      });
+  }
+
+  /// Without what comes along. @pre `violation(v)` was asked for last
+  void hold(std::vector<double>& lambda, std::vector<Velocity>& v) {
+    solve_for_motion(state_, SolvePurpose::Velocities, bilateral_, floor_, result_, lambda, v);
+  }
+
+  /// The friction that belongs to corrections of normals.
+  void bring(const std::vector<double>& lambda, std::vector<Velocity>& v) const {
+    for (const Companion& companion : companions_) push_by(companion, lambda[companion.normal], v);
+  }
+
+  /// True if few normals bring something along.
+  bool may_hold_with_friction() const {
+    const auto normals = std::count_if(companions_.begin(), companions_.end(),
+                                       [&](const Companion& one) { return is_first(one); });
+    return normals > 0 && normals <= kMostBrought;
+  }
+
+  /// Both at once: each normal joins those before it by the formula for a matrix that changes by one column
+  /// [Sherman & Morrison 1950].
+  void hold_with_friction(std::vector<double>& lambda, std::vector<Velocity>& v) {
+    std::vector<Brought> all;
+    violation(v);
+    hold(lambda, v);
+    for (const Companion& first : companions_) {
+      if (!is_first(first) || lambda[first.normal] == 0) continue;
+      Brought one{first.normal, lambda[first.normal], {}, std::vector<Velocity>(v.size(), Velocity{})};
+      for (const Companion& companion : companions_)
+        if (companion.normal == one.normal) push_by(companion, one.push, one.motion);
+      for (std::size_t i = 0; i < wanted_.size(); ++i)
+        wanted_[i] = bilateral_.drive[i] - row_velocity(bilateral_, static_cast<int>(i), one.motion);
+      hold(one.lambda, one.motion);
+      for (const Brought& before : all) before.join(one.lambda, one.motion);
+      all.push_back(std::move(one));
+    }
+    for (const Brought& one : all) one.join(lambda, v);
+  }
+
+  /// Work of the friction that came along [J]: each impulse works against the mean of the velocities before
+  /// and after it.
+  double friction_work(const std::vector<double>& lambda, const std::vector<Velocity>& before,
+                       const std::vector<Velocity>& after) const {
+    double work = 0;
+    for (const Companion& companion : companions_) {
+      const Row& row = full_.rows[companion.row];
+      const double impulse = companion.share * lambda[companion.normal];
+      if (row.a >= 0) work += 0.5 * impulse * (along(row.Ja, before[row.a]) + along(row.Ja, after[row.a]));
+      if (row.b >= 0) work += 0.5 * impulse * (along(row.Jb, before[row.b]) + along(row.Jb, after[row.b]));
+    }
+    return work;
+  }
+
+ private:
+  bool is_first(const Companion& one) const {
+    return &one == companions_.data() || (&one - 1)->normal != one.normal;
+  }
+  void push_by(const Companion& companion, double normal, std::vector<Velocity>& v) const {
+    const Row& row = full_.rows[companion.row];
+    const double impulse = companion.share * normal;
+    if (row.a >= 0) push(full_.bodies[row.a], row.Ja, impulse, v[row.a]);
+    if (row.b >= 0) push(full_.bodies[row.b], row.Jb, impulse, v[row.b]);
+  }
+
+  WorldState& state_;
+  const IslandSystem& full_;  ///< of the companions
+  Assembly& bilateral_;
+  std::vector<double>& wanted_;
+  const std::vector<Companion>& companions_;
+  double floor_;
+  IslandResult& result_;
+};
+
 }  // namespace
 
 VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
@@ -203,52 +325,30 @@ VelocityShift project_velocities(WorldState& state, const Island& island, double
     fastest = std::max({fastest, std::abs(one[0]), std::abs(one[1]), std::abs(one[2])});
   // Joints that only hold slide nowhere, and so nothing comes along.
   const bool ready = rows != nullptr;
-  std::vector<Companion>& companions = scratch->companions;
-  companions.clear();
+  scratch->companions.clear();
   if (!ready) assemble_loaded(state, island, elapsed, *scratch);
   Assembly& bilateral = ready ? *rows : select_bilateral(state, v, fastest, pushed > 0, *scratch);
-  const IslandSystem& system = scratch->full.system;  // of the companions
-  std::vector<double>& wanted = bilateral.system.b;
-  wanted.resize(bilateral.system.rows.size());
-  // The largest violation, which is what the next round is to take away.
-  const auto violation = [&](const std::vector<Velocity>& u) {
-    return largest_of(state.island_threads, wanted.size(), kRowsAPiece,
-                      [&](std::size_t from, std::size_t to) {
-                        double most = 0;
-                        for (std::size_t i = from; i < to; ++i) {
-                          const double speed = row_velocity(bilateral, static_cast<int>(i), u);
-                          wanted[i] = -speed;
-                          most = std::max(most, std::abs(speed));
-                        }
-                        return most;
-                      });
-  };
-  VelocityShift done;
-  double error = violation(v);
-  std::vector<double>& lambda = scratch->lambda;
-  // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   // What is left does work against the joints' forces all the way to the next projection.
   const double floor = (pushed > 0 ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
+  Correction correction(state, scratch->full, bilateral, scratch->companions, floor, result);
+  VelocityShift done;
+  double error = correction.violation(v);
+  std::vector<double>& lambda = scratch->lambda;
+  // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   for (int round = 0; round < 4 && error > floor; ++round) {
     next = v;
-    solve_for_motion(state, SolvePurpose::Velocities, bilateral, floor, result, lambda, next);
+    correction.hold(lambda, next);
     if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed))
       return project_velocities(state, island, elapsed, pushed, result);
-    for (const Companion& companion : companions) {
-      const Row& row = system.rows[companion.row];
-      const double impulse = companion.share * lambda[companion.normal];
-      if (row.a >= 0) push(system.bodies[row.a], row.Ja, impulse, next[row.a]);
-      if (row.b >= 0) push(system.bodies[row.b], row.Jb, impulse, next[row.b]);
+    correction.bring(lambda, next);
+    double left = correction.violation(next);
+    if (!(left < error) && correction.may_hold_with_friction()) {
+      next = v;
+      correction.hold_with_friction(lambda, next);
+      left = correction.violation(next);
     }
-    const double left = violation(next);
     if (!(left < error)) break;
-    for (const Companion& companion : companions) {
-      const Row& row = system.rows[companion.row];
-      const double impulse = companion.share * lambda[companion.normal];
-      // Each impulse works against the mean of the velocities before and after it.
-      if (row.a >= 0) done.friction += 0.5 * impulse * (along(row.Ja, v[row.a]) + along(row.Ja, next[row.a]));
-      if (row.b >= 0) done.friction += 0.5 * impulse * (along(row.Jb, v[row.b]) + along(row.Jb, next[row.b]));
-    }
+    done.friction += correction.friction_work(lambda, v, next);
     error = left;
     done.brought += work_of_drive(bilateral, lambda);
     std::swap(v, next);

@@ -257,5 +257,38 @@ TEST_P(JointLimits, APulleyHoldsTwoBodiesThatAreWelded) {
   }
 }
 
+/// A motor that ends at a limit stays there however accurate the impacts of the last step were, and does not
+/// set out for what is left of its way.
+TEST_P(JointLimits, AMotorThatHasEndedDoesNotSetOutAgain) {
+  World world = make();
+  const BodyId arm = add(world, {0.5, 0}, smooth(make_box({1, 0.1})));
+  const BodyId blade = add(world, {1, 0.5}, smooth(make_box({0.1, 1})));
+  const JointId hinge = world.create_joint(
+      {.kind = JointKind::Revolute, .b = arm, .anchor_a = {0, 0}, .lower = 0, .motor_speed = -3});
+  world.create_joint({.kind = JointKind::Revolute, .a = arm, .b = blade, .anchor_a = {1, 0}});
+  world.step(kStep);
+  for (const BodyId body : {arm, blade}) {
+    const double off = 1e-7;
+    world.set_pose(body, rotate(Rot::from_angle(off), world.position(body)), world.angle(body) + off);
+  }
+  EXPECT_EQ(world.step(kStep).impacts, 0);
+  EXPECT_NEAR(world.joint_position(hinge), 1e-7, 1e-12);
+  EXPECT_LT(world.kinetic_energy(), 1e-12);
+}
+
+/// A motor without a largest force has its speed at once, however far out it takes its bodies.
+TEST_P(JointLimits, AMotorDrivesALargeArmAtOnceAsWell) {
+  for (const double size : {0.05, 1.0, 20.0, 400.0}) {
+    World world = make();
+    const double omega = 2;
+    const BodyId arm = add(world, {size, 0}, smooth(make_box({2 * size, 0.1 * size})));
+    world.create_joint({.kind = JointKind::Revolute, .b = arm, .anchor_a = {0, 0}, .motor_speed = omega});
+    world.step(kStep);
+    EXPECT_NEAR(world.omega(arm), omega, 1e-9) << size;
+    EXPECT_NEAR(world.angle(arm), omega * kStep, 1e-5) << size;
+    EXPECT_NEAR(world.position(arm).y, size * std::sin(omega * kStep), 1e-5 * size) << size;
+  }
+}
+
 }  // namespace
 }  // namespace skerry

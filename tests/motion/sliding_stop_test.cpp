@@ -129,6 +129,7 @@ TEST(SlidingStop, DoesNotCutTheStepsOfAStackThatIsTouched) {
   World world;
   add_ground(world, rough(make_disc(1), 0.5));
   std::vector<BodyId> boxes;
+  boxes.reserve(5);
   for (int i = 0; i < 5; ++i) boxes.push_back(add(world, {0, i + 0.5}, rough(make_box({1, 1}), 0.5)));
   for (int step = 0; step < 12; ++step) {
     const BodyId struck = boxes[static_cast<std::size_t>(step % 2)];
@@ -137,6 +138,82 @@ TEST(SlidingStop, DoesNotCutTheStepsOfAStackThatIsTouched) {
     EXPECT_EQ(report.substeps, 1) << step;
     EXPECT_EQ(report.impacts, 0) << step;
     EXPECT_LT(report.worst_residual, 1e-10) << step;
+  }
+}
+
+/// A motor that gets to its speed at once would drive the disc on, within the same step, to where it slides
+/// no longer: but it does not, and sliding goes on.
+TEST(SlidingStop, OfADiscIsNotThatWhichItsMotorWouldBring) {
+  const double mu = 0.15, radius = 0.2, omega = -4.723, speed = 0.15, h = 1.0 / 60;
+  World world;
+  add_ground(world, rough(make_disc(1), mu));
+  const auto disc = add(world, {0, radius}, rough(make_disc(radius), mu), 1, {speed, 0}, omega - 0.003);
+  world.create_joint({.kind = JointKind::Motor, .b = disc, .motor_speed = omega, .motor_limit = 8});
+  world.step(h);
+  EXPECT_NEAR(world.velocity(disc).x, speed + mu * kG * h, 1e-12);
+  EXPECT_NEAR(world.omega(disc), omega, 1e-12);
+}
+
+/// A box that a motor turns slides with one corner over the ground. Its motor, the load of the corner and the
+/// friction that comes with it change each other: corrected one after the other they left the ground, and
+/// struck it in the next step.
+TEST(SlidingStop, DoesNotEndForABoxThatAMotorTurns) {
+  const auto way = [](int parts, int& impacts) {
+    World world;
+    ShapeDef like = rough(make_box({0.3632, 0.2016}), 0.15);
+    like.material.rolling_resistance = 0.01;
+    add_ground(world, like);
+    const auto box = add(world, {2.3942, 0.1867}, like, 0.7866, {-0.15, 0.41}, -4.723, -1.55);
+    world.create_joint({.kind = JointKind::Motor, .b = box, .motor_speed = -4.723, .motor_limit = 8.6412});
+    impacts = 0;
+    for (int k = 0; k < 18 * parts; ++k) {
+      const int now = world.step(1.0 / 60 / parts).impacts;
+      if (k >= 4 * parts) impacts += now;
+    }
+    return world.position(box);
+  };
+  int impacts = 0, finer = 0;
+  const Vec2 whole = way(1, impacts), sixteenths = way(16, finer);
+  EXPECT_EQ(impacts, finer);
+  EXPECT_LT(length(whole - sixteenths), 2e-5);
+}
+
+/// The same where a motor without a largest force turns an arm on a box that slides with a corner: friction
+/// is that of the corrected load, in any unit.
+TEST(SlidingStop, KeepsItsFrictionWhateverTheUnitOfLength) {
+  // On a corner, and on both ends of an edge.
+  const auto way = [](double angle, double unit) {
+    WorldConfig config;
+    config.gravity = {0, -unit * kG};
+    config.contact_margin *= unit;
+    config.touch_tolerance *= unit;
+    config.rest_speed *= unit;
+    World world(config);
+    add_ground(world, rough(make_disc(1), 0.2));
+    const Vec2 size{0.44 * unit, 0.39 * unit};
+    const Vec2 foot = rotate(Rot::from_angle(angle), 0.5 * Vec2{-size.x, -size.y});
+    const auto box = add(world, {0, -foot.y}, rough(make_box(size), 0.2), 17, {1.8 * unit, 0}, 0, angle);
+    const auto arm = add(world, Vec2{-0.43 * unit, 0.6 * unit - foot.y},
+                         rough(make_box({0.2 * unit, 0.9 * unit}), 0.2), 1.5);
+    world.create_joint({.kind = JointKind::Revolute,
+                        .a = box,
+                        .b = arm,
+                        .anchor_a = world.position(box) + Vec2{-0.3 * unit, 0.3 * unit},
+                        .motor_speed = -4});
+    std::vector<Vec2> places;
+    for (int k = 0; k < 20; ++k) {
+      world.step(1.0 / 60);
+      for (const auto body : {box, arm}) places.push_back((1 / unit) * world.position(body));
+    }
+    return places;
+  };
+  for (const double angle : {0.5, 0.0}) {
+    const std::vector<Vec2> metres = way(angle, 1);
+    for (const double unit : {1.0 / 64, 1.0 / 8, 8.0, 64.0}) {
+      const std::vector<Vec2> other = way(angle, unit);
+      for (std::size_t i = 0; i < metres.size(); ++i)
+        ASSERT_LT(length(other[i] - metres[i]), 1e-7) << angle << ", " << unit << ", step " << i / 2;
+    }
   }
 }
 
