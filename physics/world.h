@@ -113,7 +113,9 @@ struct JointRecord {
   bool alive = false;
   bool stalled = false;  ///< a motor without a largest force has come to a limit, and ends there
   std::uint32_t generation = 0;
-  Vec2 impulse;                         ///< on b, world frame, of the last step, impacts included [N s]
+  /// On b, world frame, of the last step, impacts included [N s]. What turns with a body counts in the
+  /// direction that it had half-way.
+  Vec2 impulse;
   double angular_impulse = 0;           ///< on b about its anchor [N m s]
   double row_force[kMaxJointRows]{};    ///< of each row in the last force solve [N or N m]; for warm starts
   double row_impulse[kMaxJointRows]{};  ///< of each row, summed over the step [N s or N m s]

@@ -258,6 +258,18 @@ bool is_kept(const WorldState& s, const JointRecord& joint) {
   return s.kept[s.bodies.type[b] == BodyType::Dynamic ? b : joint.def.a.index] != 0;
 }
 
+/// A body as it was half-way through the step: directions of forces that turn with it are right on the mean.
+JointEnd halfway(const WorldState& s, std::uint32_t body) {
+  JointEnd end = joint_end(s, body);
+  if (body == BodyId::kNone || s.bodies.type[body] == BodyType::Static) return end;
+  const BodyBackup& start = s.backup[body];
+  end.p = 0.5 * (start.position + end.p);
+  if (start.angle == end.angle) return end;
+  end.angle = 0.5 * (start.angle + end.angle);
+  end.q = Rot::from_angle(end.angle);
+  return end;
+}
+
 void set_reaction(const WorldState& s, JointRecord& joint) {
   joint.angular_impulse = 0;
   if (joint.def.kind == JointKind::Revolute && held_rows(joint.def) == 2) {
@@ -266,9 +278,9 @@ void set_reaction(const WorldState& s, JointRecord& joint) {
     return;
   }
   joint.impulse = {};
-  const JointEnd b = joint_end(s, joint.def.b.index);
+  const JointEnd b = halfway(s, joint.def.b.index);
   JointRows rows;
-  const int count = joint_geometry(joint, joint_end(s, joint.def.a.index), b, rows);
+  const int count = joint_geometry(joint, halfway(s, joint.def.a.index), b, rows);
   for (int k = 0; k < count; ++k) {
     const JointReaction reaction = row_reaction(joint, b, rows[k]);
     joint.impulse += joint.row_impulse[k] * reaction.force;

@@ -166,8 +166,15 @@ void solve_for_motion(WorldState& state, SolvePurpose purpose, const Assembly& a
   std::vector<double> own = take_spare<std::vector<double>>();
   solve(welded->groups(), own);
   result.work.rows_left_out += welded->rows_less();
-  lambda.assign(system.rows.size(), 0);
-  for (std::size_t k = 0; k < own.size(); ++k) lambda[static_cast<std::size_t>(welded->rows()[k])] = own[k];
+  if (purpose == SolvePurpose::Velocities) {
+    SolveOptions options = state.config.solve;
+    options.threads = state.island_threads;
+    MemoryLoan memory(state, result, SolvePurpose::Welds, welded->welds());
+    welded->expand(own, options, memory.get(), lambda, result.work);
+  } else {
+    lambda.assign(system.rows.size(), 0);
+    for (std::size_t k = 0; k < own.size(); ++k) lambda[static_cast<std::size_t>(welded->rows()[k])] = own[k];
+  }
   welded->move(own, motion);
   give_spare(std::move(own));
 }

@@ -17,7 +17,7 @@ bool is_kept_closed(const WorldState& state, const RowOrigin& origin);
 void open_row(WorldState& state, const RowOrigin& origin);
 
 /// What the rows of a projection want of the bodies.
-/// @param lambda  becomes the impulses that bring it; those of welds, which nobody asks for, may be missing
+/// @param lambda  becomes the impulses that bring it; those of welds may be missing where it is a shift
 /// @param motion  velocities, or shifts, of the island's bodies, to which what they do is added
 void solve_for_motion(WorldState& state, SolvePurpose purpose, const Assembly& assembly, double floor,
                       IslandResult& result, std::vector<double>& lambda, std::vector<Velocity>& motion);

@@ -68,21 +68,29 @@ bool let_open(WorldState& state, const Assembly& bilateral, const std::vector<do
   return any;
 }
 
-/// What a projection corrects belongs to the load of the piece: only with it is the load of second order.
-void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda) {
+/// What a projection corrects belongs to what joints do in the step, and to the loads of the piece, if there
+/// was one: only with it are they of second order.
+void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda,
+                  bool piece) {
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     const RowOrigin& origin = bilateral.origin[i];
-    if (origin.joint) continue;
+    if (origin.joint) state.joints[origin.index].row_impulse[origin.point] += lambda[i];
+    if (origin.joint || !piece) continue;
     PointMemory& memory = state.contacts[origin.index].points[origin.point];
     if (origin.kind == RowKind::Normal) {
       // Friction at its bound stays there.
-      const double load = std::max(memory.normal_impulse + lambda[i], 1e-300);
-      if (!memory.sticking) memory.friction_impulse *= load / memory.normal_impulse;
-      memory.rolling_impulse *= load / memory.normal_impulse;
+      const double load = std::max(memory.normal_impulse + lambda[i], 1e-300),
+                   share = load / memory.normal_impulse;
+      if (!memory.sticking) {
+        memory.total_friction += (share - 1) * memory.friction_impulse;
+        memory.friction_impulse *= share;
+      }
+      memory.rolling_impulse *= share;
       memory.normal_impulse = load;
       memory.total_normal += lambda[i];
     } else {
       memory.friction_impulse += lambda[i];
+      memory.total_friction += lambda[i];
     }
   }
 }
@@ -352,7 +360,7 @@ VelocityShift project_velocities(WorldState& state, const Island& island, double
     error = left;
     done.brought += work_of_drive(bilateral, lambda);
     std::swap(v, next);
-    if (pushed > 0) add_to_loads(state, bilateral, lambda);
+    add_to_loads(state, bilateral, lambda, pushed > 0);
   }
   store_velocities(state, island, v);
   done.holds = !(error > kHeld * std::max(fastest, 1e-3));
