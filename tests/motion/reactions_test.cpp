@@ -120,5 +120,25 @@ TEST(Reactions, OfTimeSteppingAreOfSecondOrder) {
   EXPECT_GT(std::exp2(logarithm / inexact), 8);
 }
 
+/// A box that tips over on its corner, which holds or slides.
+TEST(Reactions, OfACornerHaveTheFrictionOfItsWay) {
+  for (const double friction : {2.0, 0.2}) {
+    World world;
+    test::add_ground(world, test::rough(make_disc(1), friction));
+    const double angle = 0.6;
+    const Vec2 size{1, 0.4}, corner = rotate(Rot::from_angle(angle), Vec2{-0.5 * size.x, -0.5 * size.y});
+    const BodyId box =
+        test::add(world, {0, -corner.y}, test::rough(make_box(size), friction), 1, {}, 0, angle);
+    world.observe({.contacts = true});
+    for (int k = 0; k < 12; ++k) {
+      const Vec2 before = world.velocity(box);
+      ASSERT_EQ(world.step(kStep).impacts, 0);
+      const Impulses impulses(world);
+      const Vec2 moved = world.velocity(box) - before + Vec2{0, 9.81 * kStep};
+      EXPECT_LT(length(moved - impulses.sum[box.index]), 5e-4 * 9.81 * kStep) << friction << ", step " << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace skerry
