@@ -72,23 +72,26 @@ void match_points(Contact& contact) {
   if (points_match(contact)) return;
   const std::array<PointMemory, 2> old = contact.points;
   std::array<PointMemory, 2> next;
-  std::array<bool, 2> taken{};
+  std::array<bool, 2> taken{}, known{};
   for (int i = 0; i < contact.manifold.count; ++i) {
     next[i].feature = contact.manifold.points[i].feature;
     for (int j = 0; j < 2; ++j) {
       if (taken[j] || old[j].feature != next[i].feature) continue;
       next[i] = old[j];
-      taken[j] = true;
+      taken[j] = known[i] = true;
       break;
     }
   }
-  // Sums of points that vanished within the step still belong to the pair: its first slot keeps them.
+  // Sums of points that vanished within the step still belong to the pair: what follows them keeps them, or
+  // what is left.
   for (int j = 0; j < 2; ++j) {
     if (taken[j]) continue;
-    next[0].total_normal += old[j].total_normal;
-    next[0].total_friction += old[j].total_friction;
-    next[0].total_impact += old[j].total_impact;
-    if (old[j].total_impact > 0) next[0].impact_position = old[j].impact_position;
+    const bool second = contact.manifold.count == 2 && !known[1] && (known[0] || j == 1);
+    PointMemory& heir = next[second ? 1 : 0];
+    heir.total_normal += old[j].total_normal;
+    heir.total_friction += old[j].total_friction;
+    heir.total_impact += old[j].total_impact;
+    if (old[j].total_impact > 0) heir.impact_position = old[j].impact_position;
   }
   contact.points = next;
 }

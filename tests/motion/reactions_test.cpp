@@ -140,5 +140,31 @@ TEST(Reactions, OfACornerHaveTheFrictionOfItsWay) {
   }
 }
 
+/// A box that slides over the end of a table: its corner is followed by that of the table.
+TEST(Reactions, OfAPointAreThoseOfThePointThatFollowsIt) {
+  World world;
+  const BodyId table = world.create_body({.type = BodyType::Static});
+  world.add_shape(table, test::rough(make_box({4, 1}, {-2, -0.5}), 0.3));
+  const BodyId box = test::add(world, {-1, 0.25}, test::rough(make_box({1, 0.5}), 0.3), 1, {3.7, 0});
+  world.observe({.contacts = true});
+  bool followed = false;
+  for (int k = 0; k < 18; ++k) {
+    world.step(kStep);
+    const Vec2 centre = world.position(box);
+    ASSERT_EQ(world.report().contacts_list.size(), 1u);
+    const ContactReport& contact = world.report().contacts_list.front();
+    ASSERT_EQ(contact.count, 2);
+    double turn = 0;
+    for (const ContactPointReport& point : contact.points) {
+      turn += cross(point.position - centre,
+                    point.normal_impulse * contact.normal + point.friction_impulse * perp(contact.normal));
+      followed |= std::abs(point.position.x) < 1e-9;
+    }
+    if (centre.x > -0.1) break;
+    EXPECT_NEAR(turn, 0, 0.05 * 9.81 * kStep) << k;
+  }
+  EXPECT_TRUE(followed);
+}
+
 }  // namespace
 }  // namespace skerry
