@@ -114,6 +114,19 @@ void move_runs(ThreadPool& pool, std::vector<Row>& table, const std::vector<Cont
   pool.run(threads, [&](std::size_t part) { parts->all[part].fill(table); });
 }
 
+/// What was apart where the step began, and is together again in a later round, has touched all the time.
+void find_again(WorldState& s, const std::vector<FreshContact>& fresh) {
+  std::vector<Contact>& lost = s.scratch.lost;
+  for (std::size_t k = 0; k < fresh.size() && !lost.empty(); ++k) {
+    ContactLink& link = s.links[fresh[k].place];
+    const auto before = std::find_if(lost.begin(), lost.end(),
+                                     [&](const Contact& contact) { return contact.key() == link.key(); });
+    if (before == lost.end()) continue;
+    link.touched = s.contacts[fresh[k].place].touched = true;
+    lost.erase(before);
+  }
+}
+
 }  // namespace
 
 /// Contacts of boxes that did not change stay; the others are those that the broad phase reports.
@@ -214,6 +227,7 @@ void Step::update_table() {
   });
   table.resize(place);
   links.resize(place);
+  if (rounds_ > 0) find_again(s_, plan->fresh);
 }
 
 PairVerdict Step::judge(const Pair& pair, const PairLook& look) const {

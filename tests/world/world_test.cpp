@@ -226,6 +226,21 @@ TEST(Events, SensorsReportAndDoNotPush) {
   EXPECT_NEAR(world.position(ball).y, 3 - 0.5 * 9.81 * 4, 1e-10);
 }
 
+TEST(Events, WhatIsTakenAwayAndPulledBackInOneStepHasNotLeft) {
+  World world(weightless());
+  const auto gate = world.create_body({.type = BodyType::Static});
+  ShapeDef sensor = smooth(make_box({1, 1}));
+  sensor.sensor = true;
+  world.add_shape(gate, sensor);
+  const auto ball = add(world, {0, 0}, smooth(make_disc(0.2)));
+  world.create_joint({.kind = JointKind::Revolute, .b = ball});
+  ASSERT_EQ(world.step(1.0 / 60).events.size(), 1u);
+  world.set_pose(ball, {3, 0}, 0);
+  EXPECT_TRUE(world.step(1.0 / 60).events.empty());
+  EXPECT_NEAR(world.position(ball).x, 0, 1e-9);
+  EXPECT_TRUE(world.step(1.0 / 60).events.empty());
+}
+
 TEST(Terrain, BoxSlidesOverTheJointsOfAFlatChainAsOverAPlane) {
   World world;
   std::vector<Vec2> corners;
