@@ -39,7 +39,7 @@ constexpr double kPoor = 1e-2;
 // Rows up to which a factor costs less than what keeps it from step to step: memory, and a key to find it by.
 constexpr std::size_t kForgottenRows = 24;
 
-struct AutoMemory : SolverMemory {
+struct AutoMemory final : SolverMemory {
   std::unique_ptr<SolverMemory> body_space, convex, bilateral;
   std::unique_ptr<SolverMemory> groups;  ///< of the problem of welded bodies
 
@@ -95,9 +95,9 @@ void take_better(Solution& best, Solution&& other) {
 Solution solve_all_bilateral(const IslandSystem& system, std::span<const double> warm_start,
                              const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
   // Small islands leave no memory behind.
-  const bool keeps = memory != nullptr && dynamic_cast<AutoMemory*>(memory->get()) != nullptr;
+  AutoMemory* const kept = memory_as<AutoMemory>(memory);
   std::unique_ptr<SolverMemory> fresh;
-  std::unique_ptr<SolverMemory>& own = keeps ? static_cast<AutoMemory&>(**memory).bilateral : fresh;
+  std::unique_ptr<SolverMemory>& own = kept ? kept->bilateral : fresh;
   bool contradictory = false;
   Solution solution = solve_without_bounds(system, options, &own, 0, &contradictory);
   if (fresh && memory != nullptr) {
@@ -154,8 +154,7 @@ bool try_as_one(const IslandSystem& system, std::span<const double> warm_start, 
   Spare<WeldedBodies> welded;
   if (!welded->find(system)) return false;
   if (system.rows.size() <= kForgottenRows) memory = nullptr;
-  if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
-  AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
+  AutoMemory* const kept = memory ? &make_memory_as<AutoMemory>(*memory) : nullptr;
   Spare<std::vector<double>> warm;
   welded->restrict_to_groups(warm_start, *warm);
   solution = solve_auto(welded->groups(), *warm, options, kept ? &kept->groups : nullptr);
@@ -218,8 +217,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   }
 
   if (system.rows.size() <= kForgottenRows) memory = nullptr;
-  if (memory && !dynamic_cast<AutoMemory*>(memory->get())) *memory = std::make_unique<AutoMemory>();
-  AutoMemory* const kept = memory ? static_cast<AutoMemory*>(memory->get()) : nullptr;
+  AutoMemory* const kept = memory ? &make_memory_as<AutoMemory>(*memory) : nullptr;
   std::unique_ptr<SolverMemory> fresh;  // of the rounds below
   const auto search = [&](const SolveOptions& within) {
     Solution found = solve_body_space(system, warm_start, within, kept ? &kept->body_space : nullptr);

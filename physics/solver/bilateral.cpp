@@ -45,7 +45,7 @@ constexpr std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
-struct BilateralMemory : SolverMemory {
+struct BilateralMemory final : SolverMemory {
   BodySpaceModel model;
 
   std::string_view solver() const override { return "bilateral"; }
@@ -431,9 +431,7 @@ Solution solve_without_bounds(const IslandSystem& system, const SolveOptions& op
     }
     std::unique_ptr<SolverMemory> local;
     if (memory == nullptr) memory = &local;
-    if (dynamic_cast<BilateralMemory*>(memory->get()) == nullptr)
-      *memory = std::make_unique<BilateralMemory>();
-    BodySpaceModel& model = static_cast<BilateralMemory&>(**memory).model;
+    BodySpaceModel& model = make_memory_as<BilateralMemory>(*memory).model;
     if (solution.trace) solution.trace->notes.emplace_back("no bounds: body graph");
     error = solve_sparse(system, kTarget * scale, options.tolerance * scale, model, options.threads, solution,
                          stands);

@@ -63,7 +63,7 @@ constexpr int kSweeps = 20;
 // Larger problems have no spare memory.
 constexpr std::size_t kSpareRows = 512;
 
-struct BodySpaceMemory : SolverMemory {
+struct BodySpaceMemory final : SolverMemory {
   BodySpaceModel model;
   ActiveSet active{model};
   bool has_states = false;  // `active` holds states worth starting from
@@ -138,8 +138,7 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
   } else if (!memory) {
     memory = &local;
   }
-  if (!spare && !dynamic_cast<BodySpaceMemory*>(memory->get())) *memory = std::make_unique<BodySpaceMemory>();
-  BodySpaceMemory& kept = spare ? **spare : static_cast<BodySpaceMemory&>(**memory);
+  BodySpaceMemory& kept = spare ? **spare : make_memory_as<BodySpaceMemory>(*memory);
   BodySpaceModel& model = kept.model;
   ActiveSet& active = kept.active;
   SolveWork& work = solution.work;

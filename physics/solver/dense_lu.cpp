@@ -87,7 +87,7 @@ class DenseEngine : public StateEngine {
   bool factored_ = false;
 };
 
-struct DenseMemory : SolverMemory {
+struct DenseMemory final : SolverMemory {
   DenseEngine engine;
   std::vector<RowState> states;
 
@@ -100,7 +100,7 @@ Solution solve_dense_contact(const ContactProblem& problem, std::span<const doub
   Solution solution;
   solution.method = "dense_lu";
   solution.lambda = starting_impulses(problem.rows, warm_start);
-  auto* kept = memory ? dynamic_cast<DenseMemory*>(memory->get()) : nullptr;
+  auto* kept = memory_as<DenseMemory>(memory);
   std::unique_ptr<DenseMemory> fresh;
   if (!kept) {
     fresh = std::make_unique<DenseMemory>();

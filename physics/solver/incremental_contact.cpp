@@ -152,7 +152,7 @@ class IncrementalEngine : public StateEngine {
   std::vector<int> rows_;  ///< rows in the factor, in its order
 };
 
-struct IncrementalMemory : SolverMemory {
+struct IncrementalMemory final : SolverMemory {
   IncrementalEngine engine;
   std::vector<RowState> states;
 
@@ -165,7 +165,7 @@ Solution solve_incremental_contact(const ContactProblem& problem, std::span<cons
   Solution solution;
   solution.method = "incremental_ldlt";
   solution.lambda = starting_impulses(problem.rows, warm_start);
-  auto* kept = memory ? dynamic_cast<IncrementalMemory*>(memory->get()) : nullptr;
+  auto* kept = memory_as<IncrementalMemory>(memory);
   std::unique_ptr<IncrementalMemory> fresh;
   if (!kept) {
     fresh = std::make_unique<IncrementalMemory>();

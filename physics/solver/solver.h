@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <typeinfo>
 #include <vector>
 
 #include "physics/islands/island_system.h"
@@ -110,6 +111,19 @@ class SolverMemory {
   /// Writes or reads everything on which a later answer depends by a bit (physics/archive.h).
   virtual void archive(Archive& archive) = 0;
 };
+
+/// The memory of one solver, whose type is not derived from; null if there is none, or another solver's.
+template <class Memory>
+Memory* memory_as(std::unique_ptr<SolverMemory>* memory) {
+  SolverMemory* const kept = memory != nullptr ? memory->get() : nullptr;
+  return kept != nullptr && typeid(*kept) == typeid(Memory) ? static_cast<Memory*>(kept) : nullptr;
+}
+/// The same, made if it is not there.
+template <class Memory>
+Memory& make_memory_as(std::unique_ptr<SolverMemory>& memory) {
+  if (memory_as<Memory>(&memory) == nullptr) memory = std::make_unique<Memory>();
+  return static_cast<Memory&>(*memory);
+}
 
 /// Solves `system`. @param warm_start n impulses to begin from, or empty. @param memory may be null;
 /// otherwise it points to what the same solver left there for an island with the same rows, or to an empty

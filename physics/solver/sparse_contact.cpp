@@ -215,7 +215,7 @@ class SparseEngine : public StateEngine {
   std::vector<Tie> slipping_;
 };
 
-struct SparseMemory : SolverMemory {
+struct SparseMemory final : SolverMemory {
   struct Part {
     SparseEngine engine;
     std::vector<RowState> states;
@@ -262,7 +262,7 @@ Solution solve_sparse_contact_space(const ContactProblem& problem, std::span<con
                                     const SolveOptions& options, std::unique_ptr<SolverMemory>* memory) {
   const std::vector<double> start = starting_impulses(problem.rows, warm_start);
   const std::vector<std::vector<int>> parts = independent_parts(problem);
-  auto* kept = memory ? dynamic_cast<SparseMemory*>(memory->get()) : nullptr;
+  auto* kept = memory_as<SparseMemory>(memory);
   std::unique_ptr<SparseMemory> fresh;
   if (!kept || kept->parts.size() != parts.size()) {
     fresh = std::make_unique<SparseMemory>();

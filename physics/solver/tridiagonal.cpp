@@ -367,7 +367,7 @@ class PackedRows {
   const Path& path_;
 };
 
-struct TridiagonalMemory : SolverMemory {
+struct TridiagonalMemory final : SolverMemory {
   std::vector<RowState> states;
 
   std::string_view solver() const override { return "tridiagonal"; }
@@ -448,12 +448,7 @@ __attribute__((noinline)) bool pool(const Path& path, RunPooling& pass) {
 
 /// Keeps the states of an answer; of one that the pass gave, it knows them.
 void keep(const std::vector<RowState>& states, std::unique_ptr<SolverMemory>& memory) {
-  auto* kept = dynamic_cast<TridiagonalMemory*>(memory.get());
-  if (kept == nullptr) {
-    memory = std::make_unique<TridiagonalMemory>();
-    kept = static_cast<TridiagonalMemory*>(memory.get());
-  }
-  kept->states = states;
+  make_memory_as<TridiagonalMemory>(memory).states = states;
 }
 
 /// The one pass over rows that ascend, judged. @return false, and `solution` as it was, for other rows
@@ -476,7 +471,7 @@ Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, 
                            std::unique_ptr<SolverMemory>* memory) {
   Solution solution;
   const std::size_t n = system.rows.size();
-  const auto* kept = memory ? dynamic_cast<TridiagonalMemory*>(memory->get()) : nullptr;
+  const auto* kept = memory_as<TridiagonalMemory>(memory);
   const bool warm = kept && kept->states.size() == n;
   Spare<RunPooling> pass;
   Spare<std::vector<RowState>> spare_states;
