@@ -131,6 +131,15 @@ double slack_of(const WorldState& state, const AssemblyRequest& request, const E
   return row.error + request.ahead * (rate(ends.body_a, ends.a, row.Ja) + rate(ends.body_b, ends.b, row.Jb));
 }
 
+/// How far the smaller body of a row of angles reaches, which is what an angle moves [m]; 1 for other rows.
+double arm_of(const WorldState& state, const Ends& ends, const JointRow& row) {
+  if (row.Jb[0] != 0 || row.Jb[1] != 0 || row.Ja[0] != 0 || row.Ja[1] != 0) return 1;
+  double arm = kInfinity;
+  if (ends.a >= 0) arm = state.radius[ends.body_a];
+  if (ends.b >= 0) arm = std::min(arm, state.radius[ends.body_b]);
+  return arm;
+}
+
 /// @param k  among the rows of the joint `number` of the island
 bool is_wanted(const WorldState& state, const AssemblyRequest& request, std::size_t number, const Ends& ends,
                int k, const JointRow& row) {
@@ -140,7 +149,8 @@ bool is_wanted(const WorldState& state, const AssemblyRequest& request, std::siz
       return true;
     case JointRowKind::Limit:
       if (request.limits != nullptr) return ((*request.limits)[number] >> k & 1) != 0;
-      return slack_of(state, request, ends, row) <= request.rope_slack;
+      return slack_of(state, request, ends, row) * (request.slack_at_ends ? arm_of(state, ends, row) : 1) <=
+             request.rope_slack;
     case JointRowKind::Motor:
       return request.actuators == All || (request.actuators == Rigid && row.most == kInfinity);
     case JointRowKind::Spring:

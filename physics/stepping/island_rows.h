@@ -68,6 +68,8 @@ struct AssemblyRequest {
   Actuators actuators = Actuators::None;
   bool friction = false;
   double rope_slack = 0;  ///< ropes and limits with at most this slack are taken [m or rad]
+  /// Slacks of angles count where the smaller of the two bodies ends [m].
+  bool slack_at_ends = false;
   /// If given, per joint of the island: the limits that are taken (bit k: row k), whatever their slack.
   const std::vector<std::uint8_t>* limits = nullptr;
   /// If given: with the slack that they have after a time `ahead` [s] at these velocities of the island's

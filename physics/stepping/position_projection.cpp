@@ -191,6 +191,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
   AssemblyRequest request;
   request.points = &scratch->points;
   request.rope_slack = state.config.contact_margin;
+  request.slack_at_ends = true;
   request.elapsed = elapsed;
   const auto try_shift = [&] {
     for (std::size_t k = 0; k < shift.size(); ++k) {
