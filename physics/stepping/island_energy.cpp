@@ -17,19 +17,37 @@ namespace {
 // Contacts, or joints, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 2048;
 
-}  // namespace
+/// True if a contact pushes, or could at once.
+bool touches(const WorldState& state, const Contact& contact) {
+  for (int i = 0; i < contact.manifold.count; ++i)
+    if (contact.points[i].normal_impulse > 0 || is_touching(state, contact.manifold.points[i])) return true;
+  return false;
+}
 
-bool is_free(const WorldState& state, const Island& island) {
+/// True if no joint, and no contact of which `counts` is true, is with something that does not react.
+template <class Counts>
+bool is_free(const WorldState& state, const Island& island, const Counts& counts) {
   const auto reacts = [&](std::uint32_t body) {
     return body != BodyId::kNone && state.local_index[body] >= 0;
   };
   return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
     const Contact& contact = state.contacts[island.contacts[k]];
-    return !reacts(contact.body_a) || !reacts(contact.body_b);
+    return (!reacts(contact.body_a) || !reacts(contact.body_b)) && counts(contact);
   }) && !any_of(state.island_threads, island.joints.size(), kContactsAPiece, [&](std::size_t k) {
     const JointDef& def = state.joints[island.joints[k]].def;
     return !reacts(def.a.index) || !reacts(def.b.index);
   });
+}
+
+/// The same for what is near the ground, but does not touch it.
+bool is_off_ground(const WorldState& state, const Island& island) {
+  return is_free(state, island, [&](const Contact& contact) { return touches(state, contact); });
+}
+
+}  // namespace
+
+bool is_free(const WorldState& state, const Island& island) {
+  return is_free(state, island, [](const Contact&) { return true; });
 }
 
 RigidMotion rigid_motion(const WorldState& state, const Island& island) {
@@ -188,7 +206,7 @@ double speed_of(const WorldState& state, std::uint32_t i) {
 /// contacts keep their velocity zero or opening, joints hold, and a free island keeps its momenta.
 struct InnerMotion {
   InnerMotion(const WorldState& state, const Island& island)
-      : rigid(is_free(state, island) ? rigid_motion(state, island) : RigidMotion{}) {
+      : rigid(is_off_ground(state, island) ? rigid_motion(state, island) : RigidMotion{}) {
     const BodyArrays& all = state.bodies;
     for (const std::uint32_t i : island.bodies) {
       const Vec2 v = all.velocity[i] - rigid.at(all.position[i]);

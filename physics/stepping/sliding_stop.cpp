@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "physics/spare.h"
 #include "physics/world_state.h"
@@ -78,19 +77,19 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
     }
     return stopping->size() > known;
   };
-  // The first stop, if all of them are at their bounds until then.
-  const auto first_stop = [&](const Solution& sliding) -> std::optional<double> {
-    if (sliding.status != SolveStatus::Solved) return std::nullopt;
+  // The first stop, if all of them are at their bounds until then; else the end of the piece.
+  const auto first_stop = [&](const Solution& sliding) {
+    if (sliding.status != SolveStatus::Solved) return piece.h;
     double first = piece.h;
     *after = piece.free;
     apply_impulses(system, sliding.lambda, *after);
     for (const Stopping& stop : *stopping) {
       const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
-      if (!(against >= kAtBound * bound_of(system.rows[stop.row], sliding.lambda))) return std::nullopt;
+      if (!(against >= kAtBound * bound_of(system.rows[stop.row], sliding.lambda))) return piece.h;
       const double to = row_velocity(piece.assembly, stop.row, *after);
       if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
     }
-    return first < piece.h ? std::optional(first) : std::nullopt;
+    return first;
   };
 
   // While the first ones go on, beyond their stops, others may stop.
@@ -99,8 +98,8 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
   while (find_stops(solution.lambda)) {
     Solution sliding = state.solver->solve(system, solution.lambda, options, memory);
     solution.work += sliding.work;
-    const std::optional<double> stop = first_stop(sliding);
-    if (!stop) {
+    const double stop = first_stop(sliding);
+    if (!(stop < piece.h)) {
       // Where there is no such motion by Coulomb's law, or hardly one, the solution before it stands.
       for (; known < stopping->size(); ++known) system.b[(*stopping)[known].row] = (*stopping)[known].target;
       break;
@@ -108,7 +107,7 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
     sliding.work = solution.work;
     sliding.iterations += solution.iterations;
     solution = std::move(sliding);
-    first = *stop;
+    first = stop;
     known = stopping->size();
   }
   return first;
