@@ -171,7 +171,8 @@ double told_speed(const WorldState& state, const Island& island, double h) {
       arm = std::min(2 * radius, longest);
       for (const auto& [body, anchor] :
            {std::pair{def.a.index, joint.local_a}, std::pair{def.b.index, joint.local_b}})
-        if (body != BodyId::kNone) arm += length(anchor) + state.radius[body];
+        if (body != BodyId::kNone && all.type[body] == BodyType::Dynamic)
+          arm += length(anchor) + state.radius[body];
     }
     most = std::max(most, arm * std::abs(*def.motor_speed));
   }
