@@ -38,12 +38,6 @@ struct Way {
   }
 };
 
-double apart(const std::vector<Vec2>& a, const std::vector<Vec2>& b) {
-  double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, length(a[i] - b[i]));
-  return worst;
-}
-
 /// How far ways of a mechanism are apart: by events in steps of two lengths; by time stepping in quarters,
 /// and in sixteenths, from those [m]. Nothing where bodies are squeezed.
 struct Distances {
@@ -58,8 +52,9 @@ std::optional<Distances> distances(unsigned seed) {
     return found.places;
   };
   const std::vector<Vec2> events = way("event_driven", 1);
-  const Distances out{apart(way("event_driven", 4), events), apart(way("time_stepping", 4), events),
-                      apart(way("time_stepping", 16), events)};
+  const Distances out{test::apart(way("event_driven", 4), events),
+                      test::apart(way("time_stepping", 4), events),
+                      test::apart(way("time_stepping", 16), events)};
   if (squeezed) return std::nullopt;
   return out;
 }

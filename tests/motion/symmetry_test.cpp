@@ -188,12 +188,6 @@ std::vector<Vec2> way(const test::Recipe& recipe, const View& view, const char* 
   return places;
 }
 
-double apart(const std::vector<Vec2>& a, const std::vector<Vec2>& b) {
-  double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, length(a[i] - b[i]));
-  return worst;
-}
-
 /// Pulleys hang from, and racks lie in, what does not move; drag slows down what moves.
 bool knows_rest(const test::Recipe& recipe) {
   return std::any_of(recipe.parts.begin(), recipe.parts.end(), [](const auto& p) { return p.drag.any(); }) ||
@@ -219,9 +213,9 @@ TEST_P(SymmetryFor, RandomMechanisms) {
       bool squeezed = false;
       const std::vector<Vec2> own = way(recipe, plain, stepper, squeezed);
       // Of what is decided by rounding nothing can be said.
-      if (apart(way(recipe, plain, stepper, squeezed, 1e-9), own) > 1e-6 || squeezed) continue;
+      if (test::apart(way(recipe, plain, stepper, squeezed, 1e-9), own) > 1e-6 || squeezed) continue;
       ++looked_at;
-      const double off = apart(way(recipe, view, stepper, squeezed), own);
+      const double off = test::apart(way(recipe, view, stepper, squeezed), own);
       same += off < 1e-5;
       if (off >= 1e-5) std::printf("%s, seed %d: %.1e m\n", stepper, seed, off);
     }

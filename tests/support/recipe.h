@@ -4,6 +4,7 @@
 // on his head, moves along, or measures in other units.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -48,6 +49,13 @@ inline std::vector<BodyId> build(const Recipe& recipe, World& world) {
     world.create_joint(joint);
   }
   return bodies;
+}
+
+/// Largest distance of the places of two ways [m].
+inline double apart(const std::vector<Vec2>& a, const std::vector<Vec2>& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, length(a[i] - b[i]));
+  return worst;
 }
 
 }  // namespace skerry::test
