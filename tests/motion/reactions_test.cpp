@@ -166,5 +166,25 @@ TEST(Reactions, OfAPointAreThoseOfThePointThatFollowsIt) {
   EXPECT_TRUE(followed);
 }
 
+/// What a rod takes from a ball that flies away from its end when it is made counts for breaking.
+TEST(Reactions, OfARodThatIsMadeInFlightMayBreakIt) {
+  for (const char* stepper : {"event_driven", "time_stepping"}) {
+    for (const double strength : {0.9, 1.1}) {
+      WorldConfig config = test::weightless();
+      config.stepper = stepper;
+      World world(config);
+      const double mass = 2, speed = 3;
+      const BodyId ball = test::add(world, {1, 0}, test::smooth(make_disc(0.1)), mass, {speed, 0});
+      const JointId rod = world.create_joint({.kind = JointKind::Distance,
+                                              .b = ball,
+                                              .anchor_b = {1, 0},
+                                              .break_force = strength * mass * speed / kStep});
+      world.step(kStep);
+      EXPECT_EQ(world.alive(rod), strength > 1) << stepper;
+      EXPECT_NEAR(world.velocity(ball).x, 0, 1e-9) << stepper;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace skerry
