@@ -23,8 +23,7 @@ struct Assembly;
 bool project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
                        Assembly& rows);
 
-/// Adds angular momentum [kg m^2/s] to an island that touches nothing fixed, as a common rotation, which no
-/// contact feels; other islands stay as they are.
+/// Adds angular momentum [kg m^2/s] to an island as a common rotation, which no contact within it feels.
 void give_spin(WorldState& state, const Island& island, double momentum);
 
 /// What a projection of velocities did.
@@ -42,5 +41,17 @@ struct VelocityShift {
 /// @param rows      those of `project_positions`, if it said that they hold and nothing has moved since
 VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
                                  IslandResult& result, Assembly* rows = nullptr);
+
+/// True if what joints, or motors without limit, hold moves otherwise: bodies were given another velocity, or
+/// motors another speed.
+bool joints_disobey(const WorldState& state, const Island& island, double elapsed);
+
+/// What joints cannot but obey happens at once, by the least-energy change. Contacts have no part in that:
+/// those that it presses are struck, and their friction is bounded by the impulse of that impact. On what is
+/// frictionless and plastic both together are the impact of all of them. Joints that contradict each other
+/// may want any velocity, so that energy is bounded (`IslandEnergy::take_much`).
+/// @param passed  energy that nothing explains, in the step so far [J]
+void obey_joints(WorldState& state, const Island& island, double elapsed, double& passed,
+                 IslandResult& result);
 
 }  // namespace skerry

@@ -132,6 +132,10 @@ class IslandStep {
         }
       }
       for (const std::uint32_t slot : island_.joints) note_stall(state_, state_.joints[slot], elapsed_);
+      // Before anything is struck; else the first piece says so.
+      if (elapsed_ == 0 && !obeyed_ && !island_.joints.empty() && is_struck(state_, island_, 0) &&
+          joints_disobey(state_, island_, 0))
+        obey();
       // After too many cuts the rest of the step takes landings as plastic, at its end.
       const bool last =
           piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
@@ -166,19 +170,18 @@ class IslandStep {
       const bool may_stop = stops_ < kMostStops && !swings_fast(state_, island_, length);
       // Points that would go down from where they are join the solve; each round adds at least one.
       const auto solve = [&] {
-        Piece part{elapsed_,     solved,   resting_, last,
-                   may_stop,     varying_, told_,    by_limits ? &limits_ : nullptr,
-                   elapsed_ == 0};
+        Piece part{elapsed_,
+                   solved,
+                   resting_,
+                   last,
+                   may_stop,
+                   varying_,
+                   told_,
+                   by_limits ? &limits_ : nullptr,
+                   elapsed_ == 0 && !obeyed_};
         do {
           forces = solve_piece(state_, island_, part, before, after, result_);
-          if (forces.disobeyed) {
-            obey_joints();
-            choose_resting(last);
-            choose_limits(by_limits);
-            island_velocities(state_, island_, before);
-            part.first = false;
-            forces = solve_piece(state_, island_, part, before, after, result_);
-          }
+          if (forces.disobeyed) return false;
           lost = !forces.given_up && are_lost(state_, island_, after);
           if (forces.given_up || lost) return false;
           hit = last ? solved : next_hit(solved, before, after);
@@ -188,7 +191,11 @@ class IslandStep {
         at_limit &= !at_corner;
         return true;
       };
-      if (!solve()) return lost ? to : elapsed_;
+      if (!solve()) {
+        if (!forces.disobeyed) return lost ? to : elapsed_;
+        obey();
+        continue;
+      }
       // What joints that hold do on the whole of a piece says little of a part (in large worlds, where it has
       // a price, enough), and nothing where springs swing to and fro within it; nor what contacts do while a
       // body turns far, or beyond a corner.
@@ -265,12 +272,9 @@ class IslandStep {
     return may_flow(state_);
   }
 
-  /// Bodies that were given another velocity, or motors another speed: what joints cannot but obey happens at
-  /// once. Joints that contradict each other may want any velocity.
-  void obey_joints() {
-    const IslandEnergy energy(state_, island_, true);
-    const VelocityShift shift = project_velocities(state_, island_, elapsed_, 0, result_);
-    energy.take_much(state_, island_, 0, shift.holds ? shift.brought : 0, passed_);
+  void obey() {
+    obey_joints(state_, island_, elapsed_, passed_, result_);
+    obeyed_ = true;
   }
 
   /// Where the path of a piece begins; the plastic end of a step moves with its final velocity throughout.
@@ -482,7 +486,7 @@ class IslandStep {
       all.omega[body] = v[2];
       note_travel(state_, body, elapsed_, t, plastic ? path : before[k], v);
     });
-    give_spin(state_, island_, -excess);
+    if (excess != 0 && is_free(state_, island_)) give_spin(state_, island_, -excess);
     share_each(state_.island_threads, island_.contacts.size(), kContactsAPiece, [&](std::size_t k) {
       for (PointMemory& memory : state_.contacts[island_.contacts[k]].points) {
         memory.total_normal += part * memory.normal_impulse;
@@ -508,6 +512,7 @@ class IslandStep {
   int limits_left_;                   ///< that may cut the step
   int corners_left_ = kMostCorners;   ///< that may cut the step
   int stops_ = 0;                     ///< of the step
+  bool obeyed_ = false;               ///< joints were asked to hold at the beginning of the step
   double passed_ = 0;                 ///< energy that nothing explains, in the step so far [J]
   double elapsed_ = 0;                ///< since the beginning of the step [s]
   bool sinking_ = false;              ///< `next_hit` found points that the solve has to hold

@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/joint_rows.h"
 #include "physics/spare.h"
+#include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/mode_choice.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/projection_rows.h"
 #include "physics/stepping/touching.h"
@@ -19,6 +22,8 @@ constexpr double kVelocityFloor = 1e-13;
 constexpr double kFineVelocityFloor = 1e-16;
 // Velocities above this share of the fastest that are left violate rows.
 constexpr double kHeld = 1e-6;
+// What joints hold moves otherwise if it does so by more than this share of what is fast.
+constexpr double kObeyed = 1e-9;
 // Where rounds lead nowhere, corrections are found together with the friction that they bring along, if so
 // many normals at most do.
 constexpr std::ptrdiff_t kMostBrought = 4;
@@ -320,34 +325,27 @@ class Correction {
   IslandResult& result_;
 };
 
-}  // namespace
-
-VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
-                                 IslandResult& result, Assembly* rows) {
-  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return {};
-  Spare<VelocityScratch> scratch;
-  std::vector<Velocity>&v = scratch->v, &next = scratch->next;
-  island_velocities(state, island, v);
+/// Largest part of a velocity of the island.
+double fastest_of(const std::vector<Velocity>& v) {
   double fastest = 0;
   for (const Velocity& one : v)
     fastest = std::max({fastest, std::abs(one[0]), std::abs(one[1]), std::abs(one[2])});
-  // Joints that only hold slide nowhere, and so nothing comes along.
-  const bool ready = rows != nullptr;
-  scratch->companions.clear();
-  if (!ready) assemble_loaded(state, island, elapsed, *scratch);
-  Assembly& bilateral = ready ? *rows : select_bilateral(state, v, fastest, pushed > 0, *scratch);
-  // What is left does work against the joints' forces all the way to the next projection.
-  const double floor = (pushed > 0 ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
-  Correction correction(state, scratch->full, bilateral, scratch->companions, floor, result);
-  VelocityShift done;
+  return fastest;
+}
+
+/// Rounds of corrections of the velocities `scratch.v`, which the island then has. The friction that comes
+/// along disturbs the normal velocities a little, hence the rounds.
+/// @return false, and nothing has happened, if contacts or limits that would be pulled were let go of
+bool take_away(WorldState& state, const Island& island, Assembly& bilateral, double floor, double fastest,
+               double pushed, IslandResult& result, VelocityScratch& scratch, VelocityShift& done) {
+  std::vector<Velocity>&v = scratch.v, &next = scratch.next;
+  std::vector<double>& lambda = scratch.lambda;
+  Correction correction(state, scratch.full, bilateral, scratch.companions, floor, result);
   double error = correction.violation(v);
-  std::vector<double>& lambda = scratch->lambda;
-  // The friction that comes along disturbs the normal velocities a little, hence the rounds.
   for (int round = 0; round < 4 && error > floor; ++round) {
     next = v;
     correction.hold(lambda, next);
-    if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed))
-      return project_velocities(state, island, elapsed, pushed, result);
+    if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed)) return false;
     correction.bring(lambda, next);
     double left = correction.violation(next);
     if (!(left < error) && correction.may_hold_with_friction()) {
@@ -364,7 +362,69 @@ VelocityShift project_velocities(WorldState& state, const Island& island, double
   }
   store_velocities(state, island, v);
   done.holds = !(error > kHeld * std::max(fastest, 1e-3));
+  return true;
+}
+
+}  // namespace
+
+VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
+                                 IslandResult& result, Assembly* rows) {
+  if (island.joints.empty() && velocities_hold(state, island, elapsed)) return {};
+  Spare<VelocityScratch> scratch;
+  island_velocities(state, island, scratch->v);
+  const double fastest = fastest_of(scratch->v);
+  // Joints that only hold slide nowhere, and so nothing comes along.
+  const bool ready = rows != nullptr;
+  scratch->companions.clear();
+  if (!ready) assemble_loaded(state, island, elapsed, *scratch);
+  Assembly& bilateral = ready ? *rows : select_bilateral(state, scratch->v, fastest, pushed > 0, *scratch);
+  // What is left does work against the joints' forces all the way to the next projection.
+  const double floor = (pushed > 0 ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
+  VelocityShift done;
+  if (!take_away(state, island, bilateral, floor, fastest, pushed, result, *scratch, done))
+    return project_velocities(state, island, elapsed, pushed, result);
   return done;
+}
+
+bool joints_disobey(const WorldState& state, const Island& island, double elapsed) {
+  double worst = 0;
+  for (const std::uint32_t slot : island.joints) {
+    const JointRecord& joint = state.joints[slot];
+    JointRows rows;
+    const int count = joint_rows(joint, joint_end(state, joint.def.a.index, elapsed),
+                                 joint_end(state, joint.def.b.index, elapsed), rows);
+    for (int i = 0; i < count; ++i) {
+      const JointRow& row = rows[static_cast<std::size_t>(i)];
+      if (row.kind == JointRowKind::Hold) worst = std::max(worst, std::abs(row.rate));
+      if (row.kind == JointRowKind::Motor && row.most == kInfinity)
+        worst = std::max(worst, std::abs(row.rate - row.speed));
+    }
+  }
+  return worst > kObeyed && worst > kObeyed * (1 + speed_bound(state, island));
+}
+
+void obey_joints(WorldState& state, const Island& island, double elapsed, double& passed,
+                 IslandResult& result) {
+  Spare<VelocityScratch> scratch;
+  std::vector<std::uint8_t>&none = scratch->points, &no_limit = scratch->limits;
+  none.assign(island.contacts.size(), 0);
+  no_limit.assign(island.joints.size(), 0);
+  AssemblyRequest request;
+  request.points = &none;
+  request.limits = &no_limit;
+  request.actuators = AssemblyRequest::Actuators::Rigid;
+  request.elapsed = elapsed;
+  Assembly& rows = scratch->full;
+  assemble(state, island, request, rows);
+  std::for_each(rows.system.rows.begin(), rows.system.rows.end(), free_of_bounds);
+  scratch->companions.clear();
+  island_velocities(state, island, scratch->v);
+  const double fastest = fastest_of(scratch->v);
+  const IslandEnergy energy(state, island, true);
+  VelocityShift done;
+  take_away(state, island, rows, kFineVelocityFloor * std::max(fastest, 1e-3), fastest, 0, result, *scratch,
+            done);
+  energy.take_much(state, island, 0, done.holds ? done.brought : 0, passed);
 }
 
 }  // namespace skerry
