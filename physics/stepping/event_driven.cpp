@@ -9,6 +9,7 @@
 #include "physics/spare.h"
 #include "physics/stepping/flight_queue.h"
 #include "physics/stepping/island_backup.h"
+#include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -77,7 +78,10 @@ class EventStep {
     int points = 0;
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
     const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
-    obey_joints();
+    if (joints_disobey(state_, island_, 0)) {
+      double passed = 0;
+      obey_joints(state_, island_, 0, passed, result_);
+    }
     while (elapsed_ < h_) {
       if (!keep_mode_) {
         if (fly_in_turn()) continue;
@@ -139,26 +143,6 @@ class EventStep {
     for (const SettledContact& settled : outcome.settled)
       note(MotionEventKind::Settle, elapsed_ + settled.rest, state_.contacts[settled.contact]);
     return result_.report.status == SolveStatus::Solved;
-  }
-
-  /// Ends that were given another velocity, and motors another speed, between the steps: what joints cannot
-  /// but obey happens at once.
-  void obey_joints() {
-    const State y = problem_.gather(mode_);
-    double worst = 0;
-    for (const std::uint32_t slot : island_.joints) {
-      const JointRecord& joint = state_.joints[slot];
-      JointRows rows;
-      const int count = joint_rows(joint, problem_.joint_end(joint.def.a.index, 0, y),
-                                   problem_.joint_end(joint.def.b.index, 0, y), rows);
-      for (int i = 0; i < count; ++i) {
-        const JointRow& row = rows[static_cast<std::size_t>(i)];
-        if (row.kind == JointRowKind::Hold) worst = std::max(worst, std::abs(row.rate));
-        if (row.kind == JointRowKind::Motor && row.most == kInfinity)
-          worst = std::max(worst, std::abs(row.rate - row.speed));
-      }
-    }
-    if (worst > 1e-9 * (1 + speed_bound(state_, island_))) project_velocities(state_, island_, 0, 0, result_);
   }
 
   /// Whether the user put something into a body, or away from a joint: the end of a step takes that out.
@@ -440,7 +424,12 @@ bool try_island_by_events(WorldState& state, const Island& island, double h, int
   if (is_crowded(state, island)) return false;
   const IslandBackup backup(state, island);
   result.report.stepper = "event_driven";
-  if (EventStep(state, island, h, result).run(most_events)) return true;
+  std::optional<IslandEnergy> energy;
+  if (!island.joints.empty()) energy.emplace(state, island, true);
+  // Where joints contradict each other what brings them together may bring any energy.
+  if (EventStep(state, island, h, result).run(most_events) &&
+      !(energy && energy->gained_much(state, island, h)))
+    return true;
 
   // Only the work is kept of what was tried.
   backup.restore(state, island);

@@ -17,10 +17,16 @@ namespace {
 // Contacts, or joints, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 2048;
 
-/// True if a contact pushes, or could at once.
+/// True if one of the contact's points is loaded.
+bool pushes(const Contact& contact) {
+  for (int i = 0; i < contact.manifold.count; ++i)
+    if (contact.points[i].normal_impulse > 0) return true;
+  return false;
+}
+
 bool touches(const WorldState& state, const Contact& contact) {
   for (int i = 0; i < contact.manifold.count; ++i)
-    if (contact.points[i].normal_impulse > 0 || is_touching(state, contact.manifold.points[i])) return true;
+    if (is_touching(state, contact.manifold.points[i])) return true;
   return false;
 }
 
@@ -39,15 +45,19 @@ bool is_free(const WorldState& state, const Island& island, const Counts& counts
   });
 }
 
-/// The same for what is near the ground, but does not touch it.
-bool is_off_ground(const WorldState& state, const Island& island) {
-  return is_free(state, island, [&](const Contact& contact) { return touches(state, contact); });
-}
-
 }  // namespace
 
 bool is_free(const WorldState& state, const Island& island) {
   return is_free(state, island, [](const Contact&) { return true; });
+}
+
+bool is_off_ground(const WorldState& state, const Island& island) {
+  return is_free(state, island,
+                 [&](const Contact& contact) { return pushes(contact) || touches(state, contact); });
+}
+
+bool is_unpushed(const WorldState& state, const Island& island) {
+  return is_free(state, island, pushes);
 }
 
 RigidMotion rigid_motion(const WorldState& state, const Island& island) {
@@ -344,13 +354,23 @@ void IslandEnergy::take_much(WorldState& state, const Island& island, double h, 
   const double told = told_speed(state, island, h);
   const double more = std::clamp(brought, 0.0, most_of_turn(state, island, told, kinetic_));
   passed = std::max(0.0, passed + unexplained_gain(state, island, h, told) - more);
-  if (passed > 0) {
-    double moved = kinetic_ + springs_;
-    for (const std::uint32_t i : island.bodies)
-      moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
-    if (passed > kMuch * moved) InnerMotion(state, island).take(state, island, std::exchange(passed, 0));
-  }
+  if (is_much(state, island, h, passed))
+    InnerMotion(state, island).take(state, island, std::exchange(passed, 0));
   slow_down(state, island, told, h, more);
+}
+
+bool IslandEnergy::gained_much(const WorldState& state, const Island& island, double h) const {
+  const double told = told_speed(state, island, h);
+  return is_much(state, island, h,
+                 unexplained_gain(state, island, h, told) - most_of_turn(state, island, told, kinetic_));
+}
+
+bool IslandEnergy::is_much(const WorldState& state, const Island& island, double h, double gained) const {
+  if (!(gained > 0)) return false;
+  double moved = kinetic_ + springs_;
+  for (const std::uint32_t i : island.bodies)
+    moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
+  return gained > kMuch * moved;
 }
 
 void IslandEnergy::bound(WorldState& state, const Island& island, double h,

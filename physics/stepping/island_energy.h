@@ -16,6 +16,11 @@ struct WorldState;
 
 /// True if no contact or joint of the island is with something that does not react.
 bool is_free(const WorldState& state, const Island& island);
+/// The same for what may be near, but does not touch: what is there neither pushed in the last solve nor
+/// could at once.
+bool is_off_ground(const WorldState& state, const Island& island);
+/// The same for what did not push in the last solve: its impulses changed no momentum of the island.
+bool is_unpushed(const WorldState& state, const Island& island);
 
 /// True if moving ground, motors or springs may bring an island energy.
 bool may_be_given_energy(const WorldState& state, const Island& island);
@@ -47,6 +52,8 @@ class IslandEnergy {
   /// @param brought  work of what is told to move, where the forces that did it are an answer [J]
   /// @param passed   what was gained so far in the step and not taken, with what is now [J]
   void take_much(WorldState& state, const Island& island, double h, double brought, double& passed) const;
+  /// Whether as much was gained, whatever what is told to move may have brought.
+  bool gained_much(const WorldState& state, const Island& island, double h) const;
   /// Bounds velocities with which bodies are to move on for a time `h` [s], where they have far more energy
   /// than there is: that of the motion and of springs, and the work of external forces on the way and of
   /// motors. Joints that contradict each other, or are far from where they were, may want any. By one factor,
@@ -66,6 +73,8 @@ class IslandEnergy {
   /// move at most, in a time `h` [J]; 0 where forces do work that is not known.
   /// @param told  fastest that anything is told to move [m/s]
   double unexplained_gain(const WorldState& state, const Island& island, double h, double told) const;
+  /// True for more than a hundredth of the energy that moved.
+  bool is_much(const WorldState& state, const Island& island, double h, double gained) const;
   /// Beside joints nothing gets faster than four times what is told to move, or than with all energy that
   /// there was: a light body would take what a heavy one might have been given.
   /// @param more  energy that came since then [J]

@@ -328,10 +328,10 @@ class OnePieceStep {
     });
   }
 
-  /// A joint that is open pulls two bodies at two points, and so turns them: a free island has the angular
-  /// momentum that it had.
+  /// A joint that is open pulls two bodies at two points, and so turns them: an island that nothing else
+  /// pushed has the angular momentum that it had.
   void keep_spin(const std::vector<Velocity>& before, std::vector<Velocity>& after) const {
-    if (exact_ || !is_free(state_, island_)) return;
+    if (exact_ || !is_unpushed(state_, island_)) return;
     Spare<std::vector<Velocity>> free;
     *free = before;
     add_free_motion(state_, island_, h_, *free);

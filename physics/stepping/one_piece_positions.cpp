@@ -145,7 +145,7 @@ class OnePiecePositions {
         }
       }
     });
-    const bool free = is_free(state_, island_);
+    const bool free = is_off_ground(state_, island_);
     if (limited) limit_shift(*most, shift);
     if (free && (limited || uneven_)) keep_centre(shift);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.

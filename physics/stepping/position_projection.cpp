@@ -269,7 +269,7 @@ bool project_positions(WorldState& state, const Island& island, double elapsed, 
   if (!needs_projection(state, island)) return false;
   // Moving bodies changes their angular momentum; a free island gets it back as a common rotation, which no
   // contact feels.
-  const bool free = is_free(state, island);
+  const bool free = is_off_ground(state, island);
   const double momentum = free ? rigid_motion(state, island).momentum : 0;
   const bool current = move_onto_constraints(state, island, elapsed, rows, result);
   if (free) give_spin(state, island, momentum - rigid_motion(state, island).momentum);
@@ -277,7 +277,7 @@ bool project_positions(WorldState& state, const Island& island, double elapsed, 
 }
 
 void give_spin(WorldState& state, const Island& island, double momentum) {
-  if (momentum == 0 || !is_free(state, island)) return;
+  if (momentum == 0) return;
   const RigidMotion now = rigid_motion(state, island);
   if (!(now.inertia > 0)) return;
   const double turn = momentum / now.inertia;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -122,7 +123,11 @@ TEST_P(Mechanisms, GainNoEnergyAndCostABoundedAmountOfWork) {
 
 TEST_P(Mechanisms, WithMotorsAndSpringsStayWhereTheyAre) {
   const auto trials = static_cast<unsigned>(test_scale(10));
-  for (unsigned seed = 98; seed < 98 + trials; ++seed) {
+  std::vector<unsigned> seeds(trials);
+  std::iota(seeds.begin(), seeds.end(), 98u);
+  // Near the ground, which did not push them, open joints gave these any angular momentum.
+  seeds.insert(seeds.end(), {147, 153, 183, 215, 281});
+  for (const unsigned seed : seeds) {
     SCOPED_TRACE(seed);
     Mechanism made = random_mechanism(seed, GetParam(), Drives::Motors);
     double fastest = 0, farthest = 0;
