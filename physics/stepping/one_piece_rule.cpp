@@ -85,6 +85,7 @@ bool has_parted(const WorldState& state, const Island& island, double elapsed) {
 
 struct PointCounts {
   int points = 0, fast = 0, strikes = 0, landings = 0;
+  int approaching = 0;  ///< of the fast ones
 };
 
 /// Points of some contacts that come near within the step, and what they do.
@@ -103,6 +104,7 @@ PointCounts count_points(const WorldState& state, const Island& island, double h
         count.strikes += approach > state.config.rest_speed;
       else
         count.landings += point.separation < h * approach;
+      count.approaching += approach > slow;
       count.fast +=
           std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
           slow;
@@ -181,13 +183,14 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   rule.flows = must || (!state.solver->exact && !rule.bounces_well);
   if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
-  std::atomic<int> points = 0, fast = 0, strikes = 0, landings = 0;
+  std::atomic<int> points = 0, fast = 0, strikes = 0, landings = 0, approaching = 0;
   share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
     const PointCounts some = count_points(state, island, h, slow, from, to);
     points += some.points;
     fast += some.fast;
     strikes += some.strikes;
     landings += some.landings;
+    approaching += some.approaching;
   });
   limit_pieces(fast);
   // Flights are no pieces: a gas goes from impact to impact for as long as nothing in it rests.
@@ -195,8 +198,10 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
       landings > kLandings)
     rule.most_pieces = 1;
   if (points <= few) return rule;
+  // A few that were cut often and merely slide on are not cut any more.
+  const int busy = all > usual || in_large || approaching > 0 ? fast.load() : 0;
   // What bounces well flows only where exact steps proved to be dear.
-  rule.flows = flow > 0            ? fast > kLeave * points || landings > kFewLandings
+  rule.flows = flow > 0            ? busy > kLeave * points || landings > kFewLandings
                : rule.bounces_well ? false
                                    : fast > kEnter * points || landings > kLandings;
   if (bounce > 0) return rule;

@@ -33,15 +33,16 @@ struct OnePieceRule {
 ///
 /// An island with more than 30 points is in flow if a fifth of them are fast or more than 8 land; a twentieth
 /// or more than 2 are enough if it flowed in the last step, or was cut into more than 4 pieces. After more
-/// than 16 pieces more than 8 points will do; what must flow (`kMustFlow`) does with more than 30. It is
-/// lightly disturbed if none is fast, but one strikes or more than 2 land. It is large from 100 points on,
-/// without joints. Joints count with the points for the 30, beside more than 8 points; an island that flowed
-/// goes on while joints are off by a hundredth of a body's size. Joints that an exact step could not keep
-/// together, those of a chain without slack between two walls, flow with or without contacts. Islands with
-/// restitution above 0.5 flow only where an exact step costs more than `work_limit`, or, with restitution to
-/// 0.9, after the first piece of a large one in which more than 8 points land: from then on something rests,
-/// and each piece costs all of it (flights are no pieces, `flight_queue.h`). Those that bounce at all are not
-/// lightly disturbed; with a solver that is not exact all others of more than 8 points flow.
+/// than 16 pieces more than 8 points will do, as long as one of them approaches fast; what must flow
+/// (`kMustFlow`) does with more than 30. It is lightly disturbed if none is fast, but one strikes or more
+/// than 2 land. It is large from 100 points on, without joints. Joints count with the points for the 30,
+/// beside more than 8 points; an island that flowed goes on while joints are off by a hundredth of a body's
+/// size. Joints that an exact step could not keep together, those of a chain without slack between two walls,
+/// flow with or without contacts. Islands with restitution above 0.5 flow only where an exact step costs more
+/// than `work_limit`, or, with restitution to 0.9, after the first piece of a large one in which more than 8
+/// points land: from then on something rests, and each piece costs all of it (flights are no pieces,
+/// `flight_queue.h`). Those that bounce at all are not lightly disturbed; with a solver that is not exact all
+/// others of more than 8 points flow.
 ///
 /// In a world too large for more than 1000 visits a body a step in flow costs less than two pieces of an
 /// exact one and leaves no deeper overlaps: there, more than 4 points will do for all of that, those that
