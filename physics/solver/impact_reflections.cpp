@@ -276,6 +276,25 @@ struct Plastic {
   Velocities velocity;
 };
 
+/// What is jammed between bodies that are told to move can go nowhere, and without its friction would be shot
+/// out at any speed: the impulses that came nearest to Coulomb's law, which leave some approach, or as much
+/// of them as brings no more energy than those bodies may.
+void stay(const ImpactProblem& problem, Plastic& nearest, ImpactResult& result) {
+  const IslandSystem& system = problem.system;
+  const double most = most_energy(problem);
+  const std::vector<double> all = nearest.lambda;
+  double share = 1;
+  do {
+    nearest.velocity = problem.velocity;
+    for (int i = 0; i < system.size(); ++i) {
+      nearest.lambda[i] = share * all[i];
+      apply_row(system, i, nearest.lambda[i], nearest.velocity);
+    }
+    share *= 0.5;
+  } while (!(kinetic_energy(system, nearest.velocity) <= most) && share > 1e-300);
+  result.status = SolveStatus::Inexact;
+}
+
 Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
   Plastic out;
   out.velocity = problem.velocity;
@@ -294,7 +313,13 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
     normals.lambda[rows[k]] = lambda[k];
     apply_row(problem.system, rows[k], lambda[k], normals.velocity);
   }
-  if (rough) add_friction(problem, normals);
+  if (rough) {
+    add_friction(problem, normals);
+    if (kinetic_energy(problem.system, normals.velocity) > most_energy(problem)) {
+      stay(problem, out, result);
+      return out;
+    }
+  }
   out.lambda = std::move(normals.lambda);
   out.velocity = std::move(normals.velocity);
   return out;
