@@ -29,6 +29,11 @@
 namespace skerry::impact {
 namespace {
 
+// What smooth wedges press out may be so many times as fast as they are; beyond that (angles below a
+// thirtieth) they jam. The same of what is left where Coulomb's problem has no answer.
+constexpr double kWedge = 32, kJam = 4;
+// Energy that an elastic phase may have on its way, in that of one bounce.
+constexpr double kOnTheWay = 4;
 // Visits a row for the question whether contacts can open.
 constexpr double kOpeningWork = 3000;
 
@@ -281,7 +286,7 @@ struct Plastic {
 /// of them as brings no more energy than those bodies may.
 void stay(const ImpactProblem& problem, Plastic& nearest, ImpactResult& result) {
   const IslandSystem& system = problem.system;
-  const double most = most_energy(problem);
+  const double most = most_of_push(problem, kJam);
   const std::vector<double> all = nearest.lambda;
   double share = 1;
   do {
@@ -313,12 +318,11 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
     normals.lambda[rows[k]] = lambda[k];
     apply_row(problem.system, rows[k], lambda[k], normals.velocity);
   }
-  if (rough) {
-    add_friction(problem, normals);
-    if (kinetic_energy(problem.system, normals.velocity) > most_energy(problem)) {
-      stay(problem, out, result);
-      return out;
-    }
+  if (rough) add_friction(problem, normals);
+  if (kinetic_energy(problem.system, normals.velocity) > most_of_push(problem, rough ? kJam : kWedge)) {
+    if (!rough) out.lambda = std::move(normals.lambda);
+    stay(problem, out, result);
+    return out;
   }
   out.lambda = std::move(normals.lambda);
   out.velocity = std::move(normals.velocity);
@@ -369,7 +373,7 @@ ImpactResult apply_reflections(const ImpactProblem& problem) {
   // Elastic answer, unless nothing bounces; plastic one, unless everything does.
   std::vector<double> elastic(system.rows.size(), 0);
   if (e_max > 0) {
-    const double most = most_energy(problem);
+    const double most = kOnTheWay * most_of_bounce(problem);
     std::optional<Velocities> x = reflect(problem, most, elastic, result);
     if (!x) {
       // What is squeezed does not bounce.

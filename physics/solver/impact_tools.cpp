@@ -93,18 +93,31 @@ bool ground_at_rest(const ImpactProblem& problem) {
   return std::all_of(problem.drive.begin(), problem.drive.end(), [](double u) { return u == 0; });
 }
 
-double most_energy(const ImpactProblem& problem) {
+namespace {
+
+/// Energy of the bodies if all of them were as fast as the fastest of what is told to move [J].
+double energy_of_drive(const ImpactProblem& problem) {
   double fastest = 0;
   for (int i = 0; i < problem.system.size(); ++i) {
     if (problem.system.rows[i].kind == RowKind::Normal)
       fastest = std::max(fastest, std::abs(problem.drive[i]));
   }
-  if (fastest == 0) return kInfinity;
+  return kinetic_energy(problem.system, Velocities(problem.velocity.size(), {fastest, 0, 0}));
+}
+
+}  // namespace
+
+double most_of_bounce(const ImpactProblem& problem) {
+  const double drive = energy_of_drive(problem);
+  if (drive == 0) return kInfinity;
   // A bounce off the ground changes a velocity by twice the ground's.
-  Velocities change(problem.velocity.size(), {2 * fastest, 0, 0});
-  const double root = std::sqrt(kinetic_energy(problem.system, problem.velocity)) +
-                      std::sqrt(kinetic_energy(problem.system, change));
-  return 4 * root * root;
+  const double root = std::sqrt(kinetic_energy(problem.system, problem.velocity)) + 2 * std::sqrt(drive);
+  return root * root;
+}
+
+double most_of_push(const ImpactProblem& problem, double times) {
+  const double drive = energy_of_drive(problem);
+  return drive == 0 ? kInfinity : kinetic_energy(problem.system, problem.velocity) + times * times * drive;
 }
 
 std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<int>& rows,

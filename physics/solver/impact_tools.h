@@ -25,10 +25,11 @@ double kinetic_energy(const IslandSystem& system, const Velocities& v);
 /// True when no ground moves, so that the kinetic energy of the island must not grow.
 bool ground_at_rest(const ImpactProblem& problem);
 
-/// Kinetic energy beyond which an impact has run away [J]; infinite where no contact is with ground that
-/// moves. What is squeezed by something that moves on its own could bounce to and fro for ever, faster each
-/// time: more than twice there and back is no bounce.
-double most_energy(const ImpactProblem& problem);
+/// Kinetic energy that a bounce off ground that moves can leave at most [J]; infinite where none does. What
+/// is squeezed by something that moves on its own could bounce to and fro for ever, faster each time.
+double most_of_bounce(const ImpactProblem& problem);
+/// The same of what ground that moves pushes without a bounce, up to so many `times` as fast as it is.
+double most_of_push(const ImpactProblem& problem, double times);
 
 /// Solves for impulses on `rows` (indices of Normal and Joint rows): w >= target, lambda >= 0 and
 /// complementary for Normal, w = 0 for Joint rows, starting from velocities `v`; the result is in the order

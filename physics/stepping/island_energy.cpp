@@ -93,8 +93,9 @@ constexpr double kMuch = 0.01;
 constexpr double kWild = 1.5;
 // The same that forces of an answer never bring: not even the momentum of what they made is right.
 constexpr double kNoAnswer = 1e8;
-// What is told to move makes nothing faster than so many times its own speed, by levers and blows.
-constexpr double kLever = 4;
+// What is told to move makes nothing faster than so many times its own speed, by levers and blows, and, where
+// there are no joints, by wedges.
+constexpr double kLever = 4, kWedge = 32;
 
 /// True if a kinematic body or a conveyor may bring energy.
 bool ground_moves(const WorldState& state, const Island& island) {
@@ -340,13 +341,19 @@ void IslandEnergy::slow_down(WorldState& state, const Island& island, double tol
 }
 
 void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) const {
-  // Contacts alone do not contradict each other: on moving ground nothing needs a bound.
   const bool jointed = !island.joints.empty();
-  if (!jointed && ground_moves(state, island)) return;
+  if (!jointed && ground_moves(state, island)) return take_push(state, island, h);
   const double told = jointed ? told_speed(state, island, h) : 0;
   const double gained = unexplained_gain(state, island, h, told);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
   slow_down(state, island, told, h, 0);
+}
+
+void IslandEnergy::take_push(WorldState& state, const Island& island, double h) const {
+  if (is_unknown(state)) return;
+  const Drive drive(state, island, kWedge / kLever * told_speed(state, island, h), h);
+  const double gained = gain(state, island, known_) - drive.kinetic - drive.work;
+  if (gained > 0) InnerMotion(state, island).take(state, island, gained);
 }
 
 void IslandEnergy::take_much(WorldState& state, const Island& island, double h, double brought,

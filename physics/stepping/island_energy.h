@@ -44,11 +44,14 @@ class IslandEnergy {
   /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
   /// the motion of the bodies against each other (against the ground, if they touch it), by one factor for
   /// all of them. What is told to move (ground, motors without limit) may have brought what makes every body
-  /// four times as fast as that, and lifts them at such a speed; without joints, moving ground anything.
+  /// four times as fast as that, and lifts them at such a speed; without joints as in `take_push`.
   /// @param h  time since then [s]
   void take_gain(WorldState& state, const Island& island, double h) const;
-  /// The same, where it is more than a hundredth of the energy that moved: pieces of a step are of second
-  /// order, and what they are off by comes and goes.
+  /// The same of contacts alone, on ground that moves: what that squeezes may have been given what makes
+  /// every body 32 times as fast as it is. Without a bound what is crushed gets faster with each step.
+  void take_push(WorldState& state, const Island& island, double h) const;
+  /// As `take_gain`, where it is more than a hundredth of the energy that moved: pieces of a step are of
+  /// second order, and what they are off by comes and goes.
   /// @param brought  work of what is told to move, where the forces that did it are an answer [J]
   /// @param passed   what was gained so far in the step and not taken, with what is now [J]
   void take_much(WorldState& state, const Island& island, double h, double brought, double& passed) const;

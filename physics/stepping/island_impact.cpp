@@ -159,7 +159,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     std::swap(problem.system, assembly.system);
   }
   ImpactResult impact = state.impact_law->apply(problem);
-  if (impact::kinetic_energy(problem.system, impact.velocity) > impact::most_energy(problem)) {
+  if (impact::kinetic_energy(problem.system, impact.velocity) > impact::most_of_bounce(problem)) {
     // What is squeezed does not bounce.
     std::fill(problem.restitution.begin(), problem.restitution.end(), 0.0);
     ImpactResult plastic = state.impact_law->apply(problem);

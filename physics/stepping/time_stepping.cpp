@@ -224,8 +224,10 @@ class IslandStep {
       if (state_.observe.paths) remember_start(last, after);
       const double start = elapsed_;
       const bool jointed = !island_.joints.empty();
+      const bool pushed = !jointed && may_be_given_energy(state_, island_);
       const std::optional<IslandEnergy> energy =
-          last || jointed ? std::optional<IslandEnergy>(std::in_place, state_, island_, true) : std::nullopt;
+          last || jointed || pushed ? std::optional<IslandEnergy>(std::in_place, state_, island_, true)
+                                    : std::nullopt;
       advance(hit, solved, before, after, last);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
@@ -241,7 +243,10 @@ class IslandStep {
           shift = project_velocities(state_, island_, elapsed_, solved, result_, hold ? &rows : nullptr);
         if (carried) carried->keep(state_, island_, shift.friction);
         // The plastic end of a step is of first order and lifts what it lets sink in.
-        if (energy && last) energy->take_gain(state_, island_, hit);
+        if (energy && last)
+          energy->take_gain(state_, island_, hit);
+        else if (pushed)
+          energy->take_push(state_, island_, hit);
         // Joints that contradict each other may want any velocity.
         else if (energy)
           energy->take_much(state_, island_, hit, hit / solved * forces.brought, passed_);

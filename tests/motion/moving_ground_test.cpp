@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -129,6 +130,41 @@ TEST_P(MovingGroundBy, APressShootsNothingOut) {
   }
   EXPECT_LT(fastest, 10);
   EXPECT_GT(residual, 0.1);
+}
+
+/// The same for what lies in a pit, smooth or rough, whether it bounces or not: each step, and each impact,
+/// made it faster than the one before, up to 1e11 m/s.
+TEST_P(MovingGroundBy, APressOnAHeapLeavesItSlow) {
+  for (const unsigned seed : {4u, 7u, 13u, 14u}) {
+    for (const double friction : {0.0, 0.5}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", friction " << friction);
+      World world(by(GetParam()));
+      const BodyId pit = world.create_body({.type = BodyType::Static});
+      for (const Shape& side : {make_half_plane({0, 0}, {0, 1}), make_half_plane({-1.5, 0}, {1, 0}),
+                                make_half_plane({1.5, 0}, {-1, 0})})
+        world.add_shape(pit, test::rough(side, friction, 0.5));
+      test::Draw draw(7 * seed);
+      std::vector<BodyId> bodies;
+      for (int i = 0; i < 12; ++i) {
+        const double x = draw.uniform(-1, 1), angle = draw.uniform(0, 3), size = draw.uniform(0.3, 0.6);
+        const Shape shape = draw.one_in(2) ? make_disc(0.5 * size) : make_box({size, 0.4});
+        bodies.push_back(test::add(world, {x, 0.4 + 0.5 * i}, test::rough(shape, friction, 0.5),
+                                   draw.uniform(0.5, 2), {}, 0, angle));
+      }
+      for (int k = 0; k < 120; ++k) world.step(kStep);
+      double top = 0;
+      for (const BodyId body : bodies) top = std::max(top, world.position(body).y);
+      const BodyId press =
+          world.create_body({.type = BodyType::Kinematic, .position = {0, top + 0.7}, .velocity = {0, -0.5}});
+      world.add_shape(press, test::rough(make_box({2.98, 0.2}), friction, 0.5));
+      double fastest = 0;
+      for (int k = 0; k < static_cast<int>(120 * (0.35 + 0.3 * top)); ++k) {
+        world.step(kStep);
+        for (const BodyId body : bodies) fastest = std::max(fastest, length(world.velocity(body)));
+      }
+      EXPECT_LT(fastest, 200);
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(By, MovingGroundBy, testing::Values("time_stepping", "event_driven"),
