@@ -281,6 +281,16 @@ struct Plastic {
   Velocities velocity;
 };
 
+/// How far impulses are from Coulomb's law without restitution: the natural map, relative to the largest
+/// wanted change of velocity.
+double violation(const ImpactProblem& problem, const std::vector<double>& lambda) {
+  Spare<IslandSystem> plastic;
+  *plastic = problem.system;
+  plastic->b.resize(plastic->rows.size());
+  for (int i = 0; i < plastic->size(); ++i) plastic->b[i] = -row_velocity(problem, i, problem.velocity);
+  return natural_map_residual(*plastic, lambda);
+}
+
 /// What is jammed between bodies that are told to move can go nowhere, and without its friction would be shot
 /// out at any speed: the impulses that came nearest to Coulomb's law, which leave some approach, or as much
 /// of them as brings no more energy than those bodies may.
@@ -318,8 +328,17 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
     normals.lambda[rows[k]] = lambda[k];
     apply_row(problem.system, rows[k], lambda[k], normals.velocity);
   }
-  if (rough) add_friction(problem, normals);
-  if (kinetic_energy(problem.system, normals.velocity) > most_of_push(problem, rough ? kJam : kWedge)) {
+  bool jams = false;
+  if (rough) {
+    add_friction(problem, normals);
+    const double left = violation(problem, normals.lambda);
+    const double nearest = violation(problem, out.lambda);
+    jams = !ground_at_rest(problem) && nearest < left;
+    result.residual = std::max(result.residual, jams ? nearest : left);
+    result.status = SolveStatus::Inexact;
+  }
+  if (jams ||
+      kinetic_energy(problem.system, normals.velocity) > most_of_push(problem, rough ? kJam : kWedge)) {
     if (!rough) out.lambda = std::move(normals.lambda);
     stay(problem, out, result);
     return out;

@@ -110,6 +110,36 @@ TEST_P(MovingGroundBy, LeavesASlidingBlockBehindByNewmarksFormula) {
   EXPECT_NEAR(world.velocity(block).x, speed, 1e-9);
 }
 
+/// The angle of nip: jaws grip a stone if their angle is less than twice that of friction, and squeeze it out
+/// with V / tan(angle) else. Rigid bodies cannot be crushed, so the first one has no answer, and the report
+/// must not call it one (that of its normals alone, which squeezes it out as well, was).
+TEST_P(MovingGroundBy, JawsGripWhatTheyDoNotSqueezeOut) {
+  constexpr double kFriction = 0.3, kSpeed = 0.4, kRadius = 0.3;
+  const double grip = 2 * std::atan(kFriction);
+  for (const double angle : {grip - 0.17, grip + 0.17, grip + 0.4}) {
+    SCOPED_TRACE(angle);
+    WorldConfig config = by(GetParam());
+    config.gravity = {};
+    World world(config);
+    const BodyId left = world.create_body({.type = BodyType::Static});
+    world.add_shape(left, test::rough(make_half_plane({0, 0}, {1, 0}), kFriction));
+    const BodyId stone = test::add(world, {kRadius, 0}, test::rough(make_disc(kRadius), kFriction));
+    // A face with the normal (-cos, sin) that the stone touches.
+    const Vec2 normal{-std::cos(angle), std::sin(angle)};
+    const BodyId right = world.create_body({.type = BodyType::Kinematic,
+                                            .position = Vec2{kRadius, 0} - kRadius * normal,
+                                            .velocity = {-kSpeed, 0}});
+    world.add_shape(right, test::rough(make_half_plane({0, 0}, normal), kFriction));
+    const StepReport& report = world.step(kStep);
+    if (angle < grip) {
+      EXPECT_GT(report.worst_residual, 0.1);
+    } else {
+      EXPECT_LT(report.worst_residual, 1e-9);
+      EXPECT_NEAR(world.velocity(stone).y, kSpeed / std::tan(angle), 1e-9);
+    }
+  }
+}
+
 /// A press comes down on three boxes that do not stand quite on each other. Rigid bodies have no answer to
 /// that, which the report says; without friction one of them would be shot out at 340 times the speed of the
 /// press, as soon as its edges are tilted by a thousandth.
