@@ -463,6 +463,7 @@ TEST(Flow, EndsForAFewThatMerelySlide) {
   const Vec2 halves[] = {{0.343708, 0.197888}, {0.196546, 0.313292}, {0.303213, 0.236094}};
   const double places[] = {-0.670215, -1.211879, -1.715038};
   std::vector<BodyId> boxes;
+  boxes.reserve(3);
   for (int k = 0; k < 3; ++k)
     boxes.push_back(test::add(world, {places[k], halves[k].y}, test::smooth(make_box(2 * halves[k])),
                               masses[k], {speeds[k], 0}));

@@ -147,6 +147,7 @@ TEST_P(MovingGroundBy, APressShootsNothingOut) {
   World world(by(GetParam()));
   test::add_ground(world, test::rough(make_disc(1), 0.5));
   std::vector<BodyId> boxes;
+  boxes.reserve(3);
   for (int i = 0; i < 3; ++i)
     boxes.push_back(test::add(world, {0.05 * i, 0.25 + 0.5 * i}, test::rough(make_box({0.5, 0.5}), 0.5)));
   const BodyId press =
