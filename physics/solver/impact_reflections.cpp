@@ -29,9 +29,8 @@
 namespace skerry::impact {
 namespace {
 
-// What smooth wedges press out may be so many times as fast as they are; beyond that (angles below a
-// thirtieth) they jam. The same of what is left where Coulomb's problem has no answer.
-constexpr double kWedge = 32, kJam = 4;
+// Where Coulomb's problem has no answer, what is left is so many times as fast as what moves at most.
+constexpr double kJam = 4;
 // Energy that an elastic phase may have on its way, in that of one bounce.
 constexpr double kOnTheWay = 4;
 // Visits a row for the question whether contacts can open.

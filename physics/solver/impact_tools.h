@@ -28,6 +28,9 @@ bool ground_at_rest(const ImpactProblem& problem);
 /// Kinetic energy that a bounce off ground that moves can leave at most [J]; infinite where none does. What
 /// is squeezed by something that moves on its own could bounce to and fro for ever, faster each time.
 double most_of_bounce(const ImpactProblem& problem);
+/// What smooth wedges press out may be so many times as fast as they are; beyond that (angles below a
+/// thirtieth) they jam.
+inline constexpr double kWedge = 32;
 /// The same of what ground that moves pushes without a bounce, up to so many `times` as fast as it is.
 double most_of_push(const ImpactProblem& problem, double times);
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "physics/solver/impact_law.h"
+#include "physics/solver/impact_laws.h"
 #include "physics/solver/impact_tools.h"
 #include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
@@ -159,12 +160,27 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     std::swap(problem.system, assembly.system);
   }
   ImpactResult impact = state.impact_law->apply(problem);
-  if (impact::kinetic_energy(problem.system, impact.velocity) > impact::most_of_bounce(problem)) {
+  const auto runs_away = [&](double most) {
+    return !(impact::kinetic_energy(problem.system, impact.velocity) <= most);
+  };
+  const auto instead = [&](ImpactResult other) {
+    other.work += impact.work;
+    impact = std::move(other);
+  };
+  if (runs_away(impact::most_of_bounce(problem))) {
     // What is squeezed does not bounce.
     std::fill(problem.restitution.begin(), problem.restitution.end(), 0.0);
-    ImpactResult plastic = state.impact_law->apply(problem);
-    plastic.work += impact.work;
-    impact = std::move(plastic);
+    instead(state.impact_law->apply(problem));
+    // Laws that know no jam.
+    if (runs_away(impact::most_of_push(problem, impact::kWedge))) instead(impact::apply_reflections(problem));
+    if (runs_away(kInfinity)) {
+      ImpactResult none;
+      none.velocity = problem.velocity;
+      none.lambda.resize(problem.system.rows.size());
+      none.status = SolveStatus::Inexact;
+      none.residual = 1;
+      instead(std::move(none));
+    }
   }
   IslandSystem& whole = as_one ? assembly.system : problem.system;
   if (as_one) {

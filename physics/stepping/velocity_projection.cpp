@@ -248,7 +248,8 @@ class Correction {
                         for (std::size_t i = from; i < to; ++i) {
                           const double speed = row_velocity(bilateral_, static_cast<int>(i), v);
                           wanted_[i] = -speed;
-                          most = std::max(most, std::abs(speed));
+                          // Loads of rounding bring friction that is no number.
+                          most = std::isfinite(speed) ? std::max(most, std::abs(speed)) : kInfinity;
                         }
                         return most;
                       });
