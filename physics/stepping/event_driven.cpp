@@ -425,7 +425,7 @@ bool try_island_by_events(WorldState& state, const Island& island, double h, int
   const IslandBackup backup(state, island);
   result.report.stepper = "event_driven";
   std::optional<IslandEnergy> energy;
-  if (!island.joints.empty()) energy.emplace(state, island, true);
+  if (!island.joints.empty()) energy.emplace(state, island);
   // Where joints contradict each other what brings them together may bring any energy.
   if (EventStep(state, island, h, result).run(most_events) &&
       !(energy && energy->gained_much(state, island, h)))
