@@ -306,6 +306,7 @@ void stay(const ImpactProblem& problem, Plastic& nearest, ImpactResult& result) 
     }
     share *= 0.5;
   } while (!(kinetic_energy(system, nearest.velocity) <= most) && share > 1e-300);
+  result.residual = std::max(result.residual, violation(problem, nearest.lambda));
   result.status = SolveStatus::Inexact;
 }
 
@@ -327,20 +328,22 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
     normals.lambda[rows[k]] = lambda[k];
     apply_row(problem.system, rows[k], lambda[k], normals.velocity);
   }
+  double left = 0;
   bool jams = false;
   if (rough) {
     add_friction(problem, normals);
-    const double left = violation(problem, normals.lambda);
-    const double nearest = violation(problem, out.lambda);
-    jams = !ground_at_rest(problem) && nearest < left;
-    result.residual = std::max(result.residual, jams ? nearest : left);
-    result.status = SolveStatus::Inexact;
+    left = violation(problem, normals.lambda);
+    jams = !ground_at_rest(problem) && violation(problem, out.lambda) < left;
   }
   if (jams ||
       kinetic_energy(problem.system, normals.velocity) > most_of_push(problem, rough ? kJam : kWedge)) {
     if (!rough) out.lambda = std::move(normals.lambda);
     stay(problem, out, result);
     return out;
+  }
+  if (rough) {
+    result.residual = std::max(result.residual, left);
+    result.status = SolveStatus::Inexact;
   }
   out.lambda = std::move(normals.lambda);
   out.velocity = std::move(normals.velocity);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/solver/impact_tools.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/kinematic.h"
@@ -93,9 +94,9 @@ constexpr double kMuch = 0.01;
 constexpr double kWild = 1.5;
 // The same that forces of an answer never bring: not even the momentum of what they made is right.
 constexpr double kNoAnswer = 1e8;
-// What is told to move makes nothing faster than so many times its own speed, by levers and blows, and, where
-// there are no joints, by wedges.
-constexpr double kLever = 4, kWedge = 32;
+// What is told to move makes nothing faster than so many times its own speed, by levers and blows; where
+// there are no joints, by wedges (`impact::kWedge`).
+constexpr double kLever = 4;
 
 /// True if a kinematic body or a conveyor may bring energy.
 bool ground_moves(const WorldState& state, const Island& island) {
@@ -351,7 +352,7 @@ void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) 
 
 void IslandEnergy::take_push(WorldState& state, const Island& island, double h) const {
   if (is_unknown(state)) return;
-  const Drive drive(state, island, kWedge / kLever * told_speed(state, island, h), h);
+  const Drive drive(state, island, impact::kWedge / kLever * told_speed(state, island, h), h);
   const double gained = gain(state, island, known_) - drive.kinetic - drive.work;
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
 }
