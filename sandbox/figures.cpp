@@ -11,7 +11,7 @@
 namespace skerry::sandbox {
 namespace {
 
-constexpr int kWidthPx = 720, kChartPx = 320, kSmallChartPx = 190, kTitlePx = 34, kMarginPx = 16;
+constexpr int kWidthPx = 720, kChartPx = 320, kSmallChartPx = 190, kTitlePx = 34, kFigureMarginPx = 16;
 
 struct Sources {
   const Demo& demo;
@@ -123,15 +123,15 @@ std::string plot_svg(const std::string& what, const Demo& demo, const History& h
       std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& row) { return row.name == what; });
   const std::vector<Chart> charts = kind->make({demo, history, watches, style});
   const int each = charts.size() == 1 ? kChartPx : kSmallChartPx;
-  const int height = kTitlePx + static_cast<int>(charts.size()) * (each + kMarginPx);
+  const int height = kTitlePx + static_cast<int>(charts.size()) * (each + kFigureMarginPx);
   render::Sheet sheet;
-  sheet.text({kMarginPx, 10}, demo.title(), style.text, 18, render::Face::Bold);
+  sheet.text({kFigureMarginPx, 10}, demo.title(), style.text, 18, render::Face::Bold);
   float y = kTitlePx;
   for (Chart chart : charts) {
     chart.x_name = "t [s]";
     chart.x_high = std::max(demo.time(), demo.dt());
-    draw_chart(chart, style, {kMarginPx, y}, kWidthPx - 2 * kMarginPx, each, 1, sheet);
-    y += static_cast<float>(each + kMarginPx);
+    draw_chart(chart, style, {kFigureMarginPx, y}, kWidthPx - 2 * kFigureMarginPx, each, 1, sheet);
+    y += static_cast<float>(each + kFigureMarginPx);
   }
   return render::to_svg(sheet, kWidthPx, height, style.background, demo.title());
 }

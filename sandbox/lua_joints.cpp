@@ -52,7 +52,7 @@ int push_joint(lua_State* L, Script& script, const JointDef& def) {
 const std::vector<std::string> kCommon{"limits",  "speed",       "motor_limit",  "stiffness",
                                        "damping", "break_force", "break_torque", "collide"};
 
-std::vector<std::string> with_common(std::vector<std::string> own) {
+std::vector<std::string> joint_keys(std::vector<std::string> own) {
   own.insert(own.end(), kCommon.begin(), kCommon.end());
   return own;
 }
@@ -86,7 +86,7 @@ void read_bodies(const Args& args, JointDef& def) {
 }
 
 int line_joint(lua_State* L, const char* function, JointKind kind) {
-  static const std::vector<std::string> keys = with_common({"from", "to", "length"});
+  static const std::vector<std::string> keys = joint_keys({"from", "to", "length"});
   const Args args(L, function, keys);
   Script& script = script_with_world(L, function);
   const End from = read_end(L, args, "from", *script.world);
@@ -146,30 +146,30 @@ int point_joint(lua_State* L, const char* function, JointKind kind, const std::v
 
 // hinge{ a = body, b = body, at = {x, y} }; without b it turns about a fixed point
 int hinge(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b", "at"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b", "at"});
   return point_joint(L, "hinge", JointKind::Revolute, keys);
 }
 
 // slider{ a = body, b = body, axis = {x, y} }: a slides along an axis of b
 int slider(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b", "at", "axis"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b", "at", "axis"});
   return point_joint(L, "slider", JointKind::Prismatic, keys);
 }
 
 int weld(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b", "at"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b", "at"});
   return point_joint(L, "weld", JointKind::Weld, keys);
 }
 
 // wheel{ a = wheel, b = chassis, axis = {0, 1}, stiffness = k, damping = c }
 int wheel(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b", "at", "axis"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b", "at", "axis"});
   return point_joint(L, "wheel", JointKind::Wheel, keys);
 }
 
 // motor{ a = body, b = body, speed = w, motor_limit = torque }
 int motor(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b"});
   const Args args(L, "motor", keys);
   Script& script = script_with_world(L, "motor");
   JointDef def;
@@ -185,7 +185,7 @@ int motor(lua_State* L) {
 
 // gear{ a = driving, b = driven, ratio = ra / rb }: b turns by -ratio for each turn of a
 int gear(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b", "ratio"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b", "ratio"});
   const Args args(L, "gear", keys);
   Script& script = script_with_world(L, "gear");
   JointDef def;
@@ -204,7 +204,7 @@ int gear(lua_State* L) {
 
 // rack{ a = pinion, b = bar, axis = {x, y}, radius = r }
 int rack(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"a", "b", "axis", "radius"});
+  static const std::vector<std::string> keys = joint_keys({"a", "b", "axis", "radius"});
   const Args args(L, "rack", keys);
   Script& script = script_with_world(L, "rack");
   JointDef def;
@@ -224,7 +224,7 @@ int rack(lua_State* L) {
 
 // pulley{ from = end, to = end, over = {{x, y}, {x, y}}, ratio = 1 }
 int pulley(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"from", "to", "over", "ratio"});
+  static const std::vector<std::string> keys = joint_keys({"from", "to", "over", "ratio"});
   const Args args(L, "pulley", keys);
   Script& script = script_with_world(L, "pulley");
   const End from = read_end(L, args, "from", *script.world);
@@ -248,7 +248,7 @@ int pulley(lua_State* L) {
   return push_joint(L, script, def);
 }
 
-JointId self(lua_State* L) {
+JointId joint_self(lua_State* L) {
   const void* object = luaL_testudata(L, 1, kJointType);
   if (!object) throw std::invalid_argument("joint: call its methods with a colon, as in rod:remove()");
   return *static_cast<const JointId*>(object);
@@ -256,7 +256,7 @@ JointId self(lua_State* L) {
 
 int joint_remove(lua_State* L) {
   World& world = *script_with_world(L, "remove").world;
-  const JointId joint = self(L);
+  const JointId joint = joint_self(L);
   if (world.alive(joint)) world.destroy(joint);
   return 0;
 }
@@ -264,7 +264,7 @@ int joint_remove(lua_State* L) {
 // joint:set_speed(speed [, limit])
 int joint_set_speed(lua_State* L) {
   World& world = *script_with_world(L, "set_speed").world;
-  const JointId joint = self(L);
+  const JointId joint = joint_self(L);
   const double speed = number_argument(L, 2, "set_speed", "speed");
   std::optional<double> limit;
   if (!lua_isnoneornil(L, 3)) limit = number_argument(L, 3, "set_speed", "limit");
@@ -274,7 +274,7 @@ int joint_set_speed(lua_State* L) {
 
 int joint_index(lua_State* L) {
   const World& world = *script_with_world(L, "joint").world;
-  const JointId joint = self(L);
+  const JointId joint = joint_self(L);
   const std::string key = text_argument(L, 2, "joint", "field");
   static const std::vector<std::string> names{"force", "fx",     "fy",    "torque", "position",
                                               "speed", "length", "alive", "remove", "set_speed"};

@@ -225,7 +225,7 @@ int make_bridge(lua_State* L) {
   return 1;
 }
 
-Bridge& self(lua_State* L) {
+Bridge& bridge_self(lua_State* L) {
   const void* object = luaL_testudata(L, 1, kBridgeType);
   if (!object) throw std::invalid_argument("bridge: call its methods with a colon, as in bridge:force(3)");
   return *script_of(L).bridges[*static_cast<const std::size_t*>(object)].bridge;
@@ -241,7 +241,7 @@ int member_argument(lua_State* L, const Bridge& bridge, const char* function) {
 }
 
 const MemberState& member(lua_State* L, const char* function) {
-  const Bridge& bridge = self(L);
+  const Bridge& bridge = bridge_self(L);
   return bridge.members()[static_cast<std::size_t>(member_argument(L, bridge, function))];
 }
 
@@ -271,7 +271,7 @@ int bridge_stress(lua_State* L) {
 
 // bridge:moment(member, share): bending moment
 int bridge_moment(lua_State* L) {
-  Bridge& bridge = self(L);
+  Bridge& bridge = bridge_self(L);
   const int number = member_argument(L, bridge, "moment");
   const double share = number_argument(L, 3, "moment", "share");
   const MemberState& state = bridge.members()[static_cast<std::size_t>(number)];
@@ -284,7 +284,7 @@ int bridge_moment(lua_State* L) {
 
 // bridge:reaction(node) -> fx, fy, moment
 int bridge_reaction(lua_State* L) {
-  Bridge& bridge = self(L);
+  Bridge& bridge = bridge_self(L);
   const Structure& structure = bridge.def().structure;
   const int node = node_number(L, 2, "reaction", structure);
   for (std::size_t i = 0; i < structure.supports.size(); ++i) {
@@ -300,7 +300,7 @@ int bridge_reaction(lua_State* L) {
 
 // bridge:influence(member, x): axial force for a unit load downwards at x along the deck
 int bridge_influence(lua_State* L) {
-  Bridge& bridge = self(L);
+  Bridge& bridge = bridge_self(L);
   const int number = member_argument(L, bridge, "influence");
   const double x = number_argument(L, 3, "influence", "x");
   if (!(x >= 0 && x <= bridge.deck_length()))
@@ -311,7 +311,7 @@ int bridge_influence(lua_State* L) {
 }
 
 int bridge_index(lua_State* L) {
-  const Bridge& bridge = self(L);
+  const Bridge& bridge = bridge_self(L);
   const std::string key = text_argument(L, 2, "bridge", "field");
   static const std::map<std::string, lua_CFunction> methods{
       {"force", guarded<bridge_force>},        {"use", guarded<bridge_use>},

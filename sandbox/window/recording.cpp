@@ -64,7 +64,7 @@ void archive_recording(Archive& demo, Archive& inputs, Archive& states, Recordin
   }
 }
 
-BodyTable bodies_of(const World& world) {
+BodyTable table_of(const World& world) {
   BodyTable table;
   const BodyArrays& b = world.bodies();
   for (std::uint32_t i = 0; i < b.size(); ++i) {
@@ -109,7 +109,7 @@ std::string name_of(const World& world, std::uint32_t slot) {
 }
 
 Difference find_difference(const Demo& demo, const BodyTable& expected) {
-  const BodyTable found = bodies_of(demo.world());
+  const BodyTable found = table_of(demo.world());
   Difference difference{demo.steps_done(), demo.time(), "", "state hash", 0, 0};
   const auto at = [&](std::uint32_t slot, const char* value, double was, double is) {
     difference.body = name_of(demo.world(), slot);
@@ -144,7 +144,7 @@ Recording record(Player& player) {
   BodyTable before;
   player.seek(0);
   for (;;) {
-    BodyTable now = bodies_of(player.demo().world());
+    BodyTable now = table_of(player.demo().world());
     recording.states.push_back(change(before, now, player.hash(player.step())));
     before = std::move(now);
     if (player.step() == end) break;

@@ -10,7 +10,7 @@
 #include "tests/broadphase/scenes.h"
 
 namespace skerry::broadphase_test {
-namespace {
+namespace contract_test {
 
 class EveryBroadPhaseContract : public testing::TestWithParam<BroadPhaseEntry> {
  protected:
@@ -420,5 +420,5 @@ TEST(AutoBroadPhase, TakesTheListAndTheGridWhereOneBoxMoves) {
   }
 }
 
-}  // namespace
+}  // namespace contract_test
 }  // namespace skerry::broadphase_test

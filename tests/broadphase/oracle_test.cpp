@@ -14,7 +14,7 @@
 #include "tests/broadphase/scenes.h"
 
 namespace skerry::broadphase_test {
-namespace {
+namespace oracle_test {
 
 /// The definition, with none of the library's code but `overlap`.
 class Model {
@@ -249,5 +249,5 @@ TEST_P(EveryBroadPhase, AnswersRegionPointAndRayQueriesLikeTheOracle) {
   EXPECT_EQ(found.size(), start.size());
 }
 
-}  // namespace
+}  // namespace oracle_test
 }  // namespace skerry::broadphase_test

@@ -10,7 +10,7 @@
 #include "physics/broadphase/pair_buffer.h"
 
 namespace skerry {
-namespace {
+namespace pair_sort_test {
 
 /// Which pairs come: any, neighbours in number, or some boxes with all others.
 enum class Kind { Any, Near, Hubs };
@@ -51,5 +51,5 @@ TEST(PairSort, IsThatOfTheLibraryForAnyDensityAndAnyThreads) {
   }
 }
 
-}  // namespace
+}  // namespace pair_sort_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/broadphase/scenes.h"
 
 namespace skerry::broadphase_test {
-namespace {
+namespace structures_test {
 
 /// A unit of length, and where the boxes are: near the origin, or where margins and shifts are lost in
 /// rounding.
@@ -477,5 +477,5 @@ TEST(SweepAndPrune, CountsExchangesThatGrowWithTheMotion) {
   EXPECT_GT(swaps[1], 4 * swaps[0]);
 }
 
-}  // namespace
+}  // namespace structures_test
 }  // namespace skerry::broadphase_test

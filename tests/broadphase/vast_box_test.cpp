@@ -4,7 +4,7 @@
 #include "physics/broadphase/broadphase.h"
 
 namespace skerry {
-namespace {
+namespace vast_box_test {
 
 /// A floor 1e12 m wide under a row of boxes must not put them all into one cell: the tests stay linear.
 TEST(HierarchicalGrid, OneVastBoxDoesNotMakeTheOthersShareACell) {
@@ -23,5 +23,5 @@ TEST(HierarchicalGrid, OneVastBoxDoesNotMakeTheOthersShareACell) {
   }
 }
 
-}  // namespace
+}  // namespace vast_box_test
 }  // namespace skerry

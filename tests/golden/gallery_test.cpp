@@ -9,7 +9,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace gallery_test {
 
 std::string captures() {
   return std::string(source_dir()) + "/captures";
@@ -60,5 +60,5 @@ TEST(Gallery, HoldsNothingElseAndStaysSmall) {
   EXPECT_LT(bytes, 3u << 20) << "what is in the repository stays in its history";
 }
 
-}  // namespace
+}  // namespace gallery_test
 }  // namespace skerry::sandbox

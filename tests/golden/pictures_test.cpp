@@ -20,7 +20,7 @@ static void PrintTo(const GoldenScene& scene, std::ostream* out) {
   *out << scene.name;
 }
 
-namespace {
+namespace pictures_test {
 
 std::string golden_tree() {
   return std::string(source_dir()) + "/tests/golden";
@@ -99,5 +99,5 @@ TEST(GoldenScenes, PicturesAreThoseOfTheListAndSmall) {
   EXPECT_LT(bytes, 2u << 20) << "what is in the repository stays in its history";
 }
 
-}  // namespace
+}  // namespace pictures_test
 }  // namespace skerry::sandbox

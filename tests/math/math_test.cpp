@@ -5,7 +5,7 @@
 #include <random>
 
 namespace skerry {
-namespace {
+namespace math_test {
 
 TEST(SinCos, AgreesWithLongDoubleToOneUlp) {
   const unsigned seed = 20261121;
@@ -51,5 +51,5 @@ TEST(Perp, TurnsCounterClockwise) {
   EXPECT_EQ(cross(Vec2{1, 0}, Vec2{0, 1}), 1);
 }
 
-}  // namespace
+}  // namespace math_test
 }  // namespace skerry

@@ -14,7 +14,7 @@
 #include "physics/progress.h"
 
 namespace skerry {
-namespace {
+namespace thread_pool_test {
 
 TEST(ThreadPool, CallsEveryItemOnceForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 5}) {
@@ -146,5 +146,5 @@ TEST(Pace, IsKeptByPowersOfTwoOfTheSize) {
   EXPECT_NE(&pool.pace(0), &pool.pace(1));
 }
 
-}  // namespace
+}  // namespace thread_pool_test
 }  // namespace skerry

@@ -8,7 +8,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace accuracy_test {
 
 using test::add;
 using test::add_ground;
@@ -170,5 +170,5 @@ TEST(Accuracy, RefusesWhatNoStepperCanGive) {
   EXPECT_FALSE(world.config().accuracy);
 }
 
-}  // namespace
+}  // namespace accuracy_test
 }  // namespace skerry

@@ -7,7 +7,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace auto_stepper_test {
 
 using test::add;
 using test::add_ground;
@@ -141,5 +141,5 @@ TEST(AutoStepper, ChoosesAlikeForAnyNumberOfThreadsAndAnyBroadPhase) {
   EXPECT_EQ(run(1, "uniform_grid"), expected);
 }
 
-}  // namespace
+}  // namespace auto_stepper_test
 }  // namespace skerry

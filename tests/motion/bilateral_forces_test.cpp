@@ -10,7 +10,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace bilateral_forces_test {
 
 using Row = BilateralForces::Row;
 
@@ -152,5 +152,5 @@ TEST(BilateralForces, LeavesAHubOfManyJointsToTheBodies) {
   EXPECT_EQ(work.factorisations, 0);
 }
 
-}  // namespace
+}  // namespace bilateral_forces_test
 }  // namespace skerry

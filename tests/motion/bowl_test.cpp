@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace bowl_test {
 
 using test::add;
 using test::rough;
@@ -81,5 +81,5 @@ TEST(Bowl, OfStraightSegmentsComesNearThePeriod) {
   EXPECT_NEAR(error, 0, 1e-3);
 }
 
-}  // namespace
+}  // namespace bowl_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace coming_to_rest_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -181,5 +181,5 @@ TEST(ComingToRest, AsksForForcesThatHold) {
   EXPECT_LE(motion.work.factorisations, 60);
 }
 
-}  // namespace
+}  // namespace coming_to_rest_test
 }  // namespace skerry

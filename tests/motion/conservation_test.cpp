@@ -11,7 +11,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace conservation_test {
 
 using test::add;
 using test::add_ground;
@@ -190,5 +190,5 @@ TEST(Masonry, StackOfAHundredStandsForTenSeconds) {
   EXPECT_LE(world.report().worst_penetration, 1e-9);
 }
 
-}  // namespace
+}  // namespace conservation_test
 }  // namespace skerry

@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace convergence_test {
 
 using test::add;
 using test::add_ground;
@@ -116,5 +116,5 @@ TEST(Convergence, TimeSteppingIsExactWhereForcesAreConstantBetweenStops) {
   }
 }
 
-}  // namespace
+}  // namespace convergence_test
 }  // namespace skerry

@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace crowd_test {
 
 using test::add;
 using test::add_ground;
@@ -73,5 +73,5 @@ TEST(CrowdOfDiscs, ACoincidentColumnOfDiscsIsNoRest) {
   for (const BodyId disc : discs) EXPECT_GT(world.position(disc).y, 0.49);
 }
 
-}  // namespace
+}  // namespace crowd_test
 }  // namespace skerry

@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace edited_world_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -205,5 +205,5 @@ TEST_P(EditedBy, GoesOnLikeOneMadeInThatState) {
 
 INSTANTIATE_TEST_SUITE_P(All, EditedBy, testing::Values("time_stepping", "event_driven"));
 
-}  // namespace
+}  // namespace edited_world_test
 }  // namespace skerry

@@ -7,7 +7,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace event_driven_test {
 
 using test::add;
 using test::add_ground;
@@ -383,5 +383,5 @@ TEST(EventDriven, BusyIslandsAreMadeByTimeStepping) {
   EXPECT_NEAR(world.position(ball).y, 0.5, 1e-2);
 }
 
-}  // namespace
+}  // namespace event_driven_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace event_features_test {
 
 using test::add;
 using test::rough;
@@ -85,5 +85,5 @@ TEST(EventFeatures, TwoPointsHoldWhatResistsRolling) {
   }
 }
 
-}  // namespace
+}  // namespace event_features_test
 }  // namespace skerry

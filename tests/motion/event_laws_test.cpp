@@ -8,7 +8,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace event_laws_test {
 
 using test::add;
 using test::add_ground;
@@ -136,5 +136,5 @@ TEST(EventLaws, ConveyorCarriesABlockAlongOnceItHasItsSpeed) {
   EXPECT_NEAR(world.position(block).x, way + speed * (world.time() - speed / (mu * kG)), 1e-11);
 }
 
-}  // namespace
+}  // namespace event_laws_test
 }  // namespace skerry

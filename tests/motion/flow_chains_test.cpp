@@ -12,7 +12,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace flow_chains_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -223,5 +223,5 @@ TEST(StiffSprings, OfABlockUnderAHeavyBallGainNoEnergy) {
   EXPECT_LE(jump, 0.005 * energy);
 }
 
-}  // namespace
+}  // namespace flow_chains_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace flow_forces_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -289,5 +289,5 @@ TEST(FlowByEvents, OfPilesThatTumbleOnIsNotAskedForEvents) {
   EXPECT_LT(world.kinetic_energy(), 1e-9);
 }
 
-}  // namespace
+}  // namespace flow_forces_test
 }  // namespace skerry

@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace flow_joints_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -599,5 +599,5 @@ TEST(FlowWithJoints, TakesOverWhereExactForcesCostTooMuch) {
   EXPECT_LE(visits, 150 * 400.0 * 11 * 16);
 }
 
-}  // namespace
+}  // namespace flow_joints_test
 }  // namespace skerry

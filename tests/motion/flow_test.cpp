@@ -14,7 +14,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace flow_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -517,5 +517,5 @@ TEST(Flow, TakesNoNegativeWork) {
   EXPECT_THROW(World{config}, std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace flow_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace forces_test {
 
 using test::add;
 using test::add_ground;
@@ -378,5 +378,5 @@ TEST_P(Forces, SnapshotGoesOnBitByBitWithItsDragAndTheCallbacksOfTheOther) {
   }
 }
 
-}  // namespace
+}  // namespace forces_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace gas_test {
 
 using test::add;
 using test::smooth;
@@ -209,5 +209,5 @@ TEST_F(HardDiscGasUnder, ATrapKeepsItsEnergyAndSwingsAsAWhole) {
   EXPECT_GT(impacts, 4 * kCount);
 }
 
-}  // namespace
+}  // namespace gas_test
 }  // namespace skerry

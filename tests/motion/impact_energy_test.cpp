@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace impact_energy_test {
 
 using test::add;
 using test::add_ground;
@@ -136,5 +136,5 @@ TEST(ImpactWithFriction, OfWhatIsSqueezedStaysBounded) {
   }
 }
 
-}  // namespace
+}  // namespace impact_energy_test
 }  // namespace skerry

@@ -8,7 +8,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace joint_energy_test {
 
 using test::add;
 using test::rough;
@@ -150,5 +150,5 @@ TEST(BridgeEnergy, DoesNotGrowWhereAStepEndsPlastically) {
   }
 }
 
-}  // namespace
+}  // namespace joint_energy_test
 }  // namespace skerry

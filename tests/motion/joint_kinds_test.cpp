@@ -7,7 +7,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace joint_kinds_test {
 
 using test::add;
 using test::smooth;
@@ -333,5 +333,5 @@ TEST_P(Joint, BreaksByItsMomentToo) {
   EXPECT_NEAR(world.report().joint_events.at(0).torque, kG, 1e-9);
 }
 
-}  // namespace
+}  // namespace joint_kinds_test
 }  // namespace skerry

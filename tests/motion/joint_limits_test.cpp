@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace joint_limits_test {
 
 using test::add;
 using test::smooth;
@@ -324,5 +324,5 @@ TEST_P(JointLimits, StopSmallBarsAsWellAsLargeOnes) {
   }
 }
 
-}  // namespace
+}  // namespace joint_limits_test
 }  // namespace skerry

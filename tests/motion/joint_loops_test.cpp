@@ -14,7 +14,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace joint_loops_test {
 
 using test::smooth;
 
@@ -139,5 +139,5 @@ TEST_P(JointLoops, OneJointMoreThanIsNeededChangesNothing) {
   EXPECT_LT(length(slider(2) - slider(1)), 1e-9);
 }
 
-}  // namespace
+}  // namespace joint_loops_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace joint_robust_test {
 
 using test::add;
 using test::smooth;
@@ -365,5 +365,5 @@ TEST_P(Mechanism, NewtonsCradleKeepsItsEnergy) {
   EXPECT_GT(impacts, 4);
 }
 
-}  // namespace
+}  // namespace joint_robust_test
 }  // namespace skerry

@@ -12,7 +12,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace large_world_flow_test {
 
 constexpr double kStep = 1.0 / 60, kLarge = 400;
 
@@ -265,5 +265,5 @@ TEST(FlowInLargeWorlds, AsksForExactAnswersSeldomOnceOneWasNotFound) {
   EXPECT_LT(step, 120);
 }
 
-}  // namespace
+}  // namespace large_world_flow_test
 }  // namespace skerry

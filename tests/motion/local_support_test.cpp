@@ -14,7 +14,7 @@
 #include "physics/thread_pool.h"
 
 namespace skerry {
-namespace {
+namespace local_support_test {
 
 using Direction = Eigen::Vector3d;
 
@@ -146,5 +146,5 @@ TEST(LocalSupport, IsAskedOfEachBody) {
   EXPECT_TRUE(each_can_be_stopped({}, {}, {}, 1e-9, nullptr));
 }
 
-}  // namespace
+}  // namespace local_support_test
 }  // namespace skerry

@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace mechanism_test {
 
 using test::add;
 using test::add_ground;
@@ -168,5 +168,5 @@ TEST_P(Mechanisms, ThatAreToldToMoveDoNotExplodeAndCostABoundedAmountOfWork) {
 
 INSTANTIATE_TEST_SUITE_P(All, Mechanisms, testing::Values("time_stepping", "event_driven", "auto"));
 
-}  // namespace
+}  // namespace mechanism_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace moving_ground_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -218,5 +218,5 @@ TEST_P(MovingGroundBy, APressOnARoughHeapStaysWithinTheNumbers) {
 INSTANTIATE_TEST_SUITE_P(By, MovingGroundBy, testing::Values("time_stepping", "event_driven"),
                          [](const auto& one) { return std::string(one.param); });
 
-}  // namespace
+}  // namespace moving_ground_test
 }  // namespace skerry

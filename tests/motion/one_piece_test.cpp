@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace one_piece_test {
 
 constexpr double kStep = 1.0 / 60;
 // Of a body in flow, in large worlds.
@@ -336,5 +336,5 @@ TEST(OnePiece, IsSwitchedOffWithFlow) {
   }
 }
 
-}  // namespace
+}  // namespace one_piece_test
 }  // namespace skerry

@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace paradox_test {
 
 using test::add;
 using test::add_ground;
@@ -154,5 +154,5 @@ TEST(Bowling, BackspinSendsTheDiscBack) {
   }
 }
 
-}  // namespace
+}  // namespace paradox_test
 }  // namespace skerry

@@ -12,7 +12,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace path_test {
 
 using test::add;
 using test::add_ground;
@@ -169,5 +169,5 @@ TEST(Path, RefusesTimesOutsideTheStepAndStepsThatWereNotObserved) {
     EXPECT_THROW(world.interpolated(ball, t), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace path_test
 }  // namespace skerry

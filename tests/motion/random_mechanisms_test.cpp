@@ -12,7 +12,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace random_mechanisms_test {
 
 constexpr double kStep = 1.0 / 60;
 constexpr int kSteps = 30;
@@ -90,5 +90,5 @@ TEST(RandomMechanisms, GoTheSameWayByEventsInStepsOfAnyLengthAndByTimeStepping) 
   }
 }
 
-}  // namespace
+}  // namespace random_mechanisms_test
 }  // namespace skerry

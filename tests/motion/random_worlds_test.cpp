@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace random_worlds_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -186,5 +186,5 @@ TEST(RandomWorldsByEvents, DoNotDependOnTheLengthOfSteps) {
     EXPECT_LT(apart(seed), 1e-9) << seed;
 }
 
-}  // namespace
+}  // namespace random_worlds_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace reactions_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -186,5 +186,5 @@ TEST(Reactions, OfARodThatIsMadeInFlightMayBreakIt) {
   }
 }
 
-}  // namespace
+}  // namespace reactions_test
 }  // namespace skerry

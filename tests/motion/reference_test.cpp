@@ -7,7 +7,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace reference_test {
 
 using test::add;
 using test::add_ground;
@@ -258,5 +258,5 @@ TEST(Overhang, TenPlanksFlipBetween0999And1001OfTheHarmonicLimit) {
   }
 }
 
-}  // namespace
+}  // namespace reference_test
 }  // namespace skerry

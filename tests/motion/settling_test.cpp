@@ -8,7 +8,7 @@
 #include "physics/world.h"
 
 namespace skerry {
-namespace {
+namespace settling_test {
 
 struct Rocking {
   double tilt;      // [rad]
@@ -45,5 +45,5 @@ INSTANTIATE_TEST_SUITE_P(Settling, RockingBox,
                                          Rocking{0.1, 0.5, 0.8}, Rocking{0.03, 0.5, 0.2},
                                          Rocking{0.001, 0, 0.5}, Rocking{0.001, 1, 0.5}));
 
-}  // namespace
+}  // namespace settling_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace sliding_stop_test {
 
 using test::add;
 using test::add_ground;
@@ -217,5 +217,5 @@ TEST(SlidingStop, KeepsItsFrictionWhateverTheUnitOfLength) {
   }
 }
 
-}  // namespace
+}  // namespace sliding_stop_test
 }  // namespace skerry

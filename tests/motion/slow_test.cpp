@@ -14,7 +14,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace slow_test {
 
 using test::add;
 using test::add_ground;
@@ -258,5 +258,5 @@ TEST(SlowHeaps, RefuseAThresholdThatIsNone) {
     EXPECT_THROW(World{slow_below(speed)}, std::invalid_argument) << speed;
 }
 
-}  // namespace
+}  // namespace slow_test
 }  // namespace skerry

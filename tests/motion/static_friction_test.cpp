@@ -8,7 +8,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace static_friction_test {
 
 using test::add;
 using test::add_ground;
@@ -138,5 +138,5 @@ TEST(StaticFrictionDefinition, BelowKineticIsRefused) {
   EXPECT_THROW(world.add_shape(body, held(make_disc(1), 0.5, NAN)), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace static_friction_test
 }  // namespace skerry

@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace step_doubling_test {
 
 using test::add;
 using test::add_ground;
@@ -127,5 +127,5 @@ INSTANTIATE_TEST_SUITE_P(Of, ErrorControl,
                                          Case{"APress", press}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
-}  // namespace
+}  // namespace step_doubling_test
 }  // namespace skerry

@@ -14,7 +14,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace symmetry_test {
 
 constexpr double kStep = 1.0 / 60;
 constexpr int kSteps = 30;
@@ -239,5 +239,5 @@ INSTANTIATE_TEST_SUITE_P(Eyes, SymmetryFor,
                                          View{.name = "AThousandTimesAsHeavy", .mass = 1024}),
                          [](const auto& one) { return std::string(one.param.name); });
 
-}  // namespace
+}  // namespace symmetry_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace user_edits_test {
 
 using test::add;
 using test::add_ground;
@@ -143,5 +143,5 @@ TEST_P(UserEdits, LeaveNoOverlapsAndNoOpenJoints) {
 INSTANTIATE_TEST_SUITE_P(By, UserEdits, testing::Values("time_stepping", "event_driven", "auto"),
                          [](const auto& given) { return std::string(given.param); });
 
-}  // namespace
+}  // namespace user_edits_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace user_events_test {
 
 using test::add;
 using test::add_ground;
@@ -87,5 +87,5 @@ TEST(UserEvents, AreRemovedByNumberAndRefuseWhatTheyCannotUse) {
 INSTANTIATE_TEST_SUITE_P(Registry, UserEventsBy, testing::Values("time_stepping", "event_driven", "auto"),
                          [](const auto& stepper) { return std::string(stepper.param); });
 
-}  // namespace
+}  // namespace user_events_test
 }  // namespace skerry

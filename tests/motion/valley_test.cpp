@@ -12,7 +12,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace valley_test {
 
 using test::add;
 using test::rough;
@@ -197,5 +197,5 @@ TEST(Valley, ABoxThatOverlapsItIsNotThrown) {
   EXPECT_NEAR(world.angle(box), angle, 0.02);
 }
 
-}  // namespace
+}  // namespace valley_test
 }  // namespace skerry

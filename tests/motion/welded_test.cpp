@@ -10,7 +10,7 @@
 #include "tests/support/pile.h"
 
 namespace skerry {
-namespace {
+namespace welded_test {
 
 constexpr double kStep = 1.0 / 60;
 
@@ -100,5 +100,5 @@ TEST(WeldedStructures, HaveTheSameBitsForAnyThreads) {
     ASSERT_EQ(one.step(kStep).state_hash, three.step(kStep).state_hash) << step;
 }
 
-}  // namespace
+}  // namespace welded_test
 }  // namespace skerry

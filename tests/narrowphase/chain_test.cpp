@@ -9,7 +9,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace chain_test {
 
 using oracle::Scenes;
 
@@ -311,5 +311,5 @@ TEST(Chain, RidgeBesideTheEndOfAnEdgeDoesNotTouchIt) {
   EXPECT_EQ(collide_chain_segment(chain, 1, {}, shape, pose, 0.03).count, 1);
 }
 
-}  // namespace
+}  // namespace chain_test
 }  // namespace skerry

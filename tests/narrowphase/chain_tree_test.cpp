@@ -12,7 +12,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace chain_tree_test {
 
 using oracle::Scenes;
 
@@ -190,5 +190,5 @@ TEST(ChainTree, RaysDistancesAndFlightsAreThoseOfTheSegmentsOneByOne) {
   EXPECT_GT(flights, 100);
 }
 
-}  // namespace
+}  // namespace chain_tree_test
 }  // namespace skerry

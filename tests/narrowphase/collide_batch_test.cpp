@@ -12,7 +12,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace collide_batch_test {
 
 using oracle::Scenes;
 
@@ -318,5 +318,5 @@ TEST(CollideBatch, TakesOtherShapesOneByOne) {
   }
 }
 
-}  // namespace
+}  // namespace collide_batch_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace collide_oracle_test {
 
 using oracle::Scenes;
 
@@ -245,5 +245,5 @@ TEST(Collide, SettledPairsTestTwoAxesAndSeparatedPairsOneOrNone) {
   EXPECT_EQ(stats.axes_skipped, 8u);
 }
 
-}  // namespace
+}  // namespace collide_oracle_test
 }  // namespace skerry

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace skerry {
-namespace {
+namespace collide_test {
 
 Transform at(double x, double y, double angle = 0) {
   return {{x, y}, Rot::from_angle(angle)};
@@ -59,5 +59,5 @@ TEST(Collide, MeetsEveryPairOfKinds) {
   }
 }
 
-}  // namespace
+}  // namespace collide_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace fuzz_test {
 
 /// Doubles of all kinds: raw bit patterns, special values, small integers, nearly equal ones.
 class Bytes {
@@ -163,5 +163,5 @@ TEST(Fuzz, RandomBytesGiveFiniteAnswersInFiniteTime) {
   EXPECT_GT(hits, 10);
 }
 
-}  // namespace
+}  // namespace fuzz_test
 }  // namespace skerry

@@ -7,7 +7,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace queries_test {
 
 using oracle::Scenes;
 
@@ -205,5 +205,5 @@ TEST(ShapeCast, StopsAtTheFirstTouch) {
   EXPECT_THROW(shape_cast(chain, {}, {1, 0}, chain, {}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace queries_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace shape_test {
 
 using oracle::Scenes;
 using ::testing::HasSubstr;
@@ -242,5 +242,5 @@ TEST(ConvexParts, RefuseOutlinesThatCrossOrTouchThemselves) {
   EXPECT_THAT(why({{0, 0}, {1, 0}, {1, 0}, {0, 1}}), HasSubstr("repeats"));
 }
 
-}  // namespace
+}  // namespace shape_test
 }  // namespace skerry

@@ -7,7 +7,7 @@
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
-namespace {
+namespace time_of_impact_test {
 
 using oracle::Scenes;
 
@@ -323,5 +323,5 @@ TEST(TimeOfImpact, RefusesBadArguments) {
   EXPECT_THROW(time_of_impact(disc, {.p0 = {std::nan(""), 0}}, disc, {}, 1), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace time_of_impact_test
 }  // namespace skerry

@@ -7,7 +7,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace diff_test {
 
 Image with_difference(const Image& image, int x, int y, int amount) {
   Image copy = image;
@@ -165,5 +165,5 @@ TEST(ImageDiff, EveryPlantedRegressionFails) {
   }
 }
 
-}  // namespace
+}  // namespace diff_test
 }  // namespace skerry::render

@@ -13,7 +13,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace image_test {
 
 using testing::HasSubstr;
 
@@ -244,5 +244,5 @@ TEST(PaletteOfGif, KeepsUpTo256FlatColoursExactly) {
   EXPECT_GT(palette.map(noise(160, 100, 2, true), index.data(), 160), 0.5);
 }
 
-}  // namespace
+}  // namespace image_test
 }  // namespace skerry::render

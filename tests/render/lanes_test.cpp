@@ -10,7 +10,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace lanes_test {
 
 /// Shapes of every program and of sizes from a hair to more than the picture, opaque and not.
 DrawList random_list(std::mt19937& random, double extent) {
@@ -107,5 +107,5 @@ TEST(Lanes, FourAndEightMakeTheSameVideo) {
   }
 }
 
-}  // namespace
+}  // namespace lanes_test
 }  // namespace skerry::render

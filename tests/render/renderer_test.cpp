@@ -9,7 +9,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace renderer_test {
 
 /// A busy picture that uses every program.
 void fill_busy(DrawList& list) {
@@ -543,5 +543,5 @@ TEST(RendererDeterminism, PrintsTheDigestOfABusyFrame) {
   }
 }
 
-}  // namespace
+}  // namespace renderer_test
 }  // namespace skerry::render

@@ -13,7 +13,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace sink_test {
 
 using testing::HasSubstr;
 
@@ -287,5 +287,5 @@ TEST(FrameSink, TeeFeedsAll) {
   EXPECT_EQ(scratch.files(), 2u);
 }
 
-}  // namespace
+}  // namespace sink_test
 }  // namespace skerry::render

@@ -8,7 +8,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace svg_test {
 
 class Svg : public GlTest {
  protected:
@@ -111,5 +111,5 @@ TEST_F(Svg, IsTheSameEveryTimeAndFiniteForAnyInput) {
   EXPECT_EQ(svg.find("e+"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace svg_test
 }  // namespace skerry::render

@@ -9,7 +9,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace ui_test {
 
 class Panels : public GlTest {
  protected:
@@ -321,5 +321,5 @@ TEST_F(Panels, LettersThatStayAndLettersThatMoveAreTheSameBits) {
   }
 }
 
-}  // namespace
+}  // namespace ui_test
 }  // namespace skerry::render

@@ -19,7 +19,7 @@
 #include "tests/render/support.h"
 
 namespace skerry::render {
-namespace {
+namespace window_test {
 
 /// An X server without a screen, that ends with the test. The events come from xdotool, as a user's would.
 class Window : public testing::Test {
@@ -166,5 +166,5 @@ TEST(WindowErrors, NoDisplayIsAnErrorThatNamesTheRemedy) {
   if (before != nullptr) setenv("DISPLAY", kept.c_str(), 1);
 }
 
-}  // namespace
+}  // namespace window_test
 }  // namespace skerry::render

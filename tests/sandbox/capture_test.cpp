@@ -20,7 +20,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace capture_test {
 
 using testing::HasSubstr;
 
@@ -383,5 +383,5 @@ TEST_F(Capture, ExportWritesTheFrameAndCurvesAsFigures) {
             kEnvironmentError);
 }
 
-}  // namespace
+}  // namespace capture_test
 }  // namespace skerry::sandbox

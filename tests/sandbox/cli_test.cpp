@@ -13,7 +13,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace cli_test {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -204,5 +204,5 @@ TEST(ProgressLine, TellsRateAndTimeLeft) {
   EXPECT_EQ(format_bytes(3u << 20), "3.0 MiB");
 }
 
-}  // namespace
+}  // namespace cli_test
 }  // namespace skerry::sandbox

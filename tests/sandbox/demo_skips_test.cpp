@@ -6,17 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "sandbox/demo.h"
-#include "sandbox/demo_files.h"
+#include "tests/sandbox/demo_names.h"
 #include "tests/sandbox/temporary.h"
 #include "tests/support/scale.h"
 
 namespace skerry::sandbox {
-
-static void PrintTo(const DemoFile& demo, std::ostream* out) {
-  *out << demo.name;
-}
-
-namespace {
+namespace demo_skips_test {
 
 struct Switch {
   const char* name;
@@ -103,5 +98,5 @@ TEST_P(EveryDemoSkips, MovesAlikeWithEachSkipOffThatMayRoundOtherwise) {
 INSTANTIATE_TEST_SUITE_P(Demos, EveryDemoSkips, testing::ValuesIn(find_demos(demo_tree())),
                          [](const testing::TestParamInfo<DemoFile>& demo) { return demo.param.name; });
 
-}  // namespace
+}  // namespace demo_skips_test
 }  // namespace skerry::sandbox

@@ -3,18 +3,12 @@
 // Every demo of the tree: its numbers, with every broad phase.
 #include <gtest/gtest.h>
 
-#include "sandbox/demo_files.h"
 #include "sandbox/errors.h"
+#include "tests/sandbox/demo_names.h"
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-
-// Parameters are named, not dumped, in the names of tests.
-static void PrintTo(const DemoFile& demo, std::ostream* out) {
-  *out << demo.name;
-}
-
-namespace {
+namespace demos_test {
 
 class EveryDemo : public testing::TestWithParam<DemoFile> {};
 
@@ -70,5 +64,5 @@ const Variant kVariants[] = {
 INSTANTIATE_TEST_SUITE_P(Demos, DemoVariant, testing::ValuesIn(kVariants),
                          [](const auto& variant) { return variant.param.name; });
 
-}  // namespace
+}  // namespace demos_test
 }  // namespace skerry::sandbox

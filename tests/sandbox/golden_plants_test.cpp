@@ -15,7 +15,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace golden_plants_test {
 
 using render::DrawList;
 using render::Image;
@@ -103,5 +103,5 @@ const PlantScene kPlantScenes[] = {
 INSTANTIATE_TEST_SUITE_P(Golden, PlantedRegression, testing::ValuesIn(kPlantScenes),
                          [](const auto& row) { return row.param.name; });
 
-}  // namespace
+}  // namespace golden_plants_test
 }  // namespace skerry::sandbox

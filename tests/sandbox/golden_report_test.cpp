@@ -10,7 +10,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace golden_report_test {
 
 using render::Color;
 using render::Image;
@@ -163,5 +163,5 @@ TEST(GoldenReport, CommandWritesOnePage) {
   EXPECT_TRUE(contains(html, "drawn by built-in rasteriser"));
 }
 
-}  // namespace
+}  // namespace golden_report_test
 }  // namespace skerry::sandbox

@@ -15,7 +15,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace golden_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -199,5 +199,5 @@ TEST(GoldenScene, IsThePictureThatCaptureMakesOfTheSameWords) {
   }
 }
 
-}  // namespace
+}  // namespace golden_test
 }  // namespace skerry::sandbox

@@ -10,7 +10,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace joint_script_test {
 
 using testing::HasSubstr;
 
@@ -135,5 +135,5 @@ TEST_F(JointScript, ForcesActAndEventsAreTold) {
       "expect('crossing', function() return when end, { equals = math.sqrt(1.5) - 1, within = 1e-4 })");
 }
 
-}  // namespace
+}  // namespace joint_script_test
 }  // namespace skerry::sandbox

@@ -7,7 +7,7 @@
 #include "sandbox/errors.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace lua_host_test {
 
 using testing::AnyOf;
 using testing::HasSubstr;
@@ -142,5 +142,5 @@ TEST(LuaHost, CallbacksHaveABudgetOfTheirOwn) {
   EXPECT_THROW(host.call(function, 1, with(1e9)), ScriptError);
 }
 
-}  // namespace
+}  // namespace lua_host_test
 }  // namespace skerry::sandbox

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace skerry::sandbox {
-namespace {
+namespace names_test {
 
 TEST(Names, CountsInsertionsDeletionsExchangesAndSwaps) {
   EXPECT_EQ(edit_distance("", ""), 0);
@@ -35,5 +35,5 @@ TEST(Names, SuggestionIsASentenceEndOrAListOfAFew) {
   EXPECT_EQ(suggestion("anything", std::vector<std::string>{}), "");
 }
 
-}  // namespace
+}  // namespace names_test
 }  // namespace skerry::sandbox

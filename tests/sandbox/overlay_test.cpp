@@ -17,7 +17,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace overlay_test {
 
 using testing::HasSubstr;
 
@@ -512,5 +512,5 @@ TEST(History, StaysSmallHoweverLongTheRun) {
     EXPECT_NEAR(samples[i].time - samples[i - 1].time, samples[1].time - samples[0].time, 1e-9);
 }
 
-}  // namespace
+}  // namespace overlay_test
 }  // namespace skerry::sandbox

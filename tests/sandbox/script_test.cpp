@@ -10,7 +10,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace script_test {
 
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -228,5 +228,5 @@ TEST_F(Script, JointsPullWithTheWeightTheyCarry) {
   EXPECT_EQ(demo.checks()[2].state, CheckState::Holds);
 }
 
-}  // namespace
+}  // namespace script_test
 }  // namespace skerry::sandbox

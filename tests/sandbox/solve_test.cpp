@@ -15,7 +15,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace solve_test {
 
 using testing::HasSubstr;
 
@@ -136,5 +136,5 @@ TEST_F(SolveCommand, WrongWordsAndFilesSayWhatIsWrong) {
   complains({"solve", folder_ / "set_W.mtx"}, kScriptOrFile, "set_rows.mtx: expected");
 }
 
-}  // namespace
+}  // namespace solve_test
 }  // namespace skerry::sandbox

@@ -15,7 +15,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace statics_test {
 
 using statics::RestAnalysis;
 using statics::RestContact;
@@ -269,5 +269,5 @@ TEST(TrussScript, MakesDeterminateTrussesOfEveryKindAndRefusesOthers) {
   EXPECT_THAT(outcome("side = 0"), HasSubstr("side and height must be positive"));
 }
 
-}  // namespace
+}  // namespace statics_test
 }  // namespace skerry::sandbox

@@ -12,7 +12,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace view_test {
 
 IslandSystem random_system(int bodies, int rows, std::mt19937& random) {
   std::uniform_real_distribution<double> value(-1, 1);
@@ -189,5 +189,5 @@ TEST(History, KeepsAnImpactForItsTimeAndTheEquationsWithNames) {
   EXPECT_EQ(history.system()->row_names, std::vector<std::string>{"left-B"});
 }
 
-}  // namespace
+}  // namespace view_test
 }  // namespace skerry::sandbox

@@ -7,7 +7,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace window_files_test {
 
 constexpr const char* kPlain =
     "demo{ title = 'Plain', seconds = 1 }\nground{ y = 0 }\n"
@@ -81,5 +81,5 @@ TEST(RecordCommand, ReplaySaysThatAllStatesAreTheSameOrWhichIsNot) {
   EXPECT_EQ(run({"replay", script}).code, 3);
 }
 
-}  // namespace
+}  // namespace window_files_test
 }  // namespace skerry::sandbox

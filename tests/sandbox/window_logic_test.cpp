@@ -7,7 +7,7 @@
 #include "sandbox/window/time_control.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace window_logic_test {
 
 TEST(TimeControl, MakesAsManyStepsAsTheClockAndTheSpeedAsk) {
   for (const double speed : {0.25, 1.0, 4.0}) {
@@ -64,5 +64,5 @@ TEST(Fuzzy, SortsDemosByNameThenByTheirWords) {
   EXPECT_TRUE(fuzzy_find("tri", items).empty()) << "letters spread over a sentence are no find";
 }
 
-}  // namespace
+}  // namespace window_logic_test
 }  // namespace skerry::sandbox

@@ -16,7 +16,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace window_player_test {
 
 /// Lua variables, random numbers, appointments and a sensor all steer the bodies.
 constexpr const char* kRestless = R"lua(
@@ -359,5 +359,5 @@ TEST(Recording, DamagedFilesAreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace window_player_test
 }  // namespace skerry::sandbox

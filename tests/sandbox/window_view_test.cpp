@@ -26,7 +26,7 @@
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
-namespace {
+namespace window_view_test {
 
 constexpr const char* kBoxes =
     "demo{ title = 'Boxes', seconds = 2, view = { x = 0, y = 2, height = 6 } }\n"
@@ -508,5 +508,5 @@ TEST(OpenCommandErrors, WithoutADisplayTheExitCodeIs4AndTheSentenceHelps) {
   if (before) setenv("DISPLAY", kept.c_str(), 1);
 }
 
-}  // namespace
+}  // namespace window_view_test
 }  // namespace skerry::sandbox

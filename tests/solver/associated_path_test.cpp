@@ -14,7 +14,7 @@
 #include "tests/support/solve_budget.h"
 
 namespace skerry {
-namespace {
+namespace associated_path_test {
 
 using test::factors;
 
@@ -130,5 +130,5 @@ TEST(AssociatedPath, LeavesRollingResistanceToOthers) {
   EXPECT_EQ(found.work.factorisations, 0);
 }
 
-}  // namespace
+}  // namespace associated_path_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace auto_test {
 
 using scenes::Scene;
 using scenes::SceneOptions;
@@ -106,5 +106,5 @@ TEST(Auto, KeepsFactorsBetweenCallsAndGivesTheSameBits) {
   EXPECT_EQ(first.lambda, solve(scene.system).lambda);
 }
 
-}  // namespace
+}  // namespace auto_test
 }  // namespace skerry

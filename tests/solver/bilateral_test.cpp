@@ -14,7 +14,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace bilateral_test {
 
 using scenes::Scene;
 using scenes::SceneBuilder;
@@ -273,5 +273,5 @@ TEST(Bilateral, KeptOrderGivesTheSameBits) {
   }
 }
 
-}  // namespace
+}  // namespace bilateral_test
 }  // namespace skerry

@@ -7,7 +7,7 @@
 #include "physics/solver/block_ldlt.h"
 
 namespace skerry {
-namespace {
+namespace body_space_blocks_test {
 
 using Edges = std::vector<std::array<int, 2>>;
 
@@ -129,5 +129,5 @@ TEST(BlockPattern, ChainsHaveNoFill) {
   EXPECT_EQ(pattern.nodes(), 0);
 }
 
-}  // namespace
+}  // namespace body_space_blocks_test
 }  // namespace skerry

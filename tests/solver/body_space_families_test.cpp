@@ -18,7 +18,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace body_space_families_test {
 
 using scenes::MassPattern;
 using scenes::Scene;
@@ -133,5 +133,5 @@ TEST(BodySpaceFamilies, SolveNearlyEverythingCold) {
   EXPECT_GE(counts["all"].share(), 0.93);
 }
 
-}  // namespace
+}  // namespace body_space_families_test
 }  // namespace skerry

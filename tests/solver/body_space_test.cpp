@@ -14,7 +14,7 @@
 #include "tests/support/settled_heap.h"
 
 namespace skerry {
-namespace {
+namespace body_space_test {
 
 using scenes::MassPattern;
 using scenes::Scene;
@@ -384,5 +384,5 @@ TEST(BodySpace, TraceTellsTheRungsAndTheStates) {
   EXPECT_FALSE(solve(scene.system).trace);
 }
 
-}  // namespace
+}  // namespace body_space_test
 }  // namespace skerry

@@ -12,7 +12,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace budget_test {
 
 using scenes::Scene;
 
@@ -133,5 +133,5 @@ TEST(Budget, OfAWorldMustNotBeNegative) {
   EXPECT_THROW(World{config}, std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace budget_test
 }  // namespace skerry

@@ -15,7 +15,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace chain_test {
 
 struct Chance {
   explicit Chance(unsigned seed) : random(seed) {}
@@ -242,5 +242,5 @@ TEST(Chains, AJudgeSeesOneWrongImpulseInAThousand) {
   }
 }
 
-}  // namespace
+}  // namespace chain_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace cone_interior_point_test {
 
 constexpr int kSweeps = 40;
 
@@ -284,5 +284,5 @@ TEST(ConeInteriorPoint, LeavesRowsOfOtherKindsToOthers) {
   EXPECT_FALSE(path.assign(jointed, work));
 }
 
-}  // namespace
+}  // namespace cone_interior_point_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/solve_budget.h"
 
 namespace skerry {
-namespace {
+namespace cone_rounds_test {
 
 using test::factors;
 
@@ -93,5 +93,5 @@ TEST(ConeRounds, KeepToTheBudget) {
   }
 }
 
-}  // namespace
+}  // namespace cone_rounds_test
 }  // namespace skerry

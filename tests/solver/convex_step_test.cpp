@@ -8,7 +8,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace convex_step_test {
 
 using scenes::Scene;
 
@@ -75,5 +75,5 @@ TEST(ConvexStep, RepeatedWithItsOwnBoundsComesCloserToCoulombsLaw) {
   EXPECT_LT(convex.residual, 0.1 * first);
 }
 
-}  // namespace
+}  // namespace convex_step_test
 }  // namespace skerry

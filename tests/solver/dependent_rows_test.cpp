@@ -11,7 +11,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace dependent_rows_test {
 
 using scenes::Scene;
 using scenes::SceneBuilder;
@@ -162,5 +162,5 @@ TEST(DependentRows, TheLadderStopsThere) {
   EXPECT_LT(solution.work.visits, 3300 * scene.system.size());
 }
 
-}  // namespace
+}  // namespace dependent_rows_test
 }  // namespace skerry

@@ -12,7 +12,7 @@
 #include "physics/solver/block_ldlt.h"
 
 namespace skerry {
-namespace {
+namespace dissection_test {
 
 using Edges = std::vector<std::array<int, 2>>;
 
@@ -141,5 +141,5 @@ TEST(Dissection, GivesTheSameOrderAgain) {
   EXPECT_EQ(order, analysed(net, true).order());
 }
 
-}  // namespace
+}  // namespace dissection_test
 }  // namespace skerry

@@ -10,7 +10,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace incremental_ldlt_test {
 
 /// Random J M^-1 J' with `rank` columns: singular for more rows than that.
 Eigen::MatrixXd random_delassus(int rows, int rank, double mass_ratio, std::mt19937_64& random) {
@@ -143,5 +143,5 @@ TEST(IncrementalLdlt, RejectsWrongSizesAndKeepsItsRows) {
   EXPECT_DOUBLE_EQ(factor.solve(std::vector<double>{2})[0], 0.5);
 }
 
-}  // namespace
+}  // namespace incremental_ldlt_test
 }  // namespace skerry

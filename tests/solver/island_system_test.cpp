@@ -14,7 +14,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace island_system_test {
 
 IslandSystem mixed_island(unsigned seed) {
   IslandSystem system = scenes::random_island({.bodies = 4, .contacts = 6, .pins = 2},
@@ -232,5 +232,5 @@ TEST(Import, ReadsBlockStorageByColumnsOfEachBlock) {
   EXPECT_EQ(problem.rows[3].mu, 0.25);
 }
 
-}  // namespace
+}  // namespace island_system_test
 }  // namespace skerry

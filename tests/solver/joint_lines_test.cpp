@@ -13,7 +13,7 @@
 #include "physics/solver/block_sweeps.h"
 
 namespace skerry {
-namespace {
+namespace joint_lines_test {
 
 using Joint = JointLines::Joint;
 
@@ -243,5 +243,5 @@ TEST(JointLines, GiveTheSameBitsForAnyThreads) {
   }
 }
 
-}  // namespace
+}  // namespace joint_lines_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace local_update_test {
 
 using scenes::Scene;
 
@@ -223,5 +223,5 @@ TEST(LocalUpdate, PushesOnBoxesNearTheTopSettleInAFewSolves) {
   EXPECT_LE(factors, 10);
 }
 
-}  // namespace
+}  // namespace local_update_test
 }  // namespace skerry

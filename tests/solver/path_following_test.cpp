@@ -14,7 +14,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry {
-namespace {
+namespace path_following_test {
 
 /// What a path says it has solved: the natural map of w + eta D (lambda - centre), relative.
 double regularised_residual(const IslandSystem& system, const std::vector<double>& lambda,
@@ -126,5 +126,5 @@ TEST(PathFollowing, StopsAtItsBudget) {
   EXPECT_LE(work.visits, 1.5 * budget.visits);
 }
 
-}  // namespace
+}  // namespace path_following_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace settling_sweeps_test {
 
 struct Walk {
   bool solved = false;
@@ -119,5 +119,5 @@ TEST(SettlingSweeps, SeeContactsThatContradictEachOther) {
   EXPECT_LE(work.visits, 1000);
 }
 
-}  // namespace
+}  // namespace settling_sweeps_test
 }  // namespace skerry

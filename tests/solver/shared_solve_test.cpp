@@ -12,7 +12,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace shared_solve_test {
 
 using scenes::Scene;
 using scenes::SceneBuilder;
@@ -236,5 +236,5 @@ TEST(SharedConePath, HasTheBitsOfOneThread) {
   }
 }
 
-}  // namespace
+}  // namespace shared_solve_test
 }  // namespace skerry

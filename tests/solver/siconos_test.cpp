@@ -12,7 +12,7 @@
 #include "tests/support/paths.h"
 
 namespace skerry {
-namespace {
+namespace siconos_test {
 
 /// Folder with lcp/ and fc2d/, or empty.
 std::string data_folder() {
@@ -95,5 +95,5 @@ TEST_F(SiconosProblems, GranularFlowOf7002ContactsIsSolvedToRounding) {
   EXPECT_LE(answer.residual, 1e-10);
 }
 
-}  // namespace
+}  // namespace siconos_test
 }  // namespace skerry

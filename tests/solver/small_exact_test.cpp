@@ -10,7 +10,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace small_exact_test {
 
 using scenes::Scene;
 
@@ -286,5 +286,5 @@ TEST(SmallExact, NonsenseNumbersAreNotCalledSolved) {
   for (const double z : other.lambda) EXPECT_TRUE(std::isfinite(z));
 }
 
-}  // namespace
+}  // namespace small_exact_test
 }  // namespace skerry

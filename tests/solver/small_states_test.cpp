@@ -10,7 +10,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace small_states_test {
 
 using scenes::Scene;
 
@@ -111,5 +111,5 @@ TEST(SmallStates, LeavesWhatDoesNotFitToOthers) {
   EXPECT_LE(natural_map_residual(upright.system, solution.lambda), 1e-12);
 }
 
-}  // namespace
+}  // namespace small_states_test
 }  // namespace skerry

@@ -13,7 +13,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace solver_test {
 
 using scenes::MassPattern;
 using scenes::Scene;
@@ -378,5 +378,5 @@ TEST(TgsSoft, LeavesAnExactWarmStartAsItIs) {
   EXPECT_LE(soft.residual, 1e-12);
 }
 
-}  // namespace
+}  // namespace solver_test
 }  // namespace skerry

@@ -14,7 +14,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace sweeps_test {
 
 /// Rows of one block on bodies `a` and `b` (-1: the ground).
 std::vector<Row> random_block(std::mt19937& random, int a, int b) {
@@ -677,5 +677,5 @@ TEST(TgsSoft, GivesTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-}  // namespace
+}  // namespace sweeps_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
-namespace {
+namespace welded_bodies_test {
 
 using scenes::Scene;
 using scenes::SceneBuilder;
@@ -65,7 +65,7 @@ Eigen::MatrixXd jacobian(const IslandSystem& system) {
   return J;
 }
 
-Eigen::MatrixXd delassus(const IslandSystem& system) {
+Eigen::MatrixXd delassus_of(const IslandSystem& system) {
   Eigen::VectorXd inverse(3 * static_cast<int>(system.bodies.size()));
   for (std::size_t k = 0; k < system.bodies.size(); ++k)
     inverse.segment<3>(3 * static_cast<int>(k)) << system.bodies[k].linear, system.bodies[k].linear,
@@ -87,13 +87,13 @@ TEST(WeldedBodies, GroupsHaveTheSchurComplementOfTheWelds) {
     for (int i = 0; i < scene.system.size(); ++i)
       if (scene.system.rows[static_cast<std::size_t>(i)].kind == RowKind::Joint) held.push_back(i);
     ASSERT_EQ(kept.size(), static_cast<std::size_t>(welded.groups().size()));
-    const Eigen::MatrixXd W = delassus(scene.system);
+    const Eigen::MatrixXd W = delassus_of(scene.system);
     const Eigen::VectorXd b = Eigen::Map<const Eigen::VectorXd>(scene.system.b.data(), W.rows());
     const Eigen::MatrixXd to_held = W(held, held).completeOrthogonalDecomposition().solve(W(held, kept));
     const Eigen::VectorXd alone = W(held, held).completeOrthogonalDecomposition().solve(b(held).eval());
     const Eigen::MatrixXd want = W(kept, kept) - W(kept, held) * to_held;
     const Eigen::VectorXd want_b = b(kept) - W(kept, held) * alone;
-    const Eigen::MatrixXd have = delassus(welded.groups());
+    const Eigen::MatrixXd have = delassus_of(welded.groups());
     const Eigen::VectorXd have_b =
         Eigen::Map<const Eigen::VectorXd>(welded.groups().b.data(), static_cast<int>(kept.size()));
     EXPECT_LT((want - have).cwiseAbs().maxCoeff(), 1e-9 * W.cwiseAbs().maxCoeff());
@@ -224,5 +224,5 @@ TEST(WeldedBodies, AreNoneWhereNothingIsWelded) {
   EXPECT_FALSE(welded.find(pinned.finish().system));
 }
 
-}  // namespace
+}  // namespace welded_bodies_test
 }  // namespace skerry

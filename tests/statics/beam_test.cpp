@@ -9,7 +9,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace beam_test {
 
 double moment_at(const StructureSolver& solver, const Load& load, const Response& r, int member,
                  double share) {
@@ -309,5 +309,5 @@ TEST(Beam, InfluenceVectorsGiveTheSolvedForcesForRandomFramesAndLoads) {
   }
 }
 
-}  // namespace
+}  // namespace beam_test
 }  // namespace skerry::statics::test

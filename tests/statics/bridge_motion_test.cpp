@@ -7,7 +7,7 @@
 #include "tests/statics/bridges.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace bridge_motion_test {
 
 /// Largest difference of member forces between a dynamic crossing and a static solve with the axles where
 /// they are, over the heaviest axle, while the train is well on the bridge.
@@ -173,5 +173,5 @@ TEST(BridgeMotion, MemberBreaksWhereStaticsSaysAndTheRestGoesOn) {
   EXPECT_NEAR(broke[0], broke[1], 1.5 / 120);
 }
 
-}  // namespace
+}  // namespace bridge_motion_test
 }  // namespace skerry::statics::test

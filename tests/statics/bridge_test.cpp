@@ -10,7 +10,7 @@
 #include "tests/statics/bridges.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace bridge_test {
 
 TEST(Bridge, EachMomentIsTheSumOfItsInfluenceLine) {
   World world;
@@ -123,5 +123,5 @@ TEST(Bridge, WrongDecksAndTrainsAreRefused) {
   EXPECT_THROW(Bridge(def, world), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace bridge_test
 }  // namespace skerry::statics::test

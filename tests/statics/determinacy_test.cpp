@@ -12,7 +12,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace determinacy_test {
 
 void expect_no_forces(StructureSolver& solver) {
   Load load;
@@ -229,5 +229,5 @@ TEST(Structure, WrongDataIsRefusedWithItsNumber) {
   EXPECT_THROW(solver.solve(load), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace determinacy_test
 }  // namespace skerry::statics::test

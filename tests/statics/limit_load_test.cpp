@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 namespace skerry::statics::test {
-namespace {
+namespace limit_load_test {
 
 /// Blocks and the contacts between them, in the shape of a contact problem.
 struct Blocks {
@@ -259,5 +259,5 @@ TEST_F(LimitLoadTest, UnboundedAndInfeasibleAreSaid) {
   EXPECT_THROW((void)limit_load(blocks.system, {}, {}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace limit_load_test
 }  // namespace skerry::statics::test

@@ -12,7 +12,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace rest_test {
 
 using skerry::test::add;
 using skerry::test::add_ground;
@@ -342,5 +342,5 @@ TEST(Rest, IslandsThatAreNotSteppedKeepTheirExactForcesInTheReport) {
   }
 }
 
-}  // namespace
+}  // namespace rest_test
 }  // namespace skerry::statics::test

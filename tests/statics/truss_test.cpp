@@ -8,7 +8,7 @@
 #include "tests/support/scale.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace truss_test {
 
 /// Largest axial force.
 double largest(const Response& response) {
@@ -251,5 +251,5 @@ TEST(Truss, BucklingOfASlenderBarGoesBeforeItsStrength) {
   EXPECT_TRUE(stress.buckles);
 }
 
-}  // namespace
+}  // namespace truss_test
 }  // namespace skerry::statics::test

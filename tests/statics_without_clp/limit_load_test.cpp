@@ -11,7 +11,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry::statics::test {
-namespace {
+namespace limit_load_test {
 
 using skerry::test::add;
 using skerry::test::add_ground;
@@ -42,5 +42,5 @@ TEST(WithoutClp, StabilityHasNoMarginAndDoesNotInventOne) {
   EXPECT_EQ(stability.contact, -1);
 }
 
-}  // namespace
+}  // namespace limit_load_test
 }  // namespace skerry::statics::test

@@ -22,7 +22,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace trajectory_test {
 
 using test::add;
 using test::add_ground;
@@ -174,5 +174,5 @@ TEST(Trajectory, HasTheExpectedBits) {
       << text.str();
 }
 
-}  // namespace
+}  // namespace trajectory_test
 }  // namespace skerry

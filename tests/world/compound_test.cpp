@@ -7,7 +7,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace compound_test {
 
 using test::add_ground;
 using test::rough;
@@ -157,5 +157,5 @@ TEST(Compound, EachPartReportsItsOwnEventsWithItsOwnFilterAndMaterial) {
   EXPECT_NEAR(world.velocity(body).x, 2, 1e-12);
 }
 
-}  // namespace
+}  // namespace compound_test
 }  // namespace skerry

@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace flight_test {
 
 using test::add;
 using test::add_ground;
@@ -82,5 +82,5 @@ TEST(Flight, BouncingBallKeepsItsHeightForAHundredBounces) {
   EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy, 1e-9);
 }
 
-}  // namespace
+}  // namespace flight_test
 }  // namespace skerry

@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace fuzz_test {
 
 using test::add_ground;
 using test::rough;
@@ -200,5 +200,5 @@ std::vector<std::string> stepper_names() {
 INSTANTIATE_TEST_SUITE_P(Steppers, FuzzOf, testing::ValuesIn(stepper_names()),
                          [](const testing::TestParamInfo<std::string>& test) { return test.param; });
 
-}  // namespace
+}  // namespace fuzz_test
 }  // namespace skerry

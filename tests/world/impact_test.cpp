@@ -10,7 +10,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace impact_test {
 
 using test::add;
 using test::add_row;
@@ -347,5 +347,5 @@ TEST(Impact, OfHingedBodiesEndsSoonThoughTheirJointsMoveApart) {
   EXPECT_GT(struck, 50);
 }
 
-}  // namespace
+}  // namespace impact_test
 }  // namespace skerry

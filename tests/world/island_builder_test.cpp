@@ -6,7 +6,7 @@
 #include <random>
 
 namespace skerry {
-namespace {
+namespace island_builder_test {
 
 /// Components by repeated relabelling: slow and obvious.
 std::vector<int> labels_by_relabelling(const std::vector<std::uint8_t>& dynamic,
@@ -86,5 +86,5 @@ TEST(IslandBuilder, EdgesWithoutADynamicBodyBelongToNoIsland) {
   EXPECT_TRUE(islands[0].contacts.empty());
 }
 
-}  // namespace
+}  // namespace island_builder_test
 }  // namespace skerry

@@ -5,7 +5,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace joint_test {
 
 using test::add;
 using test::smooth;
@@ -123,5 +123,5 @@ TEST(Joints, BadOnesAreRefused) {
                std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace joint_test
 }  // namespace skerry

@@ -8,7 +8,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace material_test {
 
 using test::add;
 using test::add_ground;
@@ -109,5 +109,5 @@ TEST(Events, ATouchingPairBeginsPersistsEveryStepAndEnds) {
   EXPECT_EQ(count(ContactEventKind::Persist), 0);
 }
 
-}  // namespace
+}  // namespace material_test
 }  // namespace skerry

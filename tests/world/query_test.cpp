@@ -6,7 +6,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace query_test {
 
 using test::add;
 using test::add_ground;
@@ -130,5 +130,5 @@ TEST(Queries, DistanceBetweenTwoShapesOfTheWorld) {
   EXPECT_THROW(world.distance(disc, box), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace query_test
 }  // namespace skerry

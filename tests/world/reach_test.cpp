@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace reach_test {
 
 using test::add;
 using test::add_ground;
@@ -307,5 +307,5 @@ TEST(Reach, AWrongGuessInFlowIsMended) {
   }
 }
 
-}  // namespace
+}  // namespace reach_test
 }  // namespace skerry

@@ -11,7 +11,7 @@
 #include "physics/world.h"
 
 namespace skerry {
-namespace {
+namespace shared_shape_test {
 
 std::set<const Shape*> shapes_of(const World& world) {
   std::set<const Shape*> all;
@@ -102,5 +102,5 @@ TEST(SharedShape, SnapshotsShareAgain) {
   EXPECT_EQ(shapes_of(loaded).size(), 1u);
 }
 
-}  // namespace
+}  // namespace shared_shape_test
 }  // namespace skerry

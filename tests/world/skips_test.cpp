@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace skips_test {
 
 using test::add;
 using test::add_ground;
@@ -133,5 +133,5 @@ TEST(Skips, AreCounted) {
   EXPECT_EQ(slow.report().islands_at_rest, 0);
 }
 
-}  // namespace
+}  // namespace skips_test
 }  // namespace skerry

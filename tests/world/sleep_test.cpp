@@ -11,7 +11,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace sleep_test {
 
 using test::add;
 using test::add_ground;
@@ -258,5 +258,5 @@ TEST(Sleep, NearIslandsThatFellAsleepOneAfterTheOtherShareTheirContactOnWaking) 
   }
 }
 
-}  // namespace
+}  // namespace sleep_test
 }  // namespace skerry

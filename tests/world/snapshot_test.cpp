@@ -15,7 +15,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace snapshot_test {
 
 using test::add;
 using test::add_ground;
@@ -378,5 +378,5 @@ TEST(Archive, DamagedBytesNeverReadBeyondTheirEnd) {
   }
 }
 
-}  // namespace
+}  // namespace snapshot_test
 }  // namespace skerry

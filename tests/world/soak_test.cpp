@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace soak_test {
 
 using test::add;
 using test::add_ground;
@@ -87,5 +87,5 @@ TEST(Soak, BodiesThatComeAndGoLeaveNothingBehind) {
   EXPECT_LE(world.bodies().size(), 8u);
 }
 
-}  // namespace
+}  // namespace soak_test
 }  // namespace skerry

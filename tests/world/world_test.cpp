@@ -9,7 +9,7 @@
 #include "tests/support/worlds.h"
 
 namespace skerry {
-namespace {
+namespace world_test {
 
 using test::add;
 using test::add_ground;
@@ -652,5 +652,5 @@ TEST(World, ContainsABodyThatLeavesTheNumbersAndTellsWhenAndWhy) {
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(world.bodies().position[k + 2], alone.bodies().position[k]);
 }
 
-}  // namespace
+}  // namespace world_test
 }  // namespace skerry
