@@ -157,6 +157,17 @@ class World {
   /// Adds a shape. The centre of mass moves to that of all shapes, and the position with it.
   ShapeId add_shape(BodyId body, const ShapeDef& def);
   JointId create_joint(const JointDef& def);
+  /// What the surface does from now on; the rules of mixing stay. What lies on it wakes.
+  /// @throws std::invalid_argument as `add_shape`; nothing is changed then
+  void set_material(ShapeId shape, const Material& material);
+  /// What the shape meets from now on: contacts begin and end with the next step.
+  void set_filter(ShapeId shape, const Filter& filter);
+  /// Another definition of a joint: limits, motor, spring, length, largest and breaking loads, whether
+  /// its bodies touch. Take `joints()[joint.index].def` and change that. A length that is given is the new one
+  /// [m] (Distance, Rope, Spring), without one the old one stays.
+  /// @throws std::invalid_argument as `create_joint`, and if the kind, the bodies, the anchors, the axis, the
+  /// pulleys or the ratio are others; nothing is changed then
+  void set_joint(JointId joint, const JointDef& def);
   void destroy(BodyId body);  ///< with its shapes, contacts and joints; what rested on it wakes
   void destroy(ShapeId shape);
   void destroy(JointId joint);

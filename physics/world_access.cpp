@@ -63,6 +63,17 @@ void touch(WorldState& s, std::uint32_t body) {
   s.sleepers.wake_at(s, body);
 }
 
+void touch_pairs(WorldState& s, std::uint32_t body) {
+  make_loose(s, body);
+  // The box that the next step gives them is another one.
+  for (const std::uint32_t shape : s.shapes_of[body]) s.shapes[shape].box = {};
+}
+
+void touch_definition(WorldState& s, std::uint32_t body) {
+  touch(s, body);
+  s.resting.clear();
+}
+
 void make_loose(WorldState& s, std::uint32_t body) {
   touch(s, body);
   s.loose_shapes.insert(s.loose_shapes.end(), s.shapes_of[body].begin(), s.shapes_of[body].end());

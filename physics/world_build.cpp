@@ -149,6 +149,17 @@ void remove_shape(WorldState& s, std::uint32_t i) {
   s.free_shapes.push_back(i);
 }
 
+void check_material(const Material& material) {
+  require_at_least_zero(material.friction, "friction");
+  const double held = material.static_friction.value_or(material.friction);
+  require(held >= material.friction && std::isfinite(held),
+          "static_friction must be finite and at least friction, got ", held, " and ", material.friction);
+  require_at_least_zero(material.rolling_resistance, "rolling_resistance");
+  require_finite(material.surface_velocity, "surface_velocity");
+  require(material.restitution >= 0 && material.restitution <= 1, "restitution must be between 0 and 1, got ",
+          material.restitution);
+}
+
 }  // namespace
 
 BodyId World::create_body(const BodyDef& def) {
@@ -200,14 +211,7 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   WorldState& s = *state_;
   const std::uint32_t body = slot(s, id);
   require_at_least_zero(def.density, "density");
-  require_at_least_zero(def.material.friction, "friction");
-  const double held = def.material.static_friction.value_or(def.material.friction);
-  require(held >= def.material.friction && std::isfinite(held),
-          "static_friction must be finite and at least friction, got ", held, " and ", def.material.friction);
-  require_at_least_zero(def.material.rolling_resistance, "rolling_resistance");
-  require_finite(def.material.surface_velocity, "surface_velocity");
-  require(def.material.restitution >= 0 && def.material.restitution <= 1,
-          "restitution must be between 0 and 1, got ", def.material.restitution);
+  check_material(def.material);
   require(!def.shape.vertices.empty(), "shape is empty; use make_disc, make_polygon, ...");
   const bool endless = def.shape.kind == ShapeKind::HalfPlane || def.shape.kind == ShapeKind::Chain;
   require(!endless || s.bodies.type[body] != BodyType::Dynamic,
@@ -240,6 +244,26 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   update_mass(s, body);
   s.shape_pool.share(record.shape);
   return {i, record.generation};
+}
+
+void World::set_material(ShapeId id, const Material& material) {
+  WorldState& s = *state_;
+  const std::uint32_t i = slot(s, id);
+  check_material(material);
+  ShapeRecord& shape = s.shapes[i];
+  shape.material = material;
+  touch_definition(s, shape.body.index);
+  for (Contact& contact : s.contacts) {
+    if (contact.shape_a == i || contact.shape_b == i)
+      mix_materials(contact, s.shapes[contact.shape_a], s.shapes[contact.shape_b]);
+  }
+}
+
+void World::set_filter(ShapeId id, const Filter& filter) {
+  WorldState& s = *state_;
+  const std::uint32_t i = slot(s, id);
+  s.shapes[i].filter = filter;
+  touch_pairs(s, s.shapes[i].body.index);
 }
 
 void World::destroy(BodyId id) {

@@ -9,6 +9,7 @@
 
 #include "physics/narrowphase/chain.h"
 #include "physics/spare.h"
+#include "physics/world_access.h"
 #include "physics/world_step.h"
 
 namespace skerry {
@@ -319,6 +320,12 @@ Contact Step::make_contact(const ContactKey& key) const {
   const ShapeRecord& b = s_.shapes[contact.shape_b];
   contact.body_a = a.body.index;
   contact.body_b = b.body.index;
+  mix_materials(contact, a, b);
+  contact.sensor = a.sensor || b.sensor;
+  return contact;
+}
+
+void mix_materials(Contact& contact, const ShapeRecord& a, const ShapeRecord& b) {
   contact.friction =
       mix(std::max(a.friction_rule, b.friction_rule), a.material.friction, b.material.friction);
   contact.static_friction =
@@ -329,8 +336,6 @@ Contact Step::make_contact(const ContactKey& key) const {
       mix(std::max(a.restitution_rule, b.restitution_rule), a.material.restitution, b.material.restitution);
   contact.rolling_resistance = std::max(a.material.rolling_resistance, b.material.rolling_resistance);
   contact.surface_velocity = a.material.surface_velocity + b.material.surface_velocity;
-  contact.sensor = a.sensor || b.sensor;
-  return contact;
 }
 
 }  // namespace skerry

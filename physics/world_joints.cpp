@@ -3,6 +3,7 @@
 // Joints of a world: making and removing them, their reactions, motors and springs.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/touching.h"
@@ -57,12 +58,31 @@ void check_joint(JointDef& def) {
           "joint: this kind has no motor");
 }
 
+/// @param collide  whether the bodies of the joint touch each other
+void touch_end(WorldState& s, std::uint32_t body, bool collide) {
+  if (collide)
+    touch(s, body);
+  else
+    touch_pairs(s, body);
+}
+
+void redefine(WorldState& s, JointRecord& joint, const JointDef& def) {
+  // Rows are counted by what the joint has; another one renumbers those behind it.
+  const auto has = [](const JointDef& d) {
+    return std::tuple(d.lower.has_value(), d.upper.has_value(), d.motor_speed.has_value(), d.stiffness > 0,
+                      d.damping > 0);
+  };
+  if (has(def) != has(joint.def)) std::fill(std::begin(joint.row_force), std::end(joint.row_force), 0);
+  s.springs += (def.stiffness > 0) - (joint.def.stiffness > 0);
+  joint.def = def;
+}
+
 }  // namespace
 
 void remove_joint(WorldState& s, std::uint32_t i) {
   for (const BodyId id : {s.joints[i].def.a, s.joints[i].def.b}) {
     if (!id) continue;
-    touch(s, id.index);
+    touch_end(s, id.index, s.joints[i].def.collide);
     std::erase(s.joints_of[id.index], i);
   }
   s.joints_changed = true;
@@ -107,7 +127,7 @@ JointId World::create_joint(const JointDef& given) {
   joint.length = keeps ? joint_coordinate(joint, joint_end(s, def.a.index), joint_end(s, b)).value
                        : def.length.value_or(length(def.anchor_b - def.anchor_a));
   for (const BodyId end : {def.a, def.b}) {
-    if (end) touch(s, end.index);
+    if (end) touch_end(s, end.index, def.collide);
   }
   s.joints_changed = true;
   s.springs += def.stiffness > 0;
@@ -147,18 +167,40 @@ double World::joint_speed(JointId id) const {
       .rate;
 }
 
+void World::set_joint(JointId id, const JointDef& given) {
+  WorldState& s = *state_;
+  JointRecord& joint = s.joints[slot(s, id)];
+  const JointDef& old = joint.def;
+  JointDef def = given;
+  check_joint(def);
+  require(def.kind == old.kind && def.a == old.a && def.b == old.b,
+          "set_joint: the kind and the bodies of a joint stay; make another one");
+  require(def.anchor_a == old.anchor_a && def.anchor_b == old.anchor_b && def.axis == old.axis &&
+              def.pulley_a == old.pulley_a && def.pulley_b == old.pulley_b && def.ratio == old.ratio,
+          "set_joint: the anchors, the axis, the pulleys and the ratio of a joint stay; make another one");
+  const bool has_length =
+      def.kind == JointKind::Distance || def.kind == JointKind::Rope || def.kind == JointKind::Spring;
+  if (def.length && has_length) joint.length = *def.length;
+  const bool other_pairs = def.collide != old.collide;
+  redefine(s, joint, def);
+  for (const BodyId end : {def.a, def.b}) {
+    if (!end) continue;
+    touch_definition(s, end.index);
+    if (other_pairs) touch_pairs(s, end.index);
+  }
+}
+
 void World::set_motor(JointId id, double speed, std::optional<double> limit) {
   JointRecord& joint = state_->joints[slot(*state_, id)];
   JointDef def = joint.def;
   def.motor_speed = speed;
   if (limit) def.motor_limit = *limit;
   check_joint(def);
-  // Rows are counted by what the joint has; a new one renumbers those behind it.
-  if (!joint.def.motor_speed) std::fill(std::begin(joint.row_force), std::end(joint.row_force), 0);
+  redefine(*state_, joint, def);
+  // Scripts do this in every step: what is known of other islands at rest is kept.
   for (const BodyId end : {def.a, def.b}) {
     if (end) touch(*state_, end.index);
   }
-  joint.def = def;
 }
 
 double World::spring_energy() const {

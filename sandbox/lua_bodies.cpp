@@ -189,6 +189,27 @@ struct Field {
   Setter set;  ///< null: read only
 };
 
+/// That of the first shape of a body.
+const Material& material_of(const Script& s, BodyId body) {
+  static const Material none;
+  for (const ShapeRecord& shape : s.world->shapes()) {
+    if (shape.alive && shape.body == body) return shape.material;
+  }
+  return none;
+}
+
+/// Changes that of all shapes of a body.
+void change_material(World& world, BodyId body, void (*change)(Material& material, double value),
+                     double value) {
+  for (std::uint32_t i = 0; i < world.shapes().size(); ++i) {
+    const ShapeRecord& shape = world.shapes()[i];
+    if (!shape.alive || shape.body != body) continue;
+    Material material = shape.material;
+    change(material, value);
+    world.set_material({i, shape.generation}, material);
+  }
+}
+
 constexpr Field kFields[] = {
     {"x", [](const Script& s, BodyId b) { return s.state_of(b).position.x; },
      [](World& w, BodyId b, double v) {
@@ -210,6 +231,40 @@ constexpr Field kFields[] = {
      }},
     {"omega", [](const Script& s, BodyId b) { return s.state_of(b).omega; },
      [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }},
+    {"friction", [](const Script& s, BodyId b) { return material_of(s, b).friction; },
+     [](World& w, BodyId b, double v) {
+       change_material(
+           w, b,
+           [](Material& m, double value) {
+             m.friction = value;
+             m.static_friction.reset();
+           },
+           v);
+     }},
+    {"static_friction",
+     [](const Script& s, BodyId b) {
+       const Material& m = material_of(s, b);
+       return m.static_friction.value_or(m.friction);
+     },
+     [](World& w, BodyId b, double v) {
+       change_material(
+           w, b, [](Material& m, double value) { m.static_friction = value; }, v);
+     }},
+    {"restitution", [](const Script& s, BodyId b) { return material_of(s, b).restitution; },
+     [](World& w, BodyId b, double v) {
+       change_material(
+           w, b, [](Material& m, double value) { m.restitution = value; }, v);
+     }},
+    {"rolling_resistance", [](const Script& s, BodyId b) { return material_of(s, b).rolling_resistance; },
+     [](World& w, BodyId b, double v) {
+       change_material(
+           w, b, [](Material& m, double value) { m.rolling_resistance = value; }, v);
+     }},
+    {"surface_speed", [](const Script& s, BodyId b) { return material_of(s, b).surface_velocity; },
+     [](World& w, BodyId b, double v) {
+       change_material(
+           w, b, [](Material& m, double value) { m.surface_velocity = value; }, v);
+     }},
     {"speed", [](const Script& s, BodyId b) { return length(s.state_of(b).velocity); }, nullptr},
     {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); }, nullptr},
     {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, nullptr},

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Script functions that join bodies (rod, rope, spring, hinge, slider, ...), and the joint object.
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "sandbox/lua_args.h"
@@ -272,12 +274,62 @@ int joint_set_speed(lua_State* L) {
   return 0;
 }
 
+/// A number of a joint that can be set.
+struct JointField {
+  const char* name;
+  double (*get)(const JointRecord& joint);
+  void (*set)(JointDef& def, std::optional<double> value);
+  bool optional;  ///< nil takes it away, and is what is read where there is none
+};
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+constexpr JointField kJointFields[] = {
+    {"length", [](const JointRecord& j) { return j.length; },
+     [](JointDef& d, std::optional<double> v) { d.length = v; }, false},
+    {"lower", [](const JointRecord& j) { return j.def.lower.value_or(kNone); },
+     [](JointDef& d, std::optional<double> v) { d.lower = v; }, true},
+    {"upper", [](const JointRecord& j) { return j.def.upper.value_or(kNone); },
+     [](JointDef& d, std::optional<double> v) { d.upper = v; }, true},
+    {"stiffness", [](const JointRecord& j) { return j.def.stiffness; },
+     [](JointDef& d, std::optional<double> v) { d.stiffness = *v; }, false},
+    {"damping", [](const JointRecord& j) { return j.def.damping; },
+     [](JointDef& d, std::optional<double> v) { d.damping = *v; }, false},
+    {"motor_limit", [](const JointRecord& j) { return j.def.motor_limit; },
+     [](JointDef& d, std::optional<double> v) { d.motor_limit = *v; }, false},
+    {"break_force", [](const JointRecord& j) { return j.def.break_force; },
+     [](JointDef& d, std::optional<double> v) { d.break_force = *v; }, false},
+    {"break_torque", [](const JointRecord& j) { return j.def.break_torque; },
+     [](JointDef& d, std::optional<double> v) { d.break_torque = *v; }, false},
+};
+
+/// Mean force [N] and torque [N m] of the last step on the body that is held, and the coordinate with its
+/// rate.
+struct JointReading {
+  const char* name;
+  double (*get)(const World& world, JointId joint);
+};
+
+constexpr JointReading kJointReadings[] = {
+    {"force", [](const World& w, JointId j) { return length(w.joint_force(j)); }},
+    {"fx", [](const World& w, JointId j) { return w.joint_force(j).x; }},
+    {"fy", [](const World& w, JointId j) { return w.joint_force(j).y; }},
+    {"torque", [](const World& w, JointId j) { return w.joint_torque(j); }},
+    {"position", [](const World& w, JointId j) { return w.joint_position(j); }},
+    {"speed", [](const World& w, JointId j) { return w.joint_speed(j); }},
+};
+
+std::vector<std::string> joint_names() {
+  std::vector<std::string> names{"alive", "remove", "set_speed"};
+  for (const JointReading& reading : kJointReadings) names.emplace_back(reading.name);
+  for (const JointField& field : kJointFields) names.emplace_back(field.name);
+  return names;
+}
+
 int joint_index(lua_State* L) {
   const World& world = *script_with_world(L, "joint").world;
   const JointId joint = joint_self(L);
   const std::string key = text_argument(L, 2, "joint", "field");
-  static const std::vector<std::string> names{"force", "fx",     "fy",    "torque", "position",
-                                              "speed", "length", "alive", "remove", "set_speed"};
   if (key == "remove" || key == "set_speed") {
     lua_pushcfunction(L, key == "remove" ? guarded<joint_remove> : guarded<joint_set_speed>);
     return 1;
@@ -288,24 +340,41 @@ int joint_index(lua_State* L) {
     return 1;
   }
   if (!alive) throw std::invalid_argument("joint: \"" + key + "\" of a joint that was removed or broke");
-  // Mean force and torque on the second body over the last step [N, N m].
-  if (key == "force")
-    lua_pushnumber(L, length(world.joint_force(joint)));
-  else if (key == "fx")
-    lua_pushnumber(L, world.joint_force(joint).x);
-  else if (key == "fy")
-    lua_pushnumber(L, world.joint_force(joint).y);
-  else if (key == "torque")
-    lua_pushnumber(L, world.joint_torque(joint));
-  else if (key == "position")
-    lua_pushnumber(L, world.joint_position(joint));
-  else if (key == "speed")
-    lua_pushnumber(L, world.joint_speed(joint));
-  else if (key == "length")
-    lua_pushnumber(L, world.joints()[joint.index].length);
-  else
-    throw std::invalid_argument("joint: no field \"" + key + '"' + suggestion(key, names));
-  return 1;
+  for (const JointReading& reading : kJointReadings) {
+    if (key != reading.name) continue;
+    lua_pushnumber(L, reading.get(world, joint));
+    return 1;
+  }
+  for (const JointField& field : kJointFields) {
+    if (key != field.name) continue;
+    const double value = field.get(world.joints()[joint.index]);
+    if (std::isnan(value))
+      lua_pushnil(L);
+    else
+      lua_pushnumber(L, value);
+    return 1;
+  }
+  throw std::invalid_argument("joint: no field \"" + key + '"' + suggestion(key, joint_names()));
+}
+
+int joint_newindex(lua_State* L) {
+  World& world = *script_with_world(L, "joint").world;
+  const JointId joint = joint_self(L);
+  const std::string key = text_argument(L, 2, "joint", "field");
+  std::vector<std::string> settable;
+  for (const JointField& field : kJointFields) {
+    settable.emplace_back(field.name);
+    if (key != field.name) continue;
+    if (!world.alive(joint))
+      throw std::invalid_argument("joint: \"" + key + "\" of a joint that was removed or broke");
+    JointDef def = world.joints()[joint.index].def;
+    std::optional<double> value;
+    if (!field.optional || !lua_isnil(L, 3)) value = number_argument(L, 3, "joint", key);
+    field.set(def, value);
+    world.set_joint(joint, def);
+    return 0;
+  }
+  throw std::invalid_argument("joint: \"" + key + "\" cannot be set; these can: " + join(settable));
 }
 
 }  // namespace
@@ -314,6 +383,8 @@ void add_joint_functions(lua_State* state) {
   luaL_newmetatable(state, kJointType);
   lua_pushcfunction(state, guarded<joint_index>);
   lua_setfield(state, -2, "__index");
+  lua_pushcfunction(state, guarded<joint_newindex>);
+  lua_setfield(state, -2, "__newindex");
   lua_pop(state, 1);
   const luaL_Reg functions[] = {
       {"rod", guarded<rod>},     {"rope", guarded<rope>},     {"spring", guarded<spring>},

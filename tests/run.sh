@@ -1,6 +1,7 @@
 #!/bin/sh
-# Installs what is missing, builds, and runs every test through CTest: everything in Release, the unit tests
-# under the address and undefined-behaviour sanitizers as well. Ends with CTest's summaries.
+# Installs what is missing, builds, and runs every test through CTest: everything in Release; under the address and
+# undefined-behaviour sanitizers all but the longest scenes, with half as many random ones (CMakePresets.json; all of
+# them: ctest --test-dir build/asan-ubsan). Ends with CTest's summaries.
 #
 #   tests/run.sh            everything
 #   tests/run.sh release    Release only

@@ -203,7 +203,7 @@ TEST(Collide, PointsLieBetweenTheSurfacesWhereEdgesMeetAtTheirEnds) {
       ++points;
     }
   }
-  EXPECT_GT(points, 10000);
+  EXPECT_GT(points, test_scale(10000));
 }
 
 TEST(Collide, KeepsOnePointAndItsFeatureWhereCornersTremble) {

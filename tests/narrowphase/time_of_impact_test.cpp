@@ -131,7 +131,7 @@ TEST(TimeOfImpact, AgreesWithFineSamplingForTurningPolygons) {
     ASSERT_NEAR(static_cast<double>(impact.t - truth), 0, 0.25e-9 + 1e-14 / std::max(speed, 1e-9))
         << "case " << k << " seed " << seed << " iterations " << impact.iterations;
   }
-  EXPECT_GT(hits, 100);
+  EXPECT_GT(hits, test_scale(100));
   std::printf("%d hits, at most %d evaluations\n", hits, most);
 }
 

@@ -104,6 +104,55 @@ TEST_F(JointScript, JointsDoWhatTheySay) {
       "expect('ratio', function() return b.angle + 2 * a.angle end, { equals = 0, within = 1e-12 })");
 }
 
+TEST_F(JointScript, SurfacesAndJointsChangeWhileItRuns) {
+  expect_good(
+      "local floor = ground{ y = -0.5, friction = 0.4 } a.vx = -5\n"
+      "at(0.5, function() a.friction = 0.4 end)\n"
+      "expect('speed', function() return a.vx end, { equals = -3, within = 1e-9 })\n"
+      "expect('read', function() return a.friction + a.static_friction end, { equals = 0.8, within = 1e-15 "
+      "})");
+  expect_good(
+      "local floor = ground{ y = -0.5, friction = 0.4 } a.friction = 0.4\n"
+      "at(0.5, function() floor.surface_speed = -1 a.rolling_resistance = 0.01 end)\n"
+      "expect('carried', function() return a.vx end, { equals = 1, within = 1e-9 })\n"
+      "expect('read', function() return floor.surface_speed + a.rolling_resistance end, { equals = -0.99, "
+      "within = 1e-15 })");
+  expect_good(
+      "local r = rope{ from = {1, 2}, to = a } at(0.5, function() r.length = 2.5 end)\n"
+      "expect('hangs', function() return a.y end, { equals = -0.5, within = 1e-6 })\n"
+      "expect('read', function() return r.length end, { equals = 2.5, within = 0 })");
+  expect_good(
+      "local h = hinge{ a = a, at = {0, 0}, limits = {0, 1} }\n"
+      "at(0.5, function() h.lower = nil h.upper = 0.5 end)\n"
+      "expect('turned', function() return h.position end, { below = -0.1 })\n"
+      "expect('read', function() return h.lower == nil and h.upper or 0 end, { equals = 0.5, within = 0 })");
+  expect_good(
+      "local w = weld{ a = a, at = {0, 0} } at(0.5, function() w.break_force = 19 end)\n"
+      "expect('broken', function() return w.alive and 1 or 0 end, { equals = 0, within = 0 })");
+  expect_good(
+      "local s = slider{ a = a, axis = {1, 0}, speed = 2, motor_limit = 0 }\n"
+      "at(0.5, function() s.motor_limit = 4 s.break_torque = 1000 end)\n"
+      "expect('speed', function() return s.speed end, { equals = 1, within = 1e-9 })\n"
+      "expect('read', function() return s.motor_limit + s.break_torque end, { equals = 1004, within = 0 })");
+  expect_good(
+      "gravity(0, 0) local s = spring{ from = {0, 0}, to = a, stiffness = 1 } at(0.5, function()\n"
+      "s.stiffness = 8 s.damping = 8 s.length = 0.5 end)\n"
+      "expect('pulled', function() return a.vx end, { below = -0.1 })\n"
+      "expect('read', function() return s.stiffness + s.damping end, { equals = 16, within = 0 })");
+  EXPECT_EQ(
+      error_of("local h = hinge{ a = a, at = {0, 0} }\nh.speed = 3"),
+      "arch.lua:4: joint: \"speed\" cannot be set; these can: length, lower, upper, stiffness, damping, "
+      "motor_limit, break_force, break_torque");
+  EXPECT_EQ(error_of("local h = hinge{ a = a, at = {0, 0} } h.lower = 'low'"),
+            "arch.lua:3: joint: lower expected a finite number, got the string \"low\"");
+  EXPECT_THAT(error_of("local h = hinge{ a = a, at = {0, 0} } h.stiffness = nil"),
+              HasSubstr("joint: stiffness expected a finite number"));
+  EXPECT_THAT(error_of("local h = hinge{ a = a, at = {0, 0} } h:remove() h.lower = 1"),
+              HasSubstr("\"lower\" of a joint that was removed or broke"));
+  EXPECT_THAT(error_of("a.restitution = 2"), HasSubstr("restitution must be between 0 and 1, got 2"));
+  EXPECT_THAT(error_of("a.friction = -1"), HasSubstr("friction must be finite and >= 0, got -1"));
+}
+
 TEST_F(JointScript, ForcesActAndEventsAreTold) {
   expect_good(
       "gravity(0, 0) field(function(x, y, vx, vy, m, t) return m * 3, 0 end)\n"

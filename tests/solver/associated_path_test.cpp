@@ -71,7 +71,7 @@ TEST(AssociatedPath, EndsWhereNothingComesNearerThanItSlidesApart) {
       ++points;
     }
   }
-  EXPECT_GT(points, 1000);
+  EXPECT_GT(points, test_scale(1000));
   EXPECT_LE(lost, islands / 500);
 }
 
