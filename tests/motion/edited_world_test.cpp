@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // What the user changes between two steps: bodies given another velocity or pushed, joints and bodies taken
-// away, another gravity, another motor. A world goes on from there like one that was made in that state: what
-// it remembers of its last step makes no difference.
+// away, another gravity, another motor, another surface. A world goes on from there like one that was made in
+// that state: what it remembers of its last step makes no difference.
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -133,6 +133,26 @@ Built made_anew(const test::Recipe& recipe, const Built& from, const char* stepp
   return made;
 }
 
+ShapeId shape_at(const World& world, std::size_t slot) {
+  return {static_cast<std::uint32_t>(slot), world.shapes()[slot].generation};
+}
+
+/// Lets `change` have the shapes of one body.
+void for_shapes(World& world, BodyId body, const std::function<void(ShapeId, Material)>& change) {
+  for (std::size_t i = 0; i < world.shapes().size(); ++i) {
+    const ShapeRecord& shape = world.shapes()[i];
+    if (shape.alive && shape.body == body) change(shape_at(world, i), shape.material);
+  }
+}
+
+/// Gives the first joint another definition.
+void redefine(World& world, const std::function<void(JointDef&)>& change) {
+  if (world.joints().empty()) return;
+  JointDef def = world.joints()[0].def;
+  change(def);
+  world.set_joint(JointId{0, world.joints()[0].generation}, def);
+}
+
 /// Something that a user does to a body, or to the world.
 struct Edit {
   const char* name;
@@ -162,13 +182,41 @@ const Edit kEdits[] = {
      [](World& world, BodyId body) {
        world.set_pose(body, world.position(body) + Vec2{0.1, 0.4}, world.angle(body) + 0.2);
      }},
+    {"another surface",
+     [](World& world, BodyId body) {
+       for_shapes(world, body, [&](ShapeId shape, Material) {
+         world.set_material(shape, {.friction = 0.2, .restitution = 0.3, .surface_velocity = 1.5});
+       });
+     }},
+    {"another ground",
+     [](World& world, BodyId) {
+       for_shapes(world, world.body_id(0), [&](ShapeId shape, Material material) {
+         material.friction *= 0.3;
+         material.static_friction.reset();
+         world.set_material(shape, material);
+       });
+     }},
+    {"another filter",
+     [](World& world, BodyId body) {
+       for_shapes(world, body, [&](ShapeId shape, const Material&) { world.set_filter(shape, {.mask = 0}); });
+     }},
+    {"another joint",
+     [](World& world, BodyId) {
+       redefine(world, [](JointDef& def) {
+         def.lower.reset();
+         def.upper.reset();
+         def.stiffness *= 3;
+         def.damping *= 0.5;
+         def.collide = true;
+       });
+     }},
 };
 
 /// What was loaded in the last step held on to what joints made of a new velocity, both ways and however
 /// hard: one world in eight went another way. By `time_stepping` pieces beside springs are as long as the
 /// forces of the last step say.
 TEST_P(EditedBy, GoesOnLikeOneMadeInThatState) {
-  const int worlds = test_scale(60);
+  const int worlds = test_scale(40);
   constexpr int kSteps = 15;
   // What is pressed into the ground by what moves as told goes anywhere [m].
   constexpr double kCrushed = 1e-3;
