@@ -91,10 +91,10 @@ inline void fields(Archive& a, BodyArrays& v) {
     gravity_scale, type, alive, asleep, island, generation);
 }
 inline void fields(Archive& a, ShapeRecord& v) {
-  auto& [shape, body, filter, generation, sensor, alive, in_broad_phase, friction_rule, restitution_rule, box,
-         density, material] = v;
-  a(shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase, body,
-    generation, box);
+  auto& [shape, body, filter, generation, sensor, alive, in_broad_phase, pairs_changed, friction_rule,
+         restitution_rule, box, density, material] = v;
+  a(shape, density, material, friction_rule, restitution_rule, filter, sensor, alive, in_broad_phase,
+    pairs_changed, body, generation, box);
 }
 inline void fields(Archive& a, JointDef& v) {
   auto& [kind, body_a, body_b, anchor_a, anchor_b, length, collide, axis, ratio, pulley_a, pulley_b, lower,

@@ -96,6 +96,7 @@ struct ShapeRecord {
   bool sensor = false;
   bool alive = false;
   bool in_broad_phase = false;
+  bool pairs_changed = false;  ///< what it meets is to be found anew, though it lies where it lay
   MixingRule friction_rule{}, restitution_rule{};
   Aabb box;  ///< last box given to the broad phase
   double density = 0;

@@ -64,9 +64,8 @@ void touch(WorldState& s, std::uint32_t body) {
 }
 
 void touch_pairs(WorldState& s, std::uint32_t body) {
-  make_loose(s, body);
-  // The box that the next step gives them is another one.
-  for (const std::uint32_t shape : s.shapes_of[body]) s.shapes[shape].box = {};
+  touch(s, body);
+  for (const std::uint32_t shape : s.shapes_of[body]) s.shapes[shape].pairs_changed = true;
 }
 
 void touch_definition(WorldState& s, std::uint32_t body) {

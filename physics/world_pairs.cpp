@@ -118,11 +118,12 @@ void Step::place_box(std::uint32_t i, std::uint32_t body, BoxPiece& piece) {
   if (!shape.in_broad_phase)
     piece.fresh.push_back(i);
   else if (box.lower != shape.box.lower || box.upper != shape.box.upper ||
-           (rounds_ == 0 && s_.flight[body] == FlightKind::Fast))
+           (rounds_ == 0 && (shape.pairs_changed || s_.flight[body] == FlightKind::Fast)))
     piece.updates.push_back({i, box});
   else
     return;
   shape.box = box;
+  shape.pairs_changed = false;
   s_.shape_moved[i] = 1;
 }
 
