@@ -274,6 +274,28 @@ TEST_P(ChangedDefinitions, AStifferSpringSwingsFaster) {
   EXPECT_NEAR(world.position(ball).x, 1.5 + 0.5 * std::cos(10), 0.02);
 }
 
+TEST_P(ChangedDefinitions, AHingeGetsASpringAndLosesIt) {
+  World world = make_world(weightless());
+  const BodyId arm = add(world, {1, 0}, smooth(make_box({2, 0.1})), 3, {0, 1}, 1);
+  const JointId hinge = world.create_joint({.kind = JointKind::Revolute, .b = arm, .anchor_a = {0, 0}});
+  run(world, 30);
+  const double turned = world.joint_position(hinge), energy = world.kinetic_energy();
+  EXPECT_NEAR(turned, 0.5, 1e-4);
+  EXPECT_EQ(world.spring_energy(), 0);
+  JointDef def = definition(world, hinge);
+  def.stiffness = 8;
+  world.set_joint(hinge, def);
+  EXPECT_NEAR(world.spring_energy(), 0.5 * 8 * turned * turned, 1e-9);
+  run(world, 30);
+  EXPECT_NEAR(world.spring_energy() + world.kinetic_energy(), energy + 0.5 * 8 * turned * turned, 0.01);
+  def.stiffness = 0;
+  world.set_joint(hinge, def);
+  EXPECT_EQ(world.spring_energy(), 0);
+  const double speed = world.omega(arm);
+  run(world, 30);
+  EXPECT_NEAR(world.omega(arm), speed, 1e-4);
+}
+
 TEST_P(ChangedDefinitions, ARopeThatIsPaidOutOrHauledInHasItsNewLength) {
   World world = make_world();
   const BodyId ball = add(world, {0, -2}, smooth(make_disc(0.1)), 1);
