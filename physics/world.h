@@ -164,8 +164,8 @@ class World {
   /// What the shape meets from now on: contacts begin and end with the next step.
   void set_filter(ShapeId shape, const Filter& filter);
   /// Another definition of a joint: limits, motor, spring, length, largest and breaking loads, whether
-  /// its bodies touch. Take `joints()[joint.index].def` and change that. A length that is given is the new one
-  /// [m] (Distance, Rope, Spring), without one the old one stays.
+  /// its bodies touch. Take `joints()[joint.index].def` and change that. A length that is given is the new
+  /// one [m] (Distance, Rope, Spring), without one the old one stays.
   /// @throws std::invalid_argument as `create_joint`, and if the kind, the bodies, the anchors, the axis, the
   /// pulleys or the ratio are others; nothing is changed then
   void set_joint(JointId joint, const JointDef& def);

@@ -47,15 +47,16 @@ std::uint32_t slot(const WorldState& s, JointId id);
 
 /// Whatever the user changes at a body wakes its island, and those that lean on it.
 void touch(WorldState& s, std::uint32_t body);
-/// The same, and what the body's shapes meet is found anew, wherever they lie: another filter, or a joint that
-/// came or went, says otherwise.
+/// The same, and what the body's shapes meet is found anew, wherever they lie: another filter, or a joint
+/// that came or went, says otherwise.
 void touch_pairs(WorldState& s, std::uint32_t body);
 /// As `touch`, and what is known of islands at rest is forgotten: it holds for the old surfaces and joints.
 void touch_definition(WorldState& s, std::uint32_t body);
 /// As `touch`, and queries look at the body's shapes themselves until the next step gives them boxes.
 void make_loose(WorldState& s, std::uint32_t body);
 
-/// Gives the contact of two shapes the friction, restitution, rolling resistance and surface velocity of both.
+/// Gives the contact of two shapes the friction, restitution, rolling resistance and surface velocity of
+/// both.
 void mix_materials(Contact& contact, const ShapeRecord& a, const ShapeRecord& b);
 
 void remove_joint(WorldState& s, std::uint32_t joint);
