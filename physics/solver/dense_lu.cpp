@@ -2,8 +2,8 @@
 //
 // The dense reference that textbooks describe: W lambda = b by LU in O(c^3), a new right-hand side with the
 // kept factor in O(c^2). Where W is singular (a box on two contacts with friction is enough) it says so.
-#include <Eigen/LU>
 
+#include "physics/solver/dense_factors.h"
 #include "physics/solver/eigen_archive.h"
 #include "physics/solver/state_search.h"
 
@@ -39,8 +39,8 @@ class DenseEngine : public StateEngine {
         if (!factor(reduction, shift)) return false;
       }
       const Eigen::VectorXd S = scale_(F), rhs = S.cwiseProduct(wanted(F));
-      x = lu_.solve(rhs);
-      x += lu_.solve(Eigen::VectorXd(rhs - A_ * x));
+      x = solution_of(lu_, rhs);
+      x += solution_of(lu_, residual(A_, x, rhs));
       x = x.cwiseProduct(S);
       if (!x.allFinite()) return false;
     }

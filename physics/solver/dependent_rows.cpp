@@ -2,11 +2,11 @@
 #include "physics/solver/dependent_rows.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "physics/solver/contact_states.h"
+#include "physics/solver/dense_factors.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -183,7 +183,7 @@ class DependentRowsSolve {
     double worst = kInfinity;
     for (int k = 0; k <= kRefinements; ++k) {
       const VectorXd before = z_;
-      z_ += brought * factor.solve(left);
+      z_ += brought * solution_of(factor, left);
       left = error()(free);
       const double now = left.cwiseAbs().maxCoeff();
       // What a refinement does not make better is rounding.

@@ -3,7 +3,7 @@
 // Eigen's matrices in archives.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <Eigen/SparseCore>
 
 #include "physics/archive.h"

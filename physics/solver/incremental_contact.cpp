@@ -8,10 +8,10 @@
 // solved with the symmetric factor and a small dense system (Woodbury). Redundant rows stay out of the factor
 // with zero impulse; where they are not quite redundant and their velocity shows it, they are let in after
 // all.
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "physics/solver/dense_factors.h"
 #include "physics/solver/eigen_archive.h"
 #include "physics/solver/incremental_ldlt.h"
 #include "physics/solver/state_search.h"
@@ -111,7 +111,7 @@ class IncrementalEngine : public StateEngine {
       if (!(lu.rcond() > 1e-14)) return false;
       const auto correct = [&](Eigen::VectorXd y) {
         const Eigen::VectorXd normals = y(picks);
-        y -= Z.leftCols(k) * lu.solve(normals);
+        y -= Z.leftCols(k) * solution_of(lu, normals);
         return y;
       };
       x = correct(x);

@@ -13,11 +13,11 @@
 // pseudo inverse (redundant joints are no harm); a row with two bounds gets a multiplier for the upper one.
 #include "physics/solver/lemke.h"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "physics/solver/dense_factors.h"
 #include "physics/solver/independent_parts.h"
 
 namespace skerry {
@@ -162,7 +162,7 @@ void refine(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, DenseLcpResult& 
     const Eigen::VectorXd w = M * result.z + q;
     Eigen::VectorXd z = result.z;
     const Eigen::VectorXd error = w(basic);
-    z(basic) -= Eigen::VectorXd(factor.solve(error));
+    z(basic) -= solution_of(factor, error);
     z = z.cwiseMax(0);
     const double residual = z.allFinite() ? lcp_residual(M, q, z) : kInfinity;
     if (!(residual < result.residual)) break;
@@ -183,7 +183,7 @@ void enumerate_bases(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, DenseLc
     Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
     if (!basic.empty()) {
       const Eigen::VectorXd wanted = -q(basic);
-      z(basic) = Eigen::VectorXd(Eigen::PartialPivLU<Eigen::MatrixXd>(M(basic, basic)).solve(wanted));
+      z(basic) = solution_of(Eigen::PartialPivLU<Eigen::MatrixXd>(M(basic, basic)), wanted);
     }
     if (!z.allFinite() || !((M * z + q).cwiseMin(z).minCoeff() >= -1e-12 * (1 + z.cwiseAbs().maxCoeff())))
       continue;
@@ -360,14 +360,14 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
   if (!J.empty() && !C.empty()) {
     const Eigen::MatrixXd columns = W(J, C);
     const Eigen::VectorXd wanted = b(J);
-    reduced -= W(C, J) * Eigen::MatrixXd(elimination.inverse.solve(columns));
-    reduced_b -= W(C, J) * Eigen::VectorXd(elimination.inverse.solve(wanted));
+    reduced -= W(C, J) * solution_of(elimination.inverse, columns);
+    reduced_b -= W(C, J) * solution_of(elimination.inverse, wanted);
   }
 
   if (C.empty()) {
     // Joints alone: a linear system.
     const Eigen::VectorXd wanted = b(J);
-    const Eigen::VectorXd lambda = elimination.inverse.solve(wanted);
+    const Eigen::VectorXd lambda = solution_of(elimination.inverse, wanted);
     solution.lambda.assign(problem.rows.size(), 0.0);
     solution.status = lambda.allFinite() ? SolveStatus::Inexact : SolveStatus::Failed;
     if (lambda.allFinite()) std::copy(lambda.begin(), lambda.end(), solution.lambda.begin());
@@ -393,7 +393,7 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
   lambda(C) = others;
   if (!J.empty()) {
     const Eigen::VectorXd wanted = b(J) - W(J, C) * others;
-    lambda(J) = Eigen::VectorXd(elimination.inverse.solve(wanted));
+    lambda(J) = solution_of(elimination.inverse, wanted);
   }
   if (!result.solved || !lambda.allFinite()) {
     solution.status = SolveStatus::Failed;

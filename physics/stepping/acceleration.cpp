@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/acceleration.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "physics/joint_rows.h"
+#include "physics/solver/dense_factors.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
@@ -288,13 +288,13 @@ bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, cons
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
   ++result_.work.factorisations;
   if (lu.isInvertible()) {
-    solution = lu.solve(rhs);
+    solution = solution_of(lu, rhs);
   } else {
     // Redundant supports: of the forces that do it those nearest to the ones with which the mode was chosen.
     for (int j = 0; j < n; ++j) solution(j) = *unknowns[static_cast<std::size_t>(j)].value;
-    solution +=
-        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix).solve(rhs - matrix * solution);
-    const double error = (matrix * solution - rhs).cwiseAbs().maxCoeff();
+    solution += solution_of(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(matrix),
+                            residual(matrix, solution, rhs));
+    const double error = residual(matrix, solution, rhs).cwiseAbs().maxCoeff();
     if (error > 1e-9 * (1 + rhs.cwiseAbs().maxCoeff())) return false;
   }
   if (!solution.allFinite()) return false;
