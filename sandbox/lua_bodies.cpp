@@ -199,15 +199,22 @@ const Material& material_of(const Script& s, BodyId body) {
 }
 
 /// Changes that of all shapes of a body.
-void change_material(World& world, BodyId body, void (*change)(Material& material, double value),
-                     double value) {
+template <class Change>
+void change_material(World& world, BodyId body, Change change) {
   for (std::uint32_t i = 0; i < world.shapes().size(); ++i) {
     const ShapeRecord& shape = world.shapes()[i];
     if (!shape.alive || shape.body != body) continue;
     Material material = shape.material;
-    change(material, value);
+    change(material);
     world.set_material({i, shape.generation}, material);
   }
+}
+
+/// A number of the material that is read and set as it is.
+template <double Material::*Number>
+constexpr Field material_field(const char* name) {
+  return {name, [](const Script& s, BodyId b) { return material_of(s, b).*Number; },
+          [](World& w, BodyId b, double v) { change_material(w, b, [v](Material& m) { m.*Number = v; }); }};
 }
 
 constexpr Field kFields[] = {
@@ -233,13 +240,10 @@ constexpr Field kFields[] = {
      [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }},
     {"friction", [](const Script& s, BodyId b) { return material_of(s, b).friction; },
      [](World& w, BodyId b, double v) {
-       change_material(
-           w, b,
-           [](Material& m, double value) {
-             m.friction = value;
-             m.static_friction.reset();
-           },
-           v);
+       change_material(w, b, [v](Material& m) {
+         m.friction = v;
+         m.static_friction.reset();
+       });
      }},
     {"static_friction",
      [](const Script& s, BodyId b) {
@@ -247,24 +251,11 @@ constexpr Field kFields[] = {
        return m.static_friction.value_or(m.friction);
      },
      [](World& w, BodyId b, double v) {
-       change_material(
-           w, b, [](Material& m, double value) { m.static_friction = value; }, v);
+       change_material(w, b, [v](Material& m) { m.static_friction = v; });
      }},
-    {"restitution", [](const Script& s, BodyId b) { return material_of(s, b).restitution; },
-     [](World& w, BodyId b, double v) {
-       change_material(
-           w, b, [](Material& m, double value) { m.restitution = value; }, v);
-     }},
-    {"rolling_resistance", [](const Script& s, BodyId b) { return material_of(s, b).rolling_resistance; },
-     [](World& w, BodyId b, double v) {
-       change_material(
-           w, b, [](Material& m, double value) { m.rolling_resistance = value; }, v);
-     }},
-    {"surface_speed", [](const Script& s, BodyId b) { return material_of(s, b).surface_velocity; },
-     [](World& w, BodyId b, double v) {
-       change_material(
-           w, b, [](Material& m, double value) { m.surface_velocity = value; }, v);
-     }},
+    material_field<&Material::restitution>("restitution"),
+    material_field<&Material::rolling_resistance>("rolling_resistance"),
+    material_field<&Material::surface_velocity>("surface_speed"),
     {"speed", [](const Script& s, BodyId b) { return length(s.state_of(b).velocity); }, nullptr},
     {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); }, nullptr},
     {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, nullptr},
