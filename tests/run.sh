@@ -1,7 +1,8 @@
 #!/bin/sh
-# Installs what is missing, builds, and runs every test through CTest: everything in Release; under the address and
-# undefined-behaviour sanitizers all but the longest scenes, with half as many random ones (CMakePresets.json; all of
-# them: ctest --test-dir build/asan-ubsan). Ends with CTest's summaries.
+# Installs what is missing, builds, and runs every test through CTest: everything in Release, each in a process of its
+# own; under the address and undefined-behaviour sanitizers all but the longest scenes, with a quarter of the random
+# ones, a folder in eight processes (CMakePresets.json; all of them: ctest --test-dir build/asan-ubsan). Ends with
+# CTest's summaries.
 #
 #   tests/run.sh            everything
 #   tests/run.sh release    Release only
