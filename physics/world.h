@@ -98,8 +98,8 @@ struct ShapeRecord {
   bool in_broad_phase = false;
   bool pairs_changed = false;  ///< what it meets is to be found anew, though it lies where it lay
   MixingRule friction_rule{}, restitution_rule{};
-  Aabb box;  ///< last box given to the broad phase
-  double density = 0;
+  Aabb box;            ///< last box given to the broad phase
+  double density = 0;  ///< [kg/m^2], as it was given
   Material material;
 };
 
@@ -158,6 +158,15 @@ class World {
   /// Adds a shape. The centre of mass moves to that of all shapes, and the position with it.
   ShapeId add_shape(BodyId body, const ShapeDef& def);
   JointId create_joint(const JointDef& def);
+  /// Makes a body static, kinematic or dynamic from now on: it stays where it is, with its shapes and joints.
+  /// What moves keeps its velocity, what is static has none; drag is that of dynamic bodies, a prescribed
+  /// motion that of kinematic ones, and each is forgotten with the type. What touches it wakes.
+  /// @throws std::invalid_argument if a body with a half-plane or a chain is to be dynamic
+  void set_type(BodyId body, BodyType type);
+  /// As `BodyDef::mass` [kg] and `BodyDef::inertia` [kg m^2] from now on; none: by the shapes. Velocities
+  /// stay.
+  /// @throws std::invalid_argument as `create_body`; nothing is changed then
+  void set_mass(BodyId body, std::optional<double> mass, std::optional<double> inertia = {});
   /// What the surface does from now on; the rules of mixing stay. What lies on it wakes.
   /// @throws std::invalid_argument as `add_shape`; nothing is changed then
   void set_material(ShapeId shape, const Material& material);

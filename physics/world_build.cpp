@@ -66,6 +66,11 @@ std::uint32_t new_body_slot(WorldState& s) {
   return static_cast<std::uint32_t>(b.position.size() - 1);
 }
 
+double density_of(const WorldState& s, std::uint32_t shape) {
+  const ShapeRecord& record = s.shapes[shape];
+  return s.bodies.type[record.body.index] == BodyType::Dynamic ? record.density : 0;
+}
+
 /// Mass, centre and inertia of a body from its shapes, and the shapes moved so that the centre of mass is the
 /// origin.
 void update_mass(WorldState& s, std::uint32_t body) {
@@ -76,10 +81,10 @@ void update_mass(WorldState& s, std::uint32_t body) {
   Vec2 area_moment;
   for (const std::uint32_t i : s.shapes_of[body]) {
     const AreaProperties p = area_properties(s.shapes[i].shape);
-    const double m = s.shapes[i].density * p.area;
+    const double m = density_of(s, i) * p.area;
     mass += m;
     moment += m * p.centroid;
-    second += s.shapes[i].density * (p.second_moment + p.area * length_squared(p.centroid));
+    second += density_of(s, i) * (p.second_moment + p.area * length_squared(p.centroid));
     area += p.area;
     area_moment += p.area * p.centroid;
   }
@@ -160,6 +165,34 @@ void check_material(const Material& material) {
           material.restitution);
 }
 
+void check_mass(std::optional<double> mass, std::optional<double> inertia) {
+  if (mass) require(*mass > 0 && std::isfinite(*mass), "mass must be positive, got ", *mass);
+  if (inertia) require_at_least_zero(*inertia, "inertia");
+}
+
+bool is_endless(const Shape& shape) {
+  return shape.kind == ShapeKind::HalfPlane || shape.kind == ShapeKind::Chain;
+}
+
+/// Nothing is known of its last step, and it is in the list of its type.
+void begin_as(WorldState& s, std::uint32_t i, BodyType type) {
+  BodyArrays& b = s.bodies;
+  b.type[i] = type;
+  b.mass[i] = b.inertia[i] = b.inverse_mass[i] = b.inverse_inertia[i] = 0;
+  b.island[i] = -1;
+  b.asleep[i] = 0;
+  s.step_memory[i] = {};
+  s.stray_guess[i] = 0;
+  s.local_index[i] = -1;
+  s.rests[i] = 0;
+  s.kept[i] = type != BodyType::Dynamic;
+  const auto enter = [i](std::vector<std::uint32_t>& list) {
+    list.insert(std::lower_bound(list.begin(), list.end(), i), i);
+  };
+  if (type == BodyType::Dynamic) enter(s.awake);
+  if (type == BodyType::Kinematic) enter(s.kinematic);
+}
+
 }  // namespace
 
 BodyId World::create_body(const BodyDef& def) {
@@ -168,12 +201,10 @@ BodyId World::create_body(const BodyDef& def) {
   require_finite(def.velocity, "velocity");
   require_finite(def.omega, "omega");
   require_finite(def.gravity_scale, "gravity_scale");
-  if (def.mass) require(*def.mass > 0 && std::isfinite(*def.mass), "mass must be positive, got ", *def.mass);
-  if (def.inertia) require_at_least_zero(*def.inertia, "inertia");
+  check_mass(def.mass, def.inertia);
 
   WorldState& s = *state_;
   const std::uint32_t i = new_body_slot(s);
-  s.step_memory[i] = {};
   BodyArrays& b = s.bodies;
   b.position[i] = def.position;
   b.angle[i] = def.angle;
@@ -184,25 +215,14 @@ BodyId World::create_body(const BodyDef& def) {
   b.force[i] = {};
   b.torque[i] = 0;
   b.gravity_scale[i] = def.gravity_scale;
-  b.type[i] = def.type;
   b.alive[i] = 1;
-  b.island[i] = -1;
-  b.mass[i] = b.inertia[i] = b.inverse_mass[i] = b.inverse_inertia[i] = 0;
   s.names[i] = def.name;
   s.given_mass[i] = def.mass;
   s.given_inertia[i] = def.inertia;
   s.centre[i] = {};
   s.radius[i] = 0;
   s.thickness[i] = kInfinity;
-  s.stray_guess[i] = 0;
-  s.local_index[i] = -1;
-  s.rests[i] = 0;
-  s.kept[i] = def.type != BodyType::Dynamic;
-  b.asleep[i] = 0;
-  if (def.type == BodyType::Dynamic) s.awake.insert(std::lower_bound(s.awake.begin(), s.awake.end(), i), i);
-  if (def.type == BodyType::Kinematic) {
-    s.kinematic.insert(std::lower_bound(s.kinematic.begin(), s.kinematic.end(), i), i);
-  }
+  begin_as(s, i, def.type);
   update_mass(s, i);
   return {i, b.generation[i]};
 }
@@ -213,8 +233,7 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   require_at_least_zero(def.density, "density");
   check_material(def.material);
   require(!def.shape.vertices.empty(), "shape is empty; use make_disc, make_polygon, ...");
-  const bool endless = def.shape.kind == ShapeKind::HalfPlane || def.shape.kind == ShapeKind::Chain;
-  require(!endless || s.bodies.type[body] != BodyType::Dynamic,
+  require(!is_endless(def.shape) || s.bodies.type[body] != BodyType::Dynamic,
           "a half-plane or chain has no mass and cannot belong to a dynamic body");
 
   std::uint32_t i;
@@ -230,7 +249,7 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   // Shapes are given in the frame of the definition, whose origin the centre of mass may have left by now.
   const Vec2 centre = s.centre[body];
   record.shape = SharedShape(centre == Vec2{} ? def.shape : translated(def.shape, -centre));
-  record.density = s.bodies.type[body] == BodyType::Dynamic ? def.density : 0;
+  record.density = def.density;
   record.material = def.material;
   record.friction_rule = def.friction_rule;
   record.restitution_rule = def.restitution_rule;
@@ -264,6 +283,50 @@ void World::set_filter(ShapeId id, const Filter& filter) {
   const std::uint32_t i = slot(s, id);
   s.shapes[i].filter = filter;
   touch_pairs(s, s.shapes[i].body.index);
+}
+
+void World::set_type(BodyId id, BodyType type) {
+  WorldState& s = *state_;
+  const std::uint32_t i = slot(s, id);
+  BodyArrays& b = s.bodies;
+  const BodyType before = b.type[i];
+  if (type == before) return;
+  for (const std::uint32_t shape : s.shapes_of[i]) {
+    require(type != BodyType::Dynamic || !is_endless(s.shapes[shape].shape),
+            "a body with a half-plane or chain has no mass and cannot be dynamic");
+  }
+  touch_pairs(s, i);
+  std::erase(s.awake, i);
+  std::erase(s.kinematic, i);
+  begin_as(s, i, type);
+  if (type == BodyType::Static) {
+    b.velocity[i] = {};
+    b.omega[i] = 0;
+  }
+  if (type != BodyType::Dynamic) {
+    b.force[i] = {};
+    b.torque[i] = 0;
+    s.drag[i] = {};
+  }
+  s.prescribed[i] = nullptr;
+  // The broad phase never looks for pairs of fixed boxes, and has to be told anew which box is one.
+  for (const std::uint32_t shape : s.shapes_of[i]) {
+    if ((type == BodyType::Static) == (before == BodyType::Static) || !s.shapes[shape].in_broad_phase)
+      continue;
+    s.broad_phase->remove(shape);
+    s.shapes[shape].in_broad_phase = false;
+  }
+  s.graph_known = false;
+  update_mass(s, i);
+}
+
+void World::set_mass(BodyId id, std::optional<double> mass, std::optional<double> inertia) {
+  WorldState& s = *state_;
+  const std::uint32_t i = slot(s, id);
+  check_mass(mass, inertia);
+  s.given_mass[i] = mass;
+  s.given_inertia[i] = inertia;
+  update_mass(s, i);
 }
 
 void World::destroy(BodyId id) {

@@ -39,13 +39,22 @@ Material read_material(const Args& args, const Material& standard) {
   return material;
 }
 
+const std::vector<std::string>& type_names() {
+  static const std::vector<std::string> names{"static", "kinematic", "dynamic"};
+  return names;
+}
+
 /// @param types  that are allowed, from static on
-BodyType read_type(const Args& args, std::span<const std::string> types, const char* standard) {
-  const std::string type = args.text("type").value_or(standard);
+BodyType to_type(const std::string& type, std::span<const std::string> types, const std::string& function) {
   const auto found = std::find(types.begin(), types.end(), type);
   if (found == types.end())
-    throw std::invalid_argument(args.function() + ": no type \"" + type + '"' + suggestion(type, types));
+    throw std::invalid_argument(function + ": no type \"" + type + '"' + suggestion(type, types));
   return static_cast<BodyType>(found - types.begin());
+}
+
+/// @param types  that are allowed, from static on
+BodyType read_type(const Args& args, std::span<const std::string> types, const char* standard) {
+  return to_type(args.text("type").value_or(standard), types, args.function());
 }
 
 void read_velocity(const Args& args, BodyDef& def) {
@@ -70,8 +79,7 @@ int read_color(const Args& args) {
 int make_body(lua_State* L, const Args& args, Shape shape) {
   Script& script = script_with_world(L, args.function().c_str());
   BodyDef def;
-  static const std::vector<std::string> types{"static", "kinematic", "dynamic"};
-  def.type = read_type(args, types, "dynamic");
+  def.type = read_type(args, type_names(), "dynamic");
   def.position = args.pair("at").value_or(Vec2{});
   def.angle = args.number("angle", 0);
   read_velocity(args, def);
@@ -153,14 +161,13 @@ int ground(lua_State* L) {
                                              "rolling_resistance",
                                              "surface_speed",
                                              "name"};
-  static const std::vector<std::string> types{"static", "kinematic"};
   const Args args(L, "ground", keys);
   Script& script = script_with_world(L, "ground");
   ShapeDef part;
   part.shape = make_half_plane({0, 0}, {0, 1});
   part.material = read_material(args, script.material);
   BodyDef def;
-  def.type = read_type(args, types, "static");
+  def.type = read_type(args, std::span(type_names()).first(2), "static");
   def.position = {args.number("x", 0), args.number("y", 0)};
   def.angle = args.number("tilt", 0);
   read_velocity(args, def);
@@ -257,7 +264,8 @@ constexpr Field kFields[] = {
     material_field<&Material::rolling_resistance>("rolling_resistance"),
     material_field<&Material::surface_velocity>("surface_speed"),
     {"speed", [](const Script& s, BodyId b) { return length(s.state_of(b).velocity); }, nullptr},
-    {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); }, nullptr},
+    {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); },
+     [](World& w, BodyId b, double v) { w.set_mass(b, v); }},
     {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, nullptr},
     {"kinetic_energy",
      [](const Script& s, BodyId b) {
@@ -271,7 +279,7 @@ constexpr Field kFields[] = {
 std::vector<std::string> field_names() {
   std::vector<std::string> names;
   for (const Field& field : kFields) names.emplace_back(field.name);
-  for (const char* name : {"name", "alive", "force", "torque", "impulse", "point", "remove"})
+  for (const char* name : {"type", "name", "alive", "force", "torque", "impulse", "point", "remove"})
     names.emplace_back(name);
   return names;
 }
@@ -340,6 +348,11 @@ int body_index(lua_State* L) {
     lua_pushboolean(L, world.alive(body));
     return 1;
   }
+  if (key == "type") {
+    const std::uint8_t type = static_cast<std::uint8_t>(world.bodies().type[body.index]);
+    lua_pushstring(L, type_names()[type].c_str());
+    return 1;
+  }
   if (key == "name") {
     const std::string_view name = world.name(body);
     lua_pushlstring(L, name.data(), name.size());
@@ -354,7 +367,11 @@ int body_newindex(lua_State* L) {
   World& world = *script_with_world(L, "body").world;
   const BodyId body = self(L, "field");
   const std::string key = text_argument(L, 2, "body", "field");
-  std::vector<std::string> settable;
+  if (key == "type") {
+    world.set_type(body, to_type(text_argument(L, 3, "body", key), type_names(), "body"));
+    return 0;
+  }
+  std::vector<std::string> settable{"type"};
   for (const Field& field : kFields) {
     if (!field.set) continue;
     settable.emplace_back(field.name);

@@ -168,7 +168,7 @@ TEST_P(ChangedDefinitions, AFilterWorksBothWaysBetweenBodiesThatMove) {
   const BodyId right = add(world, {3, 0}, smooth(make_disc(0.5), 1));
   for (const BodyId body : {left, right}) world.set_filter(shape_of(world, body), {.group = -1});
   run(world, 150);
-  EXPECT_EQ(world.velocity(left), Vec2(1, 0));
+  EXPECT_EQ(world.velocity(left), (Vec2{1, 0}));
   // They overlap by half, and are taken apart without a blow.
   world.set_pose(left, {0, 0}, 0);
   run(world, 10);

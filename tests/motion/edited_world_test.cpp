@@ -125,9 +125,10 @@ Built made_anew(const test::Recipe& recipe, const Built& from, const char* stepp
     if (part.motion) {
       made.world.set_motion(
           body, [motion = part.motion, begin = from.world.time()](double t) { return motion(begin + t); });
-    } else if (part.body.type != BodyType::Static) {
+    } else {
       made.world.set_pose(body, from.world.position(same), from.world.angle(same));
-      made.world.set_velocity(body, from.world.velocity(same), from.world.omega(same));
+      if (part.body.type != BodyType::Static)
+        made.world.set_velocity(body, from.world.velocity(same), from.world.omega(same));
     }
   }
   return made;
@@ -157,7 +158,28 @@ void redefine(World& world, const std::function<void(JointDef&)>& change) {
 struct Edit {
   const char* name;
   std::function<void(World&, BodyId)> apply;
+  /// What the body is made as before, and what the other world has at once instead of the edit.
+  std::function<void(BodyDef&)> before{}, made{};
 };
+
+std::function<void(BodyDef&)> as(BodyType type) {
+  return [type](BodyDef& def) {
+    def.type = type;
+    if (type == BodyType::Static) def.velocity = {}, def.omega = 0;
+  };
+}
+
+std::function<void(World&, BodyId)> to(BodyType type) {
+  return [type](World& world, BodyId body) { world.set_type(body, type); };
+}
+
+test::Recipe with_last(test::Recipe recipe, const std::function<void(BodyDef&)>& change) {
+  if (!change) return recipe;
+  recipe.parts.back().motion = nullptr;
+  recipe.parts.back().drag = {};
+  change(recipe.parts.back().body);
+  return recipe;
+}
 
 const Edit kEdits[] = {
     {"another velocity",
@@ -210,6 +232,15 @@ const Edit kEdits[] = {
          def.collide = true;
        });
      }},
+    {"held fast", to(BodyType::Static), as(BodyType::Dynamic), as(BodyType::Static)},
+    {"let go", to(BodyType::Dynamic), as(BodyType::Static), as(BodyType::Dynamic)},
+    {"let go on its way", to(BodyType::Dynamic), as(BodyType::Kinematic), as(BodyType::Dynamic)},
+    {"not to be stopped", to(BodyType::Kinematic), as(BodyType::Dynamic), as(BodyType::Kinematic)},
+    {"another mass", [](World& world, BodyId body) { world.set_mass(body, 3.7); }, as(BodyType::Dynamic),
+     [](BodyDef& def) {
+       def.type = BodyType::Dynamic;
+       def.mass = 3.7;
+     }},
 };
 
 /// What was loaded in the last step held on to what joints made of a new velocity, both ways and however
@@ -225,13 +256,13 @@ TEST_P(EditedBy, GoesOnLikeOneMadeInThatState) {
   for (int seed = 0; seed < worlds; ++seed) {
     const test::Recipe recipe = test::RandomMechanism(static_cast<unsigned>(100 + seed)).recipe();
     for (const Edit& edit : kEdits) {
-      Built world(recipe, GetParam());
+      Built world(with_last(recipe, edit.before), GetParam());
       for (int k = 0; k < 10 + seed % 50; ++k) world.world.step(kStep);
-      Built anew = made_anew(recipe, world, GetParam());
+      Built anew = made_anew(with_last(recipe, edit.made ? edit.made : edit.before), world, GetParam());
       double deepest = 0;
       for (Built* one : {&world, &anew}) {
         const BodyId body = one->bodies.back();
-        edit.apply(one->world, body);
+        if (one == &world || !edit.made) edit.apply(one->world, body);
         if (!one->world.alive(body)) one->bodies.pop_back();
         for (int k = 0; k < kSteps; ++k)
           deepest = std::max(deepest, one->world.step(kStep).worst_penetration);

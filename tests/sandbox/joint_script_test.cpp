@@ -139,6 +139,18 @@ TEST_F(JointScript, SurfacesAndJointsChangeWhileItRuns) {
       "s.stiffness = 8 s.damping = 8 s.length = 0.5 end)\n"
       "expect('pulled', function() return a.vx end, { below = -0.1 })\n"
       "expect('read', function() return s.stiffness + s.damping end, { equals = 16, within = 0 })");
+  expect_good(
+      "gravity(0, 0) a.vx = 1 at(0.5, function() a.type = 'static' end)\n"
+      "expect('stopped', function() return a.vx end, { equals = 0, within = 0 })\n"
+      "expect('read', function() return a.type == 'static' and a.mass or 1 end, { equals = 0, within = 0 })");
+  expect_good(
+      "a.type = 'kinematic' a.vy = 1 a.mass = 3 at(0.5, function() a.type = 'dynamic' end)\n"
+      "expect('falls', function() return a.vy end, { below = -1 })\n"
+      "expect('read', function() return a.mass end, { equals = 3, within = 0 })");
+  EXPECT_THAT(error_of("a.type = 'statik'"), HasSubstr("body: no type \"statik\"; did you mean \"static\"?"));
+  EXPECT_THAT(error_of("a.type = 3"), HasSubstr("type expected"));
+  EXPECT_THAT(error_of("a.mass = 0"), HasSubstr("mass must be positive, got 0"));
+  EXPECT_THAT(error_of("local g = ground{} g.type = 'dynamic'"), HasSubstr("cannot be dynamic"));
   EXPECT_EQ(
       error_of("local h = hinge{ a = a, at = {0, 0} }\nh.speed = 3"),
       "arch.lua:4: joint: \"speed\" cannot be set; these can: length, lower, upper, stiffness, damping, "
