@@ -35,7 +35,7 @@ void Pointer::frame(const render::UiInput& input, bool over_scene, Workbench& be
         select_contact_at(player.demo(), player.history(), at, slack, bench.selection)) {
       doing_ = Doing::Nothing;
     } else if (pressed[0]) {
-      const BodyId body = pick_body(bench.player().demo().world(), at, slack);
+      const BodyId body = pick_body(player.demo().world(), at, slack, player.inputs());
       bench.selection = {};
       bench.selection.body = body;
       if (body) {

@@ -36,6 +36,11 @@ void change_methods(const std::vector<std::string>& names, World& world) {
   world.reconfigure(config);
 }
 
+void turn_over(World& world, BodyId body) {
+  const bool moves = world.bodies().type[body.index] == BodyType::Dynamic;
+  world.set_type(body, moves ? BodyType::Static : BodyType::Dynamic);
+}
+
 }  // namespace
 
 std::string_view to_string(SpawnKind kind) {
@@ -113,16 +118,27 @@ void apply_input(const UserInput& input, const Material& material, World& world,
     case InputKind::Methods:
       change_methods(input.methods, world);
       break;
+    case InputKind::Hold:
+      if (world.alive(input.body)) turn_over(world, input.body);
+      break;
   }
 }
 
-BodyId pick_body(const World& world, Vec2 point, double slack) {
-  const BodyArrays& bodies = world.bodies();
+bool is_loose(const World& world, BodyId body, std::span<const UserInput> inputs) {
+  if (!world.alive(body)) return false;
+  const BodyType type = world.bodies().type[body.index];
+  return type == BodyType::Dynamic ||
+         (type == BodyType::Static && std::any_of(inputs.begin(), inputs.end(), [&](const UserInput& input) {
+            return input.kind == InputKind::Hold && input.body == body;
+          }));
+}
+
+BodyId pick_body(const World& world, Vec2 point, double slack, std::span<const UserInput> inputs) {
   BodyId best{};
   const auto offer = [&](ShapeId shape) {
     const BodyId body = world.shapes()[shape.index].body;
     // Drawn later lies above.
-    if (bodies.type[body.index] == BodyType::Dynamic && (!best || body.index > best.index)) best = body;
+    if ((!best || body.index > best.index) && is_loose(world, body, inputs)) best = body;
   };
   for (const ShapeId shape : world.shapes_at(point)) offer(shape);
   if (best || !(slack > 0)) return best;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,7 @@ enum class InputKind : std::uint8_t {
   Spawn,    ///< makes a body of the kind `what` and size `size` at `at`
   Remove,   ///< destroys `body`
   Methods,  ///< from now on `what` = {solver, stepper, broad phase, impact law}
+  Hold,     ///< makes `body` static where it is, or dynamic again
 };
 
 enum class SpawnKind : std::uint8_t { Disc, Box, Capsule, Hexagon };
@@ -65,8 +67,11 @@ class Hand {
 /// @param material of bodies that are made
 void apply_input(const UserInput& input, const Material& material, World& world, Hand& hand);
 
-/// The topmost dynamic body at `point`, or none. Shapes within `slack` [m] count, so that small ones can be
+/// Whether a user can take the body: a dynamic one, or one that is held fast by one of these inputs.
+bool is_loose(const World& world, BodyId body, std::span<const UserInput> inputs);
+
+/// The topmost loose body at `point`, or none. Shapes within `slack` [m] count, so that small ones can be
 /// picked.
-BodyId pick_body(const World& world, Vec2 point, double slack);
+BodyId pick_body(const World& world, Vec2 point, double slack, std::span<const UserInput> inputs = {});
 
 }  // namespace skerry::sandbox

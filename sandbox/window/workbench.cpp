@@ -213,10 +213,17 @@ void Workbench::spawn(Vec2 at) {
 }
 
 void Workbench::remove_selected() {
-  if (!player_ || !selection.body || !player_->demo().world().alive(selection.body)) return;
-  if (player_->demo().world().bodies().type[selection.body.index] != BodyType::Dynamic) return;
+  if (!has_loose_selection()) return;
   input({.kind = InputKind::Remove, .body = selection.body});
   selection = {};
+}
+
+void Workbench::hold_selected() {
+  if (has_loose_selection()) input({.kind = InputKind::Hold, .body = selection.body});
+}
+
+bool Workbench::has_loose_selection() const {
+  return player_ && selection.body && is_loose(player_->demo().world(), selection.body, player_->inputs());
 }
 
 bool Workbench::shows(const std::string& overlay) const {

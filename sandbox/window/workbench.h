@@ -90,6 +90,7 @@ class Workbench {
   void release();
   void spawn(Vec2 at);
   void remove_selected();
+  void hold_selected();  ///< where it is, or lets it go
   SpawnKind spawn_kind = SpawnKind::Disc;
 
   // --- What is shown
@@ -120,6 +121,7 @@ class Workbench {
   void load(const std::string& path, const DemoOptions& options);
   void input(const UserInput& input);
   void guarded(const std::function<void()>& act);
+  bool has_loose_selection() const;
 
   std::vector<DemoFile> demos_;
   DemoOptions options_;

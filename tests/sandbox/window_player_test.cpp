@@ -138,7 +138,9 @@ void play(Player& player) {
   for (int i = 0; i < 12; ++i) player.advance();
   player.input({.kind = InputKind::Release});
   player.input({.kind = InputKind::Remove, .body = player.demo().world().body_id(2)});
+  player.input({.kind = InputKind::Hold, .body = player.demo().world().body_id(4)});
   for (int i = 0; i < 6; ++i) player.advance();
+  player.input({.kind = InputKind::Hold, .body = player.demo().world().body_id(4)});
   player.input(
       {.kind = InputKind::Methods, .methods = {"pgs", "time_stepping", "sweep_and_prune", "poisson"}});
   for (int i = 0; i < 20; ++i) player.advance();
@@ -291,6 +293,18 @@ TEST(Pick, FindsTheTopmostDynamicBodyAndSmallOnesNearby) {
   EXPECT_FALSE(pick_body(world, {0, -1}, 0.1));
   EXPECT_FALSE(pick_body(world, {5.05, 1}, 0));
   EXPECT_EQ(pick_body(world, {5.05, 1}, 0.1), small);
+  // What the user holds fast he can let go again; what the scene is made of stays.
+  const UserInput hold{.kind = InputKind::Hold, .body = high};
+  Hand hand;
+  apply_input(hold, {}, world, hand);
+  EXPECT_EQ(world.bodies().type[high.index], BodyType::Static);
+  EXPECT_EQ(pick_body(world, {0.2, 1}, 0), low);
+  EXPECT_EQ(pick_body(world, {0.2, 1}, 0, {&hold, 1}), high);
+  apply_input(hold, {}, world, hand);
+  EXPECT_EQ(world.bodies().type[high.index], BodyType::Dynamic);
+  world.destroy(high);
+  apply_input(hold, {}, world, hand);
+  EXPECT_EQ(pick_body(world, {0.2, 1}, 0, {&hold, 1}), low);
 }
 
 Recording recording_of(const TemporaryFolder& folder) {

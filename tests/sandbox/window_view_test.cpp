@@ -177,6 +177,35 @@ TEST_F(WindowViewTest, RightClicksMakeBodiesAndDeleteRemovesThem) {
   EXPECT_EQ(player().demo().world().bodies().alive[bodies], 0);
 }
 
+TEST_F(WindowViewTest, F7HoldsTheSelectedBodyAndLetsItGo) {
+  bench_->open(path_);
+  key(' ');
+  mouse({0, 3});
+  button(1, true);
+  button(1, false);
+  const auto made = static_cast<std::uint32_t>(player().demo().world().bodies().size() - 1);
+  const auto height = [&] { return player().demo().world().bodies().position[made].y; };
+  const auto click = [&] {
+    button(0, true);
+    button(0, false);
+  };
+  click();
+  key(render::kKeyF1 + 6);
+  key(render::kKeyEscape);
+  const double held = height();
+  key(render::kKeyRight);
+  EXPECT_EQ(height(), held);
+  click();
+  EXPECT_EQ(bench_->selection.body.index, made);
+  key(render::kKeyF1 + 6);
+  key(render::kKeyRight);
+  EXPECT_LT(height(), held);
+  EXPECT_EQ(player().inputs().back().kind, InputKind::Hold);
+  key(render::kKeyEscape);
+  key(render::kKeyF1 + 6);
+  EXPECT_EQ(player().demo().world().bodies().type[made], BodyType::Dynamic) << "nothing is selected";
+}
+
 TEST_F(WindowViewTest, DemosAreFoundByTyping) {
   frames(3);
   EXPECT_TRUE(bench_->panels.demos);
