@@ -86,9 +86,8 @@ void World::reconfigure(const WorldConfig& given) {
   s.sleepers.wake_all(s);
   s.ledger.mark_all();
   s.memories.clear();
-  s.resting.clear();
+  forget_resting(s);
   s.graph_known = false;
-  std::fill(s.rests.begin(), s.rests.end(), 0);
   std::fill(s.step_memory.begin(), s.step_memory.end(), StepMemory{});
   s.broad_phase = std::move(broad_phase);
   fill_broad_phase(s);
@@ -119,8 +118,7 @@ void World::set_accuracy(std::optional<double> accuracy) {
   // Lengths that served another accuracy are no good first guess; what rested does so by another step.
   for (StepMemory& memory : s.step_memory) memory.inner_step = 0;
   s.sleepers.wake_all(s);
-  s.resting.clear();
-  std::fill(s.rests.begin(), s.rests.end(), 0);
+  forget_resting(s);
 }
 
 void World::set_gravity(Vec2 gravity) {

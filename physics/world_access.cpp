@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/world_access.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -68,9 +69,15 @@ void touch_pairs(WorldState& s, std::uint32_t body) {
   for (const std::uint32_t shape : s.shapes_of[body]) s.shapes[shape].pairs_changed = true;
 }
 
+void forget_resting(WorldState& s) {
+  if (s.resting.empty()) return;
+  s.resting.clear();
+  std::fill(s.rests.begin(), s.rests.end(), 0);
+}
+
 void touch_definition(WorldState& s, std::uint32_t body) {
   touch(s, body);
-  s.resting.clear();
+  forget_resting(s);
 }
 
 void make_loose(WorldState& s, std::uint32_t body) {

@@ -50,6 +50,8 @@ void touch(WorldState& s, std::uint32_t body);
 /// The same, and what the body's shapes meet is found anew, wherever they lie: another filter, or a joint
 /// that came or went, says otherwise.
 void touch_pairs(WorldState& s, std::uint32_t body);
+/// Forgets what is known of awake islands at rest; those that were are stepped again.
+void forget_resting(WorldState& s);
 /// As `touch`, and what is known of islands at rest is forgotten: it holds for the old surfaces and joints.
 void touch_definition(WorldState& s, std::uint32_t body);
 /// As `touch`, and queries look at the body's shapes themselves until the next step gives them boxes.

@@ -13,6 +13,7 @@
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/joint_limits.h"
 #include "physics/text.h"
+#include "physics/world_access.h"
 #include "physics/world_report.h"
 
 namespace skerry {
@@ -79,12 +80,11 @@ void Step::undo() {
   // What was touched before the step still is.
   for (const std::uint32_t i : s_.active) {
     s_.touched.push_back(i);
-    s_.rests[i] = 0;
     s_.kept[i] = b.type[i] != BodyType::Dynamic;
     s_.ledger.mark(i);
   }
   for (JointStart& start : s_.joint_start) start.begun = 0;
-  s_.resting.clear();
+  forget_resting(s_);
   s_.graph_known = false;
 }
 

@@ -95,6 +95,37 @@ TEST_P(ChangedDefinitions, WhatSleepsOnASlopeSlidesWhenItGetsSmooth) {
   EXPECT_NEAR(length(world.velocity(box)), kG * (std::sin(slope) - 0.2 * std::cos(slope)), 1e-9);
 }
 
+TEST_P(ChangedDefinitions, WhatRestsElsewhereGoesOnResting) {
+  World world = make_world({.sleep = false});
+  const BodyId ground = add_ground(world, rough(make_disc(1), 0.5));
+  std::vector<BodyId> boxes;
+  for (int k = 0; k < 8; ++k) boxes.push_back(add(world, {2.0 * k, 0.5}, rough(make_box({1, 1}), 0.5), 2));
+  const JointId rod = world.create_joint({.kind = JointKind::Distance,
+                                          .a = boxes[0],
+                                          .b = boxes[1],
+                                          .anchor_a = {0, 0.5},
+                                          .anchor_b = {2, 0.5}});
+  run(world, 60);
+  const auto expect_rest = [&](const char* what) {
+    run(world, 3);
+    EXPECT_EQ(world.report().islands, 7) << what;
+    EXPECT_EQ(world.kinetic_energy(), 0) << what;
+    for (const BodyId box : boxes) EXPECT_NEAR(world.position(box).y, 0.5, 1e-12) << what;
+  };
+  expect_rest("before");
+  // Each box is an island; what is known of the others was found with the old surface, too.
+  set_material(world, boxes[3], {.friction = 0.2});
+  expect_rest("the surface of a box");
+  JointDef softer = definition(world, rod);
+  softer.break_force = 1000;
+  world.set_joint(rod, softer);
+  expect_rest("a joint");
+  world.set_accuracy(1e-6);
+  expect_rest("the accuracy");
+  set_material(world, ground, {.friction = 0.4});
+  expect_rest("the surface of the ground");
+}
+
 TEST_P(ChangedDefinitions, AnotherRestitutionBouncesOtherwise) {
   World world = make_world();
   const BodyId ground = add_ground(world, smooth(make_disc(1), 0));
