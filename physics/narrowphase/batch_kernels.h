@@ -320,7 +320,7 @@ inline unsigned box_group(const Group& group, unsigned wanted, NarrowPhaseStats&
   }
   // Lanes with one point, between corners or on the edge.
   const Four label = Four::both(kCornerOnCorner) * lesser(x0 - x1, len);
-  const Four several = below(greater(noise, label), overlap), disjoint = below(overlap, zero);
+  const Four several = below(greater(noise, label), overlap), disjoint = below(x0, zero) | below(len, x1);
   const unsigned single = ~bits(several) & meet;
   doubtful = (doubtful & ~(single & bits(disjoint))) | (single & bits(without(touching & beside, disjoint)));
 

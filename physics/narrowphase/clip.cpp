@@ -15,7 +15,8 @@ void clip_apart(const Hull& a, const Hull& b, const Placed& placed, const Axis& 
   const Edges e = edges_of(a, b, placed, axis);
   const double radii = a.radius + b.radius, limit = margin + radii, noise = kNoise * axis.scale;
   const double overlap = overlap_of(e), least = least_overlap_of(e, noise);
-  const bool disjoint = overlap < 0;
+  // Not by their overlap: that of an edge which stands upright on the other one is rounding.
+  const bool disjoint = e.x0 < 0 || e.x1 > e.len;
   // If the deepest corner lies beside the reference edge and is closer to its end than the incident edge is,
   // these two corners are closest. With edges that are almost parallel the other end may still be in reach,
   // so it is added; the normal lies between those of the edges.

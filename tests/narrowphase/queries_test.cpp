@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "physics/narrowphase/collide.h"
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
@@ -25,6 +26,29 @@ TEST(Distance, AgreesWithTheOracleAndItsPointsAreThatFarApart) {
     // Each point lies on its own surface.
     ASSERT_NEAR(closest_point(a, pose_a, c.point_a).distance, 0, 1e-12) << "case " << k << " seed " << seed;
     ASSERT_NEAR(closest_point(b, pose_b, c.point_b).distance, 0, 1e-12) << "case " << k << " seed " << seed;
+  }
+}
+
+// The ends of the capsule's segment lie above the same point of the face, up to rounding of either sign.
+TEST(Distance, OfACapsuleThatStandsUprightOnAFaceIsThatOfItsEnd) {
+  const unsigned seed = 71;
+  Scenes scenes(seed);
+  for (int k = 0; k < test_scale(5000); ++k) {
+    const double tilt = scenes.uniform(-kPi, kPi), lean = scenes.uniform(-kPi, kPi);
+    const double height = scenes.uniform(-0.05, 0.2), along = scenes.uniform(-0.9, 0.9);
+    const Shape face = scenes.below(2) == 0 ? make_box({2, 0.5}) : make_capsule({-1, 0}, {1, 0}, 0.25);
+    const Vec2 axis = rotate(Rot::from_angle(lean), {0.2, 0});
+    const Shape capsule = make_capsule(-axis, axis, 0.1);
+    const Vec2 far = scenes.below(4) == 0 ? Vec2{1000, -300} : Vec2{};
+    const Transform pose_a{far, Rot::from_angle(tilt)};
+    const Vec2 normal = rotate(pose_a.q, {0, 1}), beside = rotate(pose_a.q, {along, 0});
+    const Transform pose_b{far + beside + (0.25 + 0.3 + height) * normal,
+                           Rot::from_angle(tilt + kPi / 2 - lean)};
+    ASSERT_NEAR(distance(face, pose_a, capsule, pose_b).distance, height, 1e-12) << k << " seed " << seed;
+    const Manifold manifold = collide(face, pose_a, capsule, pose_b, 0.3);
+    ASSERT_GE(manifold.count, 1) << k << " seed " << seed;
+    ASSERT_NEAR(manifold.points[0].separation, height, 1e-12) << k << " seed " << seed;
+    ASSERT_NEAR(length(manifold.normal - normal), 0, 1e-9) << k << " seed " << seed;
   }
 }
 
