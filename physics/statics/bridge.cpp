@@ -28,7 +28,7 @@ void check_train(const Train& train) {
 
 }  // namespace
 
-Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)) {
+Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(world.config().gravity) {
   validate(def_.structure);
   validate(def_.structure, def_.fixed);
   check_train(def_.train);
@@ -93,7 +93,7 @@ std::vector<Bridge::Axle> Bridge::axles() const {
   double at = def_.train.start + def_.train.speed * time_;
   for (std::size_t k = 0; k < def_.train.axles.size(); ++k) {
     if (k > 0) at -= def_.train.gaps[k - 1];
-    result.push_back({place(at).at, def_.train.axles[k]});
+    result.push_back({place(at).at, length(weight(def_.train.axles[k]))});
   }
   return result;
 }
@@ -104,12 +104,16 @@ std::vector<BodyId> Bridge::wagons() const {
   return result;
 }
 
+Vec2 Bridge::weight(double on_earth) const {
+  return on_earth * (gravity_ / kStandardGravity);
+}
+
 void Bridge::add_axles(double front, Load& load) const {
   double at = front;
   for (std::size_t k = 0; k < def_.train.axles.size(); ++k) {
     if (k > 0) at -= def_.train.gaps[k - 1];
     const DeckPlace spot = place(at);
-    if (spot.member >= 0) load.spans.push_back({spot.member, spot.share, {0, -def_.train.axles[k]}});
+    if (spot.member >= 0) load.spans.push_back({spot.member, spot.share, weight(def_.train.axles[k])});
   }
 }
 
@@ -129,7 +133,7 @@ void Bridge::rebuild_solver() {
 }
 
 void Bridge::solve(double time) {
-  load_ = self_weight(def_.structure);
+  load_ = self_weight(def_.structure, gravity_);
   load_.nodes.insert(load_.nodes.end(), def_.fixed.nodes.begin(), def_.fixed.nodes.end());
   load_.spans.insert(load_.spans.end(), def_.fixed.spans.begin(), def_.fixed.spans.end());
   load_.lines.insert(load_.lines.end(), def_.fixed.lines.begin(), def_.fixed.lines.end());
@@ -217,6 +221,7 @@ void Bridge::note_state(double time) {
 
 void Bridge::advance(World& world, double time) {
   time_ = time;
+  gravity_ = world.config().gravity;
   if (moving_) {
     measure(world, time);
     return;

@@ -18,9 +18,12 @@
 
 namespace skerry::statics {
 
+/// In which axles are weighed [m/s^2].
+inline constexpr double kStandardGravity = 9.81;
+
 /// A row of axles; the first is in front. Two neighbours make a wagon.
 struct Train {
-  std::vector<double> axles;   ///< loads [N]
+  std::vector<double> axles;   ///< weights where gravity is `kStandardGravity` [N]
   std::vector<double> gaps;    ///< between neighbours, one fewer [m]
   double speed = 10;           ///< [m/s]
   double start = 0;            ///< of the first axle at time 0, along the deck from its first node [m]
@@ -127,6 +130,8 @@ class Bridge {
   DeckPlace place(double distance) const;
   void add_axles(double front, Load& load) const;
   void solve(double time);
+  /// What an axle presses with in the gravity of now [N].
+  Vec2 weight(double on_earth) const;
   void find_slack_cables();
   void rebuild_solver();
   void note_state(double time);
@@ -146,6 +151,7 @@ class Bridge {
   Shape piece_shape(const BridgePiece& piece, Vec2 origin, Vec2& from, Vec2& to) const;
 
   BridgeDef def_;
+  Vec2 gravity_;                             ///< of the world [m/s^2]
   std::vector<double> stations_;             ///< distance of the deck's nodes
   std::vector<int> deck_members_;            ///< between them
   std::vector<int> kept_;                    ///< members of the solver's structure, by their number here

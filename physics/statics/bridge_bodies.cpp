@@ -13,7 +13,6 @@ using namespace filters;
 
 namespace {
 
-constexpr double kGravity = 9.81;    // [m/s^2]; axle loads are weights
 constexpr double kPlate = 0.12;      // thickness of bearing plates [m]
 constexpr double kPierWidth = 1.2;   // [m]
 constexpr double kBankLength = 200;  // [m], beyond every view
@@ -114,8 +113,8 @@ void Bridge::make_wagons(World& world, bool dynamic) {
       world.add_shape(body, part);
     };
     const double wheel = kPi * r * r;
-    add(make_disc(r, {0.5 * gap, 0}), train.axles[k] / kGravity, wheel);
-    if (pair) add(make_disc(r, {-0.5 * gap, 0}), train.axles[k + 1] / kGravity, wheel);
+    add(make_disc(r, {0.5 * gap, 0}), train.axles[k] / kStandardGravity, wheel);
+    if (pair) add(make_disc(r, {-0.5 * gap, 0}), train.axles[k + 1] / kStandardGravity, wheel);
     // A body of little mass above the axles, so that the axle loads stay what they are.
     const double length = pair ? gap + 1.6 * r : 2.2 * r;
     add(make_box({length, 2.4 * r}, {0, 1.9 * r}, 0, 0.3 * r), kLightest, length * 2.4 * r);
