@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <utility>
+#include <vector>
 
 #include "physics/handle.h"
 #include "physics/math.h"
@@ -63,5 +65,12 @@ struct Placement {
 /// Prescribed motion: where a kinematic body is at a time of the world [s]. Asked at eight times of each
 /// step; velocity and acceleration are those of the polynomial through them.
 using PrescribedMotion = std::function<Placement(double time)>;
+
+/// What a world asks its user while it steps. Snapshots do not hold it.
+struct WorldCallbacks {
+  ForceField field;
+  FieldThreads field_threads{};
+  std::vector<std::pair<BodyId, PrescribedMotion>> motions;
+};
 
 }  // namespace skerry

@@ -196,8 +196,9 @@ inline void fields(Archive& a, SolveWork& v) {
     rows_left_out, visits);
 }
 inline void fields(Archive& a, ContactEvent& v) {
-  auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, sensor] = v;
-  a(kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, sensor);
+  auto& [kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, segment,
+         sensor] = v;
+  a(kind, shape_a, shape_b, body_a, body_b, point, normal, approach_speed, impulse, time, segment, sensor);
 }
 inline void fields(Archive& a, MotionEvent& v) {
   auto& [kind, time, body_a, body_b] = v;
@@ -255,8 +256,7 @@ inline void fields(WorldArchives a, WorldState& v) {
   // which shapes are equal, looked for again; sums, which the next step takes anew; the working set, which
   // follows from the bodies; what every step fills before it looks; islands and flags that a step looks for
   // anew where it does not find them; the methods, looked up by name; the callbacks (prescribed, field with
-  // its threads), which only the caller has
-  // (`World::adopt_callbacks`).
+  // its threads), which only the caller has (`World::adopt`).
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
          thickness, stray_guess, free_bodies, drag, prescribed, field, shapes, shape_pool, free_shapes,
          joints, free_joints, broad_phase, pool, island_threads, island_builder, islands, graph_bodies,

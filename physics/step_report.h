@@ -35,6 +35,7 @@ struct ContactEvent {
   double approach_speed = 0;  ///< before the impact [m/s] (Hit)
   double impulse = 0;         ///< sum of normal impulses [N s] (Hit)
   double time = 0;            ///< of the fastest impact (Hit), else of the end of the step [s]
+  int segment = -1;           ///< of the chain, from 0, which has events for each of them; -1: no chain
   bool sensor = false;
 };
 

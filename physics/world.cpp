@@ -28,6 +28,10 @@ void check(const WorldConfig& config) {
   require_at_least_zero(config.rest_speed, "rest_speed");
   require_at_least_zero(config.sleep_speed, "sleep_speed");
   require_at_least_zero(config.solve.work_limit, "solve.work_limit");
+  require_at_least_zero(config.solve.tolerance, "solve.tolerance");
+  require_at_least_zero(config.solve.time_budget, "solve.time_budget");
+  require(config.solve.max_iterations >= 0, "solve.max_iterations must be >= 0, got ",
+          config.solve.max_iterations);
   require_at_least_zero(config.flow_work.value_or(0), "flow_work");
   require_accuracy(config.accuracy);
   require(config.max_impacts_per_step >= 0, "max_impacts_per_step must be >= 0, got ",

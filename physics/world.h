@@ -212,9 +212,11 @@ class World {
   /// Lets a kinematic body move as told from now on; an empty function: on with the velocity that it has.
   /// Its velocity, within steps too, is that of the motion.
   void set_motion(BodyId body, PrescribedMotion motion);
-  /// Takes the force field and the prescribed motions of bodies that are in both worlds from `other`:
-  /// snapshots do not hold callbacks.
-  void adopt_callbacks(const World& other);
+  bool has_motion(BodyId body) const;  ///< it moves as `set_motion` told it to
+  WorldCallbacks callbacks() const;
+  /// Takes these in place of its own, and the motions of those bodies that it has, too. They have to be what
+  /// they were when the world was saved: bodies are left where they are.
+  void adopt(const WorldCallbacks& callbacks);
   bool asleep(BodyId body) const;  ///< its island is at rest and out of the working set
   void wake(BodyId body);          ///< never needed: whatever changes a body wakes it
 

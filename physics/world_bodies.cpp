@@ -117,18 +117,26 @@ void World::set_motion(BodyId id, PrescribedMotion motion) {
   state_->sleepers.wake_at(*state_, i);
 }
 
-void World::adopt_callbacks(const World& other) {
+bool World::has_motion(BodyId id) const {
+  return bool{state_->prescribed[slot(*state_, id)]};
+}
+
+WorldCallbacks World::callbacks() const {
+  const WorldState& s = *state_;
+  WorldCallbacks result{s.field, s.field_threads, {}};
+  for (const std::uint32_t i : s.kinematic)
+    if (s.prescribed[i]) result.motions.emplace_back(body_id(i), s.prescribed[i]);
+  return result;
+}
+
+void World::adopt(const WorldCallbacks& callbacks) {
   WorldState& s = *state_;
-  const WorldState& from = *other.state_;
-  s.field = from.field;
-  s.field_threads = from.field_threads;
+  s.field = callbacks.field;
+  s.field_threads = callbacks.field_threads;
   s.sleepers.wake_all(s);
-  for (std::size_t i = 0; i < std::min(s.bodies.size(), from.bodies.size()); ++i) {
-    const bool same = s.bodies.alive[i] && from.bodies.alive[i] &&
-                      s.bodies.generation[i] == from.bodies.generation[i] &&
-                      s.bodies.type[i] == BodyType::Kinematic;
-    s.prescribed[i] = same ? from.prescribed[i] : PrescribedMotion{};
-  }
+  for (const std::uint32_t i : s.kinematic) s.prescribed[i] = nullptr;
+  for (const auto& [body, motion] : callbacks.motions)
+    if (alive(body) && s.bodies.type[body.index] == BodyType::Kinematic) s.prescribed[body.index] = motion;
 }
 
 bool World::asleep(BodyId id) const {

@@ -119,6 +119,7 @@ void update_mass(WorldState& s, std::uint32_t body) {
     const Vec2 shift = rotate(s.bodies.rotation[body], centre);
     s.bodies.position[body] += shift;
     s.bodies.velocity[body] += s.bodies.omega[body] * perp(shift);
+    s.bodies.torque[body] -= cross(shift, s.bodies.force[body]);
   }
   s.radius[body] = 0;
   s.thickness[body] = kInfinity;
@@ -186,11 +187,22 @@ void begin_as(WorldState& s, std::uint32_t i, BodyType type) {
   s.local_index[i] = -1;
   s.rests[i] = 0;
   s.kept[i] = type != BodyType::Dynamic;
+  s.graph_known = false;
   const auto enter = [i](std::vector<std::uint32_t>& list) {
     list.insert(std::lower_bound(list.begin(), list.end(), i), i);
   };
   if (type == BodyType::Dynamic) enter(s.awake);
   if (type == BodyType::Kinematic) enter(s.kinematic);
+}
+
+/// No step of a joint between bodies that are held says what it bears any more.
+void forget_unfelt_reaction(const WorldState& s, JointRecord& joint) {
+  const auto held = [&s](BodyId end) { return !end || s.bodies.type[end.index] != BodyType::Dynamic; };
+  if (!held(joint.def.a) || !held(joint.def.b)) return;
+  joint.impulse = {};
+  joint.angular_impulse = 0;
+  std::fill(std::begin(joint.row_force), std::end(joint.row_force), 0);
+  std::fill(std::begin(joint.row_impulse), std::end(joint.row_impulse), 0);
 }
 
 }  // namespace
@@ -316,7 +328,7 @@ void World::set_type(BodyId id, BodyType type) {
     s.broad_phase->remove(shape);
     s.shapes[shape].in_broad_phase = false;
   }
-  s.graph_known = false;
+  for (const std::uint32_t joint : s.joints_of[i]) forget_unfelt_reaction(s, s.joints[joint]);
   update_mass(s, i);
 }
 
@@ -341,6 +353,7 @@ void World::destroy(BodyId id) {
   std::erase(s.awake, i);
   std::erase(s.kinematic, i);
   s.local_index[i] = -1;
+  s.graph_known = false;
   BodyArrays& b = s.bodies;
   s.kept[i] = 1;
   b.alive[i] = 0;

@@ -13,6 +13,19 @@
 namespace skerry {
 namespace {
 
+bool has_length(JointKind kind) {
+  return kind == JointKind::Distance || kind == JointKind::Rope || kind == JointKind::Spring;
+}
+
+/// @param axis  of any length but zero
+Vec2 unit(Vec2 axis) {
+  const double size = length(axis);
+  // Squares of what is far larger or smaller are no doubles.
+  if (size > 1e-140 && size < 1e140) return axis / size;
+  axis = axis / std::max(std::abs(axis.x), std::abs(axis.y));
+  return axis / length(axis);
+}
+
 /// Refuses definitions that mean nothing, and makes the anchors one where the joint has only one.
 void check_joint(JointDef& def) {
   const auto is = [&def](std::initializer_list<JointKind> kinds) {
@@ -50,11 +63,13 @@ void check_joint(JointDef& def) {
   require(!limits || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
                          JointKind::Spring}),
           "joint: this kind has no limits");
+  require(!def.length || has_length(def.kind), "joint: this kind has no length");
   require(!spring || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
                          JointKind::Spring}),
           "joint: this kind has no spring");
-  require(!def.motor_speed || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic,
-                                  JointKind::Wheel, JointKind::Motor}),
+  const bool motor = def.motor_speed || def.motor_limit < kInfinity;
+  require(!motor || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
+                        JointKind::Motor}),
           "joint: this kind has no motor");
 }
 
@@ -117,7 +132,7 @@ JointId World::create_joint(const JointDef& given) {
   joint.local_b = to_local(s.bodies.pose(b), def.anchor_b);
   const double angle_a = def.a ? s.bodies.angle[def.a.index] : 0;
   joint.reference_angle = s.bodies.angle[b] - angle_a;
-  joint.local_axis = def.axis / length(def.axis);
+  joint.local_axis = unit(def.axis);
   if (def.a && def.kind != JointKind::Rack)
     joint.local_axis = inverse_rotate(s.bodies.rotation[def.a.index], joint.local_axis);
   joint.alive = true;
@@ -172,15 +187,15 @@ void World::set_joint(JointId id, const JointDef& given) {
   JointRecord& joint = s.joints[slot(s, id)];
   const JointDef& old = joint.def;
   JointDef def = given;
+  if (!given.length && has_length(def.kind)) def.length = joint.length;
   check_joint(def);
+  def.length = given.length;
   require(def.kind == old.kind && def.a == old.a && def.b == old.b,
           "set_joint: the kind and the bodies of a joint stay; make another one");
   require(def.anchor_a == old.anchor_a && def.anchor_b == old.anchor_b && def.axis == old.axis &&
               def.pulley_a == old.pulley_a && def.pulley_b == old.pulley_b && def.ratio == old.ratio,
           "set_joint: the anchors, the axis, the pulleys and the ratio of a joint stay; make another one");
-  const bool has_length =
-      def.kind == JointKind::Distance || def.kind == JointKind::Rope || def.kind == JointKind::Spring;
-  if (def.length && has_length) joint.length = *def.length;
+  if (def.length) joint.length = *def.length;
   const bool other_pairs = def.collide != old.collide;
   redefine(s, joint, def);
   for (const BodyId end : {def.a, def.b}) {

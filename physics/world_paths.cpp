@@ -28,14 +28,6 @@ BodyState World::interpolated(BodyId id, double time) const {
         "interpolated: observe paths before the step, World::observe({.paths = true})");
   if (time > s.time) return now;
 
-  if (s.bodies.type[i] == BodyType::Kinematic && s.prescribed[i]) {
-    const KinematicState at = s.paths[i].at(elapsed);
-    return {at.p, at.angle, at.v, at.omega};
-  }
-  if (s.bodies.type[i] == BodyType::Kinematic) {
-    const double back = s.time - time;
-    return {now.position - back * now.velocity, now.angle - back * now.omega, now.velocity, now.omega};
-  }
   // The last piece that begins by then.
   const auto later = std::upper_bound(s.step_paths.begin(), s.step_paths.end(), std::pair(i, elapsed),
                                       [](const std::pair<std::uint32_t, double>& at, const PathPiece& piece) {

@@ -34,6 +34,10 @@ bool comparable(const Shape& a, const Shape& b) {
   return !(endless(a) && endless(b));
 }
 
+void require_shape(const Shape& shape) {
+  if (shape.vertices.empty()) throw std::invalid_argument("shape is empty; use make_disc, make_polygon, ...");
+}
+
 QueryHit hit_of(const WorldState& s, std::uint32_t shape, const RayHit& ray) {
   QueryHit hit;
   hit.shape = id_of(s, shape);
@@ -61,6 +65,7 @@ std::vector<ShapeId> World::shapes_at(Vec2 point, const Filter& filter) const {
 
 std::vector<ShapeId> World::shapes_overlapping(const Shape& shape, const Transform& pose,
                                                const Filter& filter) const {
+  require_shape(shape);
   const WorldState& s = *state_;
   std::vector<std::uint32_t> found;
   s.broad_phase->query(bounding_box(shape, pose), found);
@@ -118,6 +123,7 @@ std::optional<QueryHit> World::ray_cast(const Ray& ray, const Filter& filter) co
 
 std::optional<QueryHit> World::shape_cast(const Shape& shape, const Transform& pose, Vec2 translation,
                                           const Filter& filter) const {
+  require_shape(shape);
   if (!is_finite(translation))
     throw std::invalid_argument("translation must be finite, got " + to_text(translation));
   const WorldState& s = *state_;

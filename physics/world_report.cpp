@@ -18,13 +18,15 @@ namespace {
 // Contacts, pairs and joints that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024, kPairsAPiece = 4096, kJointsAPiece = 256;
 
+/// Sensors keep none.
+Manifold manifold_of_sensor(const WorldState& s, const Contact& contact) {
+  return contact_manifold(contact, s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
+                          s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0, nullptr,
+                          nullptr);
+}
+
 bool touches_now(const WorldState& s, const Contact& contact) {
-  if (contact.sensor) {
-    const Manifold manifold =
-        contact_manifold(contact, s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
-                         s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0, nullptr, nullptr);
-    return manifold.count > 0;
-  }
+  if (contact.sensor) return manifold_of_sensor(s, contact).count > 0;
   if (!contact.linked) return false;
   for (int i = 0; i < contact.manifold.count; ++i) {
     if (is_touching(s, contact.manifold.points[i])) return true;
@@ -42,15 +44,16 @@ ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventK
   event.point = contact.hit_point;
   event.normal = contact.hit_normal;
   if (kind != ContactEventKind::Hit) {
+    const Manifold manifold = contact.sensor ? manifold_of_sensor(s, contact) : contact.manifold;
     event.point = {};
-    event.normal = contact.manifold.normal;
-    for (int i = 0; i < contact.manifold.count; ++i) {
-      event.point += contact.manifold.points[i].position / contact.manifold.count;
-    }
+    event.normal = manifold.normal;
+    for (int i = 0; i < manifold.count; ++i) event.point += manifold.points[i].position / manifold.count;
   }
   event.approach_speed = contact.hit_speed;
   event.time = kind == ContactEventKind::Hit ? s.time - s.report.h + contact.hit_time : s.time;
   for (const PointMemory& memory : contact.points) event.impulse += memory.total_impact;
+  const auto is_chain = [&s](std::uint32_t shape) { return s.shapes[shape].shape->kind == ShapeKind::Chain; };
+  if (is_chain(contact.shape_a) || is_chain(contact.shape_b)) event.segment = contact.child;
   event.sensor = contact.sensor;
   return event;
 }

@@ -117,15 +117,17 @@ struct LinkCount {
 
 /// What a step needs for itself; here, so that the next step finds the memory.
 struct StepScratch {
-  std::vector<std::uint8_t> dirty;        ///< by body, after the first round: its island steps again
-  std::vector<std::uint32_t> others;      ///< active bodies that are not awake ones
-  std::vector<ContactKey> wanted;         ///< contacts of the pairs
-  std::vector<Pair> distant;              ///< pairs of fast bodies that will not meet, as far as is known
-  std::vector<Pair> more;                 ///< pairs of boxes that grew
-  std::vector<PairLook> looks;            ///< at `WorldState::pairs`, in the first round
-  std::vector<std::uint32_t> left;        ///< bodies whose boxes have to grow
-  std::vector<int> segments;              ///< of a chain
-  std::vector<Contact> lost;              ///< touching contacts whose boxes parted
+  std::vector<std::uint8_t> dirty;    ///< by body, after the first round: its island steps again
+  std::vector<std::uint32_t> others;  ///< active bodies that are not awake ones
+  std::vector<ContactKey> wanted;     ///< contacts of the pairs
+  std::vector<Pair> distant;          ///< pairs of fast bodies that will not meet, as far as is known
+  std::vector<Pair> more;             ///< pairs of boxes that grew
+  std::vector<PairLook> looks;        ///< at `WorldState::pairs`, in the first round
+  std::vector<std::uint32_t> left;    ///< bodies whose boxes have to grow
+  std::vector<int> segments;          ///< of a chain
+  std::vector<Contact> lost;  ///< touching contacts whose boxes parted, of steps that did not end, too
+  /// Where bodies were that a prescribed motion put elsewhere.
+  std::vector<std::pair<std::uint32_t, BodyBackup>> before_motion;
   std::vector<SteppedIsland> last_round;  ///< islands of the round before
   std::vector<std::size_t> to_step;       ///< islands of this round
   std::vector<std::size_t> pieces;        ///< of it, that a thread takes at a time

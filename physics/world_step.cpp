@@ -69,14 +69,15 @@ void Step::run() {
 void Step::undo() {
   BodyArrays& b = s_.bodies;
   if (begun_) saved_ = s_.active.size();
-  for (std::size_t k = 0; k < saved_; ++k) {
-    const std::uint32_t i = s_.active[k];
-    b.position[i] = s_.backup[i].position;
-    b.angle[i] = s_.backup[i].angle;
-    b.rotation[i] = s_.backup[i].rotation;
-    b.velocity[i] = s_.backup[i].velocity;
-    b.omega[i] = s_.backup[i].omega;
-  }
+  const auto put_back = [&b](std::uint32_t i, const BodyBackup& from) {
+    b.position[i] = from.position;
+    b.angle[i] = from.angle;
+    b.rotation[i] = from.rotation;
+    b.velocity[i] = from.velocity;
+    b.omega[i] = from.omega;
+  };
+  for (std::size_t k = 0; k < saved_; ++k) put_back(s_.active[k], s_.backup[s_.active[k]]);
+  for (const auto& [body, from] : s_.scratch.before_motion) put_back(body, from);
   // What was touched before the step still is.
   for (const std::uint32_t i : s_.active) {
     s_.touched.push_back(i);
@@ -99,7 +100,7 @@ void Step::begin() {
   const auto start = now();
   require_masses();
   clear(s_.report);
-  s_.scratch.lost.clear();
+  s_.scratch.before_motion.clear();
   s_.scratch.distant.clear();
   // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
   if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
@@ -289,6 +290,8 @@ void Step::begin_joint(std::uint32_t i) const {
 void Step::follow(std::size_t i) {
   BodyArrays& b = s_.bodies;
   s_.paths[i].sample(s_.prescribed[i], s_.time, h_);
+  s_.scratch.before_motion.push_back(
+      {static_cast<std::uint32_t>(i), {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]}});
   const KinematicState now = s_.paths[i].at(0);
   b.position[i] = now.p;
   if (b.angle[i] != now.angle) {
@@ -361,6 +364,7 @@ void Step::finish() {
 
   const auto start = now();
   write_report(s_, h_);
+  s_.scratch.lost.clear();
   // Rest is where what steppers keep stays, too, so it is looked at before it is stored.
   remember();
   keep_motion();
@@ -463,6 +467,12 @@ void Step::keep_motion() {
     if (island.kept || island.flew_alone) continue;
     const std::vector<PathPiece>& path = island.result().path;
     s_.step_paths.insert(s_.step_paths.end(), path.begin(), path.end());
+  }
+  for (const std::uint32_t i : s_.active) {
+    if (s_.bodies.type[i] != BodyType::Kinematic) continue;
+    PathPiece piece = kinematic_path(s_, i, h_);
+    piece.generation = s_.bodies.generation[i];
+    s_.step_paths.push_back(piece);
   }
   // Pieces of one body are in the order of time already.
   std::stable_sort(s_.step_paths.begin(), s_.step_paths.end(),

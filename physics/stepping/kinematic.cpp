@@ -69,6 +69,36 @@ KinematicState MotionPath::at(double t) const {
           second[2] / (h_ * h_)};
 }
 
+PathPiece MotionPath::piece() const {
+  PathPiece piece;
+  piece.length = h_;
+  for (std::size_t c = 0; c < 3; ++c) {
+    // Newton's form in powers of theta, then divided by theta and 1 - theta in turn: what is left over each
+    // time is the next coefficient.
+    std::array<double, kNodes> powers{};
+    for (std::size_t i = kNodes; i-- > 0;) {
+      for (std::size_t k = kNodes - 1; k > 0; --k) powers[k] = powers[k - 1] - kPoints[i] * powers[k];
+      powers[0] = divided_[c][i] - kPoints[i] * powers[0];
+    }
+    for (std::size_t k = 0; k < kNodes; ++k) {
+      const std::size_t degree = kNodes - 1 - k;
+      if (k % 2 == 0) {
+        piece.c[c][k] = powers[0];
+        for (std::size_t m = 0; m < degree; ++m) powers[m] = powers[m + 1];
+      } else {
+        double quotient = 0;
+        for (std::size_t m = degree + 1; m-- > 0;) {
+          const double power = powers[m];
+          powers[m] = -quotient;
+          quotient += power;
+        }
+        piece.c[c][k] = quotient;
+      }
+    }
+  }
+  return piece;
+}
+
 KinematicState kinematic_state(const WorldState& state, std::uint32_t body, double elapsed) {
   const BodyArrays& all = state.bodies;
   if (all.type[body] != BodyType::Kinematic) return {all.position[body], all.angle[body], {}, 0, {}, 0};
@@ -79,6 +109,21 @@ KinematicState kinematic_state(const WorldState& state, std::uint32_t body, doub
           all.omega[body],
           {},
           0};
+}
+
+PathPiece kinematic_path(const WorldState& state, std::uint32_t body, double h) {
+  PathPiece piece;
+  if (state.prescribed[body]) {
+    piece = state.paths[body].piece();
+  } else {
+    const BodyBackup& from = state.backup[body];
+    piece.length = h;
+    piece.c[0] = {from.position.x, h * from.velocity.x};
+    piece.c[1] = {from.position.y, h * from.velocity.y};
+    piece.c[2] = {from.angle, h * from.omega};
+  }
+  piece.body = body;
+  return piece;
 }
 
 }  // namespace skerry

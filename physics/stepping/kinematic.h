@@ -8,6 +8,7 @@
 
 #include "physics/forces.h"
 #include "physics/math.h"
+#include "physics/stepping/path.h"
 
 namespace skerry {
 
@@ -31,6 +32,8 @@ class MotionPath {
   void sample(const PrescribedMotion& motion, double time, double h);
   /// @param t  since the beginning of the step [s]
   KinematicState at(double t) const;
+  /// The same polynomial as that of a path, without its body.
+  PathPiece piece() const;
   /// The place that the motion gave for the end of the step, to the bit.
   Placement end() const { return end_; }
   /// About the farthest that the centre goes from where it begins [m], and the largest turn [rad].
@@ -49,5 +52,7 @@ struct WorldState;
 
 /// The motion of a kinematic (or fixed) body, `elapsed` after the beginning of the step [s].
 KinematicState kinematic_state(const WorldState& state, std::uint32_t body, double elapsed);
+/// The whole step `h` [s] of a kinematic body that is at its end.
+PathPiece kinematic_path(const WorldState& state, std::uint32_t body, double h);
 
 }  // namespace skerry

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 #include <thread>
 
 #include "physics/snapshot.h"
@@ -360,6 +361,42 @@ TEST_P(Forces, BallLandsOnARisingLift) {
   EXPECT_THROW(world.set_motion(lift, [](double) { return Placement{{NAN, 0}, 0}; }), std::invalid_argument);
 }
 
+TEST_P(Forces, WhatAPrescribedMotionThrowsLeavesBodiesWhereTheyWere) {
+  World world(by(GetParam(), weightless()));
+  const auto make = [&world] { return world.create_body({.type = BodyType::Kinematic}); };
+  const BodyId first = make(), second = make();
+  world.set_motion(first, [](double t) { return Placement{{0.1 + t, 0}, 0}; });
+  bool throws = false;
+  world.set_motion(second, [&](double t) {
+    if (throws) throw std::runtime_error("no");
+    return Placement{{t, 5}, 0};
+  });
+  world.set_pose(first, {0.3, 2}, 1);
+  world.set_velocity(first, {0, 9}, 2);
+  throws = true;
+  EXPECT_THROW(world.step(1.0 / 60), std::runtime_error);
+  EXPECT_EQ(world.position(first), (Vec2{0.3, 2}));
+  EXPECT_EQ(world.angle(first), 1);
+  EXPECT_EQ(world.velocity(first), (Vec2{0, 9}));
+  EXPECT_EQ(world.omega(first), 2);
+}
+
+TEST_P(Forces, ABodyInThePlaceOfAnotherFeelsTheFieldAsItsOwn) {
+  World world(by(GetParam(), weightless()));
+  // A circle with the circular frequency 2.
+  world.set_force_field([](const FieldSample& s) { return Wrench{-4 * s.mass * s.position, 0}; });
+  const auto make = [&world] { return add(world, {1, 0}, smooth(make_disc(0.1)), 1, {0, 2}); };
+  BodyId body = make();
+  world.step(1.0 / 60);
+  world.destroy(body);
+  body = make();
+  for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+  const double tolerance = GetParam() == "event_driven" ? 1e-9 : 1e-3;
+  EXPECT_NEAR(length(world.position(body)), 1, tolerance);
+  EXPECT_NEAR(length(world.velocity(body)), 2, tolerance);
+  EXPECT_EQ(world.bodies().island[body.index], 0);
+}
+
 TEST_P(Forces, SnapshotGoesOnBitByBitWithItsDragAndTheCallbacksOfTheOther) {
   World world(by(GetParam()));
   const auto lift = world.create_body({.type = BodyType::Kinematic});
@@ -370,7 +407,7 @@ TEST_P(Forces, SnapshotGoesOnBitByBitWithItsDragAndTheCallbacksOfTheOther) {
   world.set_force_field([](const FieldSample& s) { return Wrench{{0.1 * s.time, 0}, 0}; });
   run(world, 0.3, 1.0 / 60);
   World copy = load_snapshot(save_snapshot(world));
-  copy.adopt_callbacks(world);
+  copy.adopt(world.callbacks());
   for (int i = 0; i < 60; ++i) {
     world.step(1.0 / 60);
     copy.step(1.0 / 60);

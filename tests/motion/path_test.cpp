@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "physics/snapshot.h"
 #include "physics/stepping/stepper.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
@@ -18,6 +19,7 @@ using test::add;
 using test::add_ground;
 using test::rough;
 using test::smooth;
+using test::weightless;
 
 constexpr double kG = 9.81;
 
@@ -154,6 +156,43 @@ TEST(Path, KinematicBodiesAndRestingOnesAreKnownToo) {
   const double t = world.time() - 0.03;
   EXPECT_NEAR(world.interpolated(lift, t).position.y, 3 + 2 * t, 1e-12);
   EXPECT_EQ(world.interpolated(box, t).position.y, world.position(box).y);
+}
+
+TEST(Path, OfKinematicBodiesIsThatOfTheStepWhateverTheyWereToldSince) {
+  World world(weightless());
+  world.observe({.paths = true});
+  const auto make = [&world](Vec2 at) {
+    const BodyId body = world.create_body({.type = BodyType::Kinematic, .position = at});
+    world.add_shape(body, smooth(make_box({1, 0.1})));
+    return body;
+  };
+  const BodyId told = make({0, 3}), straight = make({0, 0});
+  const auto way = [](double t) { return Placement{{std::sin(5 * t), 3 + t * t}, std::cos(3 * t)}; };
+  world.set_motion(told, way);
+  world.set_velocity(straight, {1, 2}, 3);
+  for (int i = 0; i < 4; ++i) world.step(0.1);
+  const double t = 0.34, back = world.time() - t;
+  const auto expect_path = [&](const World& w, const char* what) {
+    const BodyState there = w.interpolated(told, t);
+    EXPECT_NEAR(there.position.x, std::sin(5 * t), 1e-12) << what;
+    EXPECT_NEAR(there.position.y, 3 + t * t, 1e-12) << what;
+    EXPECT_NEAR(there.angle, std::cos(3 * t), 1e-12) << what;
+    EXPECT_NEAR(there.velocity.x, 5 * std::cos(5 * t), 1e-9) << what;
+    EXPECT_NEAR(there.velocity.y, 2 * t, 1e-9) << what;
+    EXPECT_NEAR(there.omega, -3 * std::sin(3 * t), 1e-9) << what;
+    EXPECT_NEAR(w.interpolated(straight, t).position.y, 2 * (0.4 - back), 1e-12) << what;
+    EXPECT_NEAR(w.interpolated(straight, t).omega, 3, 1e-12) << what;
+  };
+  expect_path(world, "as they are");
+  World loaded = load_snapshot(save_snapshot(world));
+  loaded.adopt(world.callbacks());
+  expect_path(loaded, "loaded");
+  world.set_motion(told, {});
+  world.set_velocity(told, {7, 7}, 7);
+  world.set_velocity(straight, {}, 0);
+  expect_path(world, "told otherwise");
+  world.set_motion(straight, way);
+  EXPECT_NEAR(world.interpolated(straight, t).position.x, 0.4 - back, 1e-12);
 }
 
 TEST(Path, RefusesTimesOutsideTheStepAndStepsThatWereNotObserved) {

@@ -43,6 +43,47 @@ TEST_P(UserEdits, WhatIsPutBetweenBodiesAtRestPushesThemApart) {
   EXPECT_NEAR(world.position(upper).y, 1.9, 1e-6);
 }
 
+TEST_P(UserEdits, AForceThatWaitsActsWhereItWasAppliedWhateverShapesCome) {
+  WorldConfig config;
+  config.stepper = GetParam();
+  config.gravity = {0, 0};
+  World world(config), other(config);
+  const auto make = [](World& w, bool late) {
+    const BodyId body = w.create_body({});
+    w.add_shape(body, rough(make_box({1, 1}), 0.5));
+    if (late) w.apply_force(body, {0, 50}, {0, 0});
+    w.add_shape(body, rough(make_box({1, 1}, {1, 0}), 0.5));
+    if (!late) w.apply_force(body, {0, 50}, {0, 0});
+    return body;
+  };
+  const BodyId late = make(world, true), early = make(other, false);
+  world.step(kStep);
+  other.step(kStep);
+  EXPECT_LT(other.omega(early), -1e-4);
+  EXPECT_NEAR(world.omega(late), other.omega(early), 1e-15);
+  EXPECT_NEAR(world.velocity(late).y, other.velocity(early).y, 1e-15);
+}
+
+TEST_P(UserEdits, AJointBetweenWhatIsHeldBearsNothing) {
+  WorldConfig config;
+  config.stepper = GetParam();
+  World world(config);
+  const BodyId upper = add(world, {0, 3}, rough(make_disc(0.5), 0.5), 10);
+  const BodyId lower = add(world, {0, 1}, rough(make_disc(0.5), 0.5), 10);
+  world.create_joint({.kind = JointKind::Revolute, .b = upper, .anchor_a = {0, 3}});
+  const JointId rod = world.create_joint(
+      {.kind = JointKind::Distance, .a = upper, .b = lower, .anchor_a = {0, 3}, .anchor_b = {0, 1}});
+  world.step(kStep);
+  EXPECT_NEAR(length(world.joint_force(rod)), 98.1, 1e-6);
+  world.set_type(lower, BodyType::Static);
+  world.step(kStep);
+  world.set_type(upper, BodyType::Static);
+  for (const double h : {kStep, 0.1 * kStep}) {
+    world.step(h);
+    EXPECT_EQ(world.joint_force(rod), (Vec2{0, 0}));
+  }
+}
+
 TEST_P(UserEdits, WhatFliesIsTakenApart) {
   // Few, and so many that they would fly by their own clocks; they part by themselves, but slowly.
   for (const int count : {2, 40}) {

@@ -9,6 +9,7 @@ namespace joint_test {
 
 using test::add;
 using test::smooth;
+using test::weightless;
 
 TEST(Distance, PendulumKeepsItsLengthAndEnergyAndItsSmallPeriod) {
   World world;
@@ -35,6 +36,26 @@ TEST(Distance, PendulumKeepsItsLengthAndEnergyAndItsSmallPeriod) {
   EXPECT_NEAR((last - first) / (crossings - 1), period, 2e-4 * period);
   EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy,
               1e-4 * 2 * 9.81 * amplitude * amplitude);
+}
+
+TEST(Prismatic, HoldsAlongAnAxisOfAnyLength) {
+  for (const double size : {1.0, 1e200, 1e-170, 5e-324}) {
+    World world;
+    const auto box = add(world, {0, 5}, smooth(make_box({1, 1})));
+    world.create_joint({.kind = JointKind::Prismatic, .b = box, .anchor_a = {0, 5}, .axis = {size, 0}});
+    for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+    EXPECT_NEAR(world.position(box).y, 5, 1e-9) << size;
+  }
+}
+
+TEST(Distance, KeepsItsLengthWhenItIsGivenAnotherDefinitionWithoutOne) {
+  World world(weightless());
+  const auto ball = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  const JointId rod = world.create_joint({.kind = JointKind::Distance, .b = ball, .length = 1});
+  world.set_joint(rod, {.kind = JointKind::Distance, .b = ball, .break_force = 1e6});
+  for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+  EXPECT_NEAR(length(world.position(ball)), 1, 1e-9);
+  EXPECT_EQ(world.joints()[rod.index].length, 1);
 }
 
 TEST(Distance, ReactionOfAHangingBallIsItsWeight) {

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+//
+// What a step reports of contacts: begun, going on, ended, hit; of sensors, of chains.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace events_test {
+
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::smooth;
+using test::weightless;
+
+TEST(Events, BeginHitAndEndAreReportedOnce) {
+  World world;
+  add_ground(world, smooth(make_disc(1), 0.5));
+  add(world, {0, 1.0}, smooth(make_disc(0.5), 0.5));
+  int begins = 0, ends = 0, hits = 0;
+  for (int i = 0; i < 40; ++i) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      begins += event.kind == ContactEventKind::Begin;
+      ends += event.kind == ContactEventKind::End;
+      if (event.kind == ContactEventKind::Hit && hits++ == 0) {
+        EXPECT_NEAR(event.approach_speed, std::sqrt(2 * 9.81 * 0.5), 1e-9);
+      }
+    }
+  }
+  EXPECT_GE(hits, 1);
+  EXPECT_LE(ends, begins + 1);
+}
+
+TEST(Events, SensorsReportAndDoNotPush) {
+  World world;
+  const auto gate = world.create_body({.type = BodyType::Static});
+  ShapeDef sensor = smooth(make_box({1, 1}));
+  sensor.sensor = true;
+  world.add_shape(gate, sensor);
+  const auto ball = add(world, {0, 3}, smooth(make_disc(0.25)));
+  int begins = 0, ends = 0;
+  for (int i = 0; i < 120; ++i) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      EXPECT_TRUE(event.sensor);
+      begins += event.kind == ContactEventKind::Begin;
+      ends += event.kind == ContactEventKind::End;
+    }
+  }
+  EXPECT_EQ(begins, 1);
+  EXPECT_EQ(ends, 1);
+  EXPECT_NEAR(world.position(ball).y, 3 - 0.5 * 9.81 * 4, 1e-10);
+}
+
+TEST(Events, OfSensorsSayWhere) {
+  World world(weightless());
+  const auto gate = world.create_body({.type = BodyType::Static, .position = {9, 0}});
+  ShapeDef sensor = smooth(make_box({1, 1}));
+  sensor.sensor = true;
+  world.add_shape(gate, sensor);
+  const auto ball = add(world, {8, 0.1}, smooth(make_disc(0.25)), 1, {3, 0});
+  std::optional<ContactEvent> begin;
+  while (!begin && world.time() < 1) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events)
+      if (event.kind == ContactEventKind::Begin) begin = event;
+  }
+  ASSERT_TRUE(begin);
+  EXPECT_NEAR(begin->point.x, 8.5, 0.06);
+  EXPECT_NEAR(begin->point.y, 0.1, 1e-9);
+  EXPECT_NEAR(std::abs(begin->normal.x), 1, 1e-12);
+  EXPECT_EQ(begin->normal.x < 0, begin->body_b == ball) << "from a to b";
+  EXPECT_EQ(begin->segment, -1);
+}
+
+TEST(Events, OfChainsSayOfWhichSegment) {
+  World world(weightless());
+  const auto ground = world.create_body({.type = BodyType::Static});
+  std::vector<Vec2> corners;
+  for (int i = 0; i <= 8; ++i) corners.push_back({1.0 * i, 0});
+  ShapeDef chain = smooth(make_chain(corners));
+  chain.sensor = true;
+  world.add_shape(ground, chain);
+  add(world, {1, 0.1}, smooth(make_box({1.5, 0.5})), 1, {1, 0});
+  std::map<int, int> open;
+  int begins = 0;
+  for (int i = 0; i < 300; ++i) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      const int change = event.kind == ContactEventKind::Begin ? 1
+                         : event.kind == ContactEventKind::End ? -1
+                                                               : 0;
+      begins += change > 0;
+      open[event.segment] += change;
+      EXPECT_TRUE(open[event.segment] == 0 || open[event.segment] == 1) << event.segment;
+      EXPECT_GE(event.segment, 0);
+      EXPECT_LE(event.segment, 7);
+    }
+  }
+  EXPECT_GE(begins, 7);
+}
+
+TEST(Events, OfWhatLeftInAStepThatThrewComeWithTheNext) {
+  World world(weightless());
+  const auto floor = world.create_body({.type = BodyType::Static});
+  world.add_shape(floor, rough(make_box({4, 1}), 0.5));
+  const auto box = add(world, {0, 1}, rough(make_box({1, 1}), 0.5));
+  int begins = 0, ends = 0;
+  const auto step = [&] {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      begins += event.kind == ContactEventKind::Begin;
+      ends += event.kind == ContactEventKind::End;
+    }
+  };
+  step();
+  ASSERT_EQ(begins, 1);
+  world.set_pose(box, {30, 1}, 0);
+  world.set_force_field([](const FieldSample&) -> Wrench { throw std::runtime_error("no"); });
+  EXPECT_THROW(step(), std::runtime_error);
+  world.set_force_field({});
+  step();
+  EXPECT_EQ(ends, 1);
+  step();
+  EXPECT_EQ(ends, 1);
+}
+
+TEST(Events, WhatIsTakenAwayAndPulledBackInOneStepHasNotLeft) {
+  World world(weightless());
+  const auto gate = world.create_body({.type = BodyType::Static});
+  ShapeDef sensor = smooth(make_box({1, 1}));
+  sensor.sensor = true;
+  world.add_shape(gate, sensor);
+  const auto ball = add(world, {0, 0}, smooth(make_disc(0.2)));
+  world.create_joint({.kind = JointKind::Revolute, .b = ball});
+  ASSERT_EQ(world.step(1.0 / 60).events.size(), 1u);
+  world.set_pose(ball, {3, 0}, 0);
+  EXPECT_TRUE(world.step(1.0 / 60).events.empty());
+  EXPECT_NEAR(world.position(ball).x, 0, 1e-9);
+  EXPECT_TRUE(world.step(1.0 / 60).events.empty());
+}
+
+}  // namespace events_test
+}  // namespace skerry
