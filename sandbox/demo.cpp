@@ -73,6 +73,7 @@ double measure_crossing(Script& script, std::size_t i, double back) {
     Script& script;
     ~Look() { script.look_back.reset(); }
   } look{script};
+  const Asking asking(script, "on_event");
   if (back > 0) script.look_back = back;
   return measure(script.host, script.crossings[i].function, script.crossings[i].place, "on_event");
 }
@@ -317,13 +318,50 @@ bool Demo::failed() const {
   return std::any_of(script_->checks.begin(), script_->checks.end(), fails) || world().report().contained > 0;
 }
 
+namespace {
+
+std::vector<BridgeView> copies_of(const std::vector<BridgeView>& views) {
+  std::vector<BridgeView> copies;
+  copies.reserve(views.size());
+  for (const BridgeView& view : views)
+    copies.push_back({std::make_unique<statics::Bridge>(*view.bridge), view.numbers, view.influence});
+  return copies;
+}
+
+/// Whether the command line says how to solve.
+bool given_methods(const DemoOptions& options) {
+  return options.solver || options.broad_phase || options.impact_law || options.stepper || options.accuracy ||
+         options.budget || options.flow_work || options.sleep_speed;
+}
+
+/// Whether a body is what it is in the other world, wherever it is.
+bool is_same_body(const World& x, const World& y, BodyId body) {
+  if (x.bodies().type[body.index] != y.bodies().type[body.index] || x.mass(body) != y.mass(body) ||
+      x.inertia(body) != y.inertia(body))
+    return false;
+  const auto shapes_of = [body](const World& world) {
+    std::vector<const Shape*> shapes;
+    for (const ShapeRecord& record : world.shapes())
+      if (record.alive && record.body == body) shapes.push_back(&*record.shape);
+    return shapes;
+  };
+  const auto same = [](const Shape* a, const Shape* b) {
+    return a->kind == b->kind && a->radius == b->radius && a->vertices == b->vertices;
+  };
+  const std::vector<const Shape*> a = shapes_of(x), b = shapes_of(y);
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+}
+
+}  // namespace
+
 /// What DemoState hides.
 struct DemoMoment {
   const Script* script = nullptr;
   std::vector<std::byte> world;
+  WorldCallbacks callbacks;
   LuaImage lua;
   ScriptProgress progress;
-  std::vector<statics::Bridge> bridges;
+  std::vector<BridgeView> bridges;
 };
 
 std::uint64_t DemoState::step() const {
@@ -335,11 +373,11 @@ std::size_t DemoState::bytes() const {
 }
 
 DemoState Demo::save() const {
+  const Script& script = *script_;
   DemoState state;
-  std::vector<statics::Bridge> bridges;
-  for (const BridgeView& view : script_->bridges) bridges.push_back(*view.bridge);
-  state.moment_ = std::make_shared<const DemoMoment>(DemoMoment{
-      script_.get(), save_snapshot(*script_->world), script_->host.save(), *script_, std::move(bridges)});
+  state.moment_ = std::make_shared<const DemoMoment>(DemoMoment{&script, save_snapshot(*script.world),
+                                                                script.world->callbacks(), script.host.save(),
+                                                                script, copies_of(script.bridges)});
   return state;
 }
 
@@ -348,9 +386,10 @@ void Demo::restore(const DemoState& state) {
     throw std::invalid_argument("restore: the state is not of this demo");
   const DemoMoment& moment = *state.moment_;
   World world = load_snapshot(moment.world);
-  world.adopt_callbacks(*script_->world);
+  // Its functions are those of then: they may have been changed since.
+  world.adopt(moment.callbacks);
   *script_->world = std::move(world);
-  for (std::size_t i = 0; i < moment.bridges.size(); ++i) *script_->bridges[i].bridge = moment.bridges[i];
+  script_->bridges = copies_of(moment.bridges);
   script_->host.restore(moment.lua);
   static_cast<ScriptProgress&>(*script_) = moment.progress;
   script_->shown_time.reset();
@@ -364,11 +403,27 @@ World& Demo::world_for_input() {
 
 void Demo::adopt(World world) {
   Script& script = *script_;
-  world.adopt_callbacks(*script.world);
-  if (world.bodies().alive != script.world->bodies().alive)
-    throw std::invalid_argument("the snapshot has other bodies than " + script.name);
+  world.adopt(script.world->callbacks());
+  bool same = world.bodies().alive == script.world->bodies().alive;
+  for (std::size_t i = 0; same && i < world.bodies().size(); ++i) {
+    if (!world.bodies().alive[i]) continue;
+    const BodyId body = world.body_id(i);
+    same = script.world->alive(body) && is_same_body(world, *script.world, body);
+  }
+  if (!same)
+    throw std::invalid_argument("the snapshot has other bodies than " + script.name +
+                                " (other script, or other values of --set)");
+  const std::uint64_t steps = world.report().step;
+  const double time = static_cast<double>(steps) * script.dt;
+  if (std::abs(world.time() - time) > 1e-6 * std::max(time, world.time()))
+    throw std::invalid_argument("the snapshot is of " + format_number(world.time()) + " s after " +
+                                std::to_string(steps) + " steps, and " + script.name + " has steps of " +
+                                format_number(script.dt) + " s; give the --dt that it was saved with");
+  WorldConfig config = world.config();
+  take_options(script.options, config);
+  if (given_methods(script.options)) world.reconfigure(config);
   *script.world = std::move(world);
-  script.steps = script.world->report().step;
+  script.steps = steps;
   std::erase_if(script.checks, [&](const Check& check) { return check.at && *check.at <= script.time(); });
   script.observe();
 }
@@ -385,6 +440,7 @@ bool Demo::has_callbacks() const {
 
 std::vector<double> Demo::watch_values() {
   std::vector<double> values;
+  const Asking asking(*script_, "watch");
   for (const Watch& watch : script_->watches)
     values.push_back(measure(script_->host, watch.function, script_->path, watch.what));
   return values;

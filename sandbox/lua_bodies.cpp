@@ -2,6 +2,8 @@
 //
 // Script functions that make bodies (ground, box, disc, polygon, capsule), and the body object.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "sandbox/lua_args.h"
@@ -75,9 +77,25 @@ int read_color(const Args& args) {
   return static_cast<int>(found - names.begin());
 }
 
+std::int32_t read_group(const Args& args) {
+  constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+  const double group = args.number("group", 0);
+  if (group != std::round(group) || std::abs(group) > kMost)
+    throw std::invalid_argument(args.function() + ": group expected a whole number, got " +
+                                format_number(group));
+  return static_cast<std::int32_t>(group);
+}
+
+/// @param color  index into the palette, -1: the usual colour
+void set_color(Script& script, BodyId body, int color) {
+  std::vector<int>& colors = script.picture.colors;
+  if (colors.size() <= body.index) colors.resize(body.index + 1, -1);
+  colors[body.index] = color;
+}
+
 // Makes a body of one shape, given in the body's frame, from the common arguments; leaves it on the stack.
 int make_body(lua_State* L, const Args& args, Shape shape) {
-  Script& script = script_with_world(L, args.function().c_str());
+  Script& script = script_to_change(L, args.function().c_str());
   BodyDef def;
   def.type = read_type(args, type_names(), "dynamic");
   def.position = args.pair("at").value_or(Vec2{});
@@ -95,7 +113,7 @@ int make_body(lua_State* L, const Args& args, Shape shape) {
     throw std::invalid_argument(args.function() + ": density must be positive, got " +
                                 format_number(part.density));
   part.material = read_material(args, script.material);
-  part.filter.group = static_cast<std::int32_t>(args.number("group", 0));
+  part.filter.group = read_group(args);
   const int color = read_color(args);
 
   World& world = *script.world;
@@ -106,9 +124,7 @@ int make_body(lua_State* L, const Args& args, Shape shape) {
     world.destroy(body);
     throw;
   }
-  std::vector<int>& colors = script.picture.colors;
-  if (colors.size() <= body.index) colors.resize(body.index + 1, -1);
-  colors[body.index] = color;
+  set_color(script, body, color);
   push_body(L, body);
   return 1;
 }
@@ -162,7 +178,7 @@ int ground(lua_State* L) {
                                              "surface_speed",
                                              "name"};
   const Args args(L, "ground", keys);
-  Script& script = script_with_world(L, "ground");
+  Script& script = script_to_change(L, "ground");
   ShapeDef part;
   part.shape = make_half_plane({0, 0}, {0, 1});
   part.material = read_material(args, script.material);
@@ -174,6 +190,7 @@ int ground(lua_State* L) {
   def.name = args.text("name").value_or("ground");
   const BodyId body = script.world->create_body(def);
   script.world->add_shape(body, part);
+  set_color(script, body, -1);
   push_body(L, body);
   return 1;
 }
@@ -193,7 +210,8 @@ using Setter = void (*)(World&, BodyId, double);
 struct Field {
   const char* name;
   Getter get;
-  Setter set;  ///< null: read only
+  Setter set;          ///< null: read only
+  bool moves = false;  ///< a body that is told where to go has it from there
 };
 
 /// That of the first shape of a body.
@@ -228,23 +246,27 @@ constexpr Field kFields[] = {
     {"x", [](const Script& s, BodyId b) { return s.state_of(b).position.x; },
      [](World& w, BodyId b, double v) {
        w.set_pose(b, {v, w.position(b).y}, w.angle(b));
-     }},
+     },
+     true},
     {"y", [](const Script& s, BodyId b) { return s.state_of(b).position.y; },
      [](World& w, BodyId b, double v) {
        w.set_pose(b, {w.position(b).x, v}, w.angle(b));
-     }},
+     },
+     true},
     {"angle", [](const Script& s, BodyId b) { return s.state_of(b).angle; },
-     [](World& w, BodyId b, double v) { w.set_pose(b, w.position(b), v); }},
+     [](World& w, BodyId b, double v) { w.set_pose(b, w.position(b), v); }, true},
     {"vx", [](const Script& s, BodyId b) { return s.state_of(b).velocity.x; },
      [](World& w, BodyId b, double v) {
        w.set_velocity(b, {v, w.velocity(b).y}, w.omega(b));
-     }},
+     },
+     true},
     {"vy", [](const Script& s, BodyId b) { return s.state_of(b).velocity.y; },
      [](World& w, BodyId b, double v) {
        w.set_velocity(b, {w.velocity(b).x, v}, w.omega(b));
-     }},
+     },
+     true},
     {"omega", [](const Script& s, BodyId b) { return s.state_of(b).omega; },
-     [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }},
+     [](World& w, BodyId b, double v) { w.set_velocity(b, w.velocity(b), v); }, true},
     {"friction", [](const Script& s, BodyId b) { return material_of(s, b).friction; },
      [](World& w, BodyId b, double v) {
        change_material(w, b, [v](Material& m) {
@@ -294,7 +316,7 @@ Vec2 point_of_application(lua_State* L, const World& world, BodyId body, const c
 }
 
 int body_force(lua_State* L) {
-  World& world = *script_with_world(L, "force").world;
+  World& world = *script_to_change(L, "force").world;
   const BodyId body = self(L, "force");
   const Vec2 force{number_argument(L, 2, "force", "x"), number_argument(L, 3, "force", "y")};
   world.apply_force(body, force, point_of_application(L, world, body, "force"));
@@ -302,7 +324,7 @@ int body_force(lua_State* L) {
 }
 
 int body_impulse(lua_State* L) {
-  World& world = *script_with_world(L, "impulse").world;
+  World& world = *script_to_change(L, "impulse").world;
   const BodyId body = self(L, "impulse");
   const Vec2 impulse{number_argument(L, 2, "impulse", "x"), number_argument(L, 3, "impulse", "y")};
   world.apply_impulse(body, impulse, point_of_application(L, world, body, "impulse"));
@@ -310,7 +332,7 @@ int body_impulse(lua_State* L) {
 }
 
 int body_torque(lua_State* L) {
-  World& world = *script_with_world(L, "torque").world;
+  World& world = *script_to_change(L, "torque").world;
   world.apply_torque(self(L, "torque"), number_argument(L, 2, "torque", "torque"));
   return 0;
 }
@@ -328,7 +350,7 @@ int body_point(lua_State* L) {
 }
 
 int body_remove(lua_State* L) {
-  World& world = *script_with_world(L, "remove").world;
+  World& world = *script_to_change(L, "remove").world;
   const BodyId body = self(L, "remove");
   if (world.alive(body)) world.destroy(body);
   return 0;
@@ -349,6 +371,7 @@ int body_index(lua_State* L) {
     return 1;
   }
   if (key == "type") {
+    if (!world.alive(body)) throw std::invalid_argument("body: \"type\" of a body that was removed");
     const std::uint8_t type = static_cast<std::uint8_t>(world.bodies().type[body.index]);
     lua_pushstring(L, type_names()[type].c_str());
     return 1;
@@ -364,7 +387,7 @@ int body_index(lua_State* L) {
 }
 
 int body_newindex(lua_State* L) {
-  World& world = *script_with_world(L, "body").world;
+  World& world = *script_to_change(L, "body").world;
   const BodyId body = self(L, "field");
   const std::string key = text_argument(L, 2, "body", "field");
   if (key == "type") {
@@ -376,7 +399,14 @@ int body_newindex(lua_State* L) {
     if (!field.set) continue;
     settable.emplace_back(field.name);
     if (key != field.name) continue;
-    field.set(world, body, number_argument(L, 3, "body", key));
+    const double value = number_argument(L, 3, "body", key);
+    if (field.moves && world.alive(body) && world.has_motion(body))
+      throw std::invalid_argument("body: \"" + key + "\" of a body that goes as `move` told it");
+    try {
+      field.set(world, body, value);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("body: " + key + ": " + error.what());
+    }
     return 0;
   }
   throw std::invalid_argument("body: \"" + key + "\" cannot be set; these can: " + join(settable));

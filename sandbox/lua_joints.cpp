@@ -90,7 +90,7 @@ void read_bodies(const Args& args, JointDef& def) {
 int line_joint(lua_State* L, const char* function, JointKind kind) {
   static const std::vector<std::string> keys = joint_keys({"from", "to", "length"});
   const Args args(L, function, keys);
-  Script& script = script_with_world(L, function);
+  Script& script = script_to_change(L, function);
   const End from = read_end(L, args, "from", *script.world);
   const End to = read_end(L, args, "to", *script.world);
   JointDef def;
@@ -129,7 +129,7 @@ int spring(lua_State* L) {
 /// Joints at a point: hinge, slider, weld, wheel. @param own  arguments besides a, b, at
 int point_joint(lua_State* L, const char* function, JointKind kind, const std::vector<std::string>& keys) {
   const Args args(L, function, keys);
-  Script& script = script_with_world(L, function);
+  Script& script = script_to_change(L, function);
   JointDef def;
   def.kind = kind;
   read_bodies(args, def);
@@ -173,7 +173,7 @@ int wheel(lua_State* L) {
 int motor(lua_State* L) {
   static const std::vector<std::string> keys = joint_keys({"a", "b"});
   const Args args(L, "motor", keys);
-  Script& script = script_with_world(L, "motor");
+  Script& script = script_to_change(L, "motor");
   JointDef def;
   def.kind = JointKind::Motor;
   read_bodies(args, def);
@@ -189,7 +189,7 @@ int motor(lua_State* L) {
 int gear(lua_State* L) {
   static const std::vector<std::string> keys = joint_keys({"a", "b", "ratio"});
   const Args args(L, "gear", keys);
-  Script& script = script_with_world(L, "gear");
+  Script& script = script_to_change(L, "gear");
   JointDef def;
   def.kind = JointKind::Gear;
   const std::optional<BodyId> a = args.body("a"), b = args.body("b");
@@ -208,7 +208,7 @@ int gear(lua_State* L) {
 int rack(lua_State* L) {
   static const std::vector<std::string> keys = joint_keys({"a", "b", "axis", "radius"});
   const Args args(L, "rack", keys);
-  Script& script = script_with_world(L, "rack");
+  Script& script = script_to_change(L, "rack");
   JointDef def;
   def.kind = JointKind::Rack;
   const std::optional<BodyId> a = args.body("a"), b = args.body("b");
@@ -228,7 +228,7 @@ int rack(lua_State* L) {
 int pulley(lua_State* L) {
   static const std::vector<std::string> keys = joint_keys({"from", "to", "over", "ratio"});
   const Args args(L, "pulley", keys);
-  Script& script = script_with_world(L, "pulley");
+  Script& script = script_to_change(L, "pulley");
   const End from = read_end(L, args, "from", *script.world);
   const End to = read_end(L, args, "to", *script.world);
   if (!from.body || !to.body) throw std::invalid_argument("pulley: from and to expected ends on bodies");
@@ -257,7 +257,7 @@ JointId joint_self(lua_State* L) {
 }
 
 int joint_remove(lua_State* L) {
-  World& world = *script_with_world(L, "remove").world;
+  World& world = *script_to_change(L, "remove").world;
   const JointId joint = joint_self(L);
   if (world.alive(joint)) world.destroy(joint);
   return 0;
@@ -265,7 +265,7 @@ int joint_remove(lua_State* L) {
 
 // joint:set_speed(speed [, limit])
 int joint_set_speed(lua_State* L) {
-  World& world = *script_with_world(L, "set_speed").world;
+  World& world = *script_to_change(L, "set_speed").world;
   const JointId joint = joint_self(L);
   const double speed = number_argument(L, 2, "set_speed", "speed");
   std::optional<double> limit;
@@ -280,6 +280,7 @@ struct JointField {
   double (*get)(const JointRecord& joint);
   void (*set)(JointDef& def, std::optional<double> value);
   bool optional;  ///< nil takes it away, and is what is read where there is none
+  bool may_be_endless = false;
 };
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -296,11 +297,11 @@ constexpr JointField kJointFields[] = {
     {"damping", [](const JointRecord& j) { return j.def.damping; },
      [](JointDef& d, std::optional<double> v) { d.damping = *v; }, false},
     {"motor_limit", [](const JointRecord& j) { return j.def.motor_limit; },
-     [](JointDef& d, std::optional<double> v) { d.motor_limit = *v; }, false},
+     [](JointDef& d, std::optional<double> v) { d.motor_limit = *v; }, false, true},
     {"break_force", [](const JointRecord& j) { return j.def.break_force; },
-     [](JointDef& d, std::optional<double> v) { d.break_force = *v; }, false},
+     [](JointDef& d, std::optional<double> v) { d.break_force = *v; }, false, true},
     {"break_torque", [](const JointRecord& j) { return j.def.break_torque; },
-     [](JointDef& d, std::optional<double> v) { d.break_torque = *v; }, false},
+     [](JointDef& d, std::optional<double> v) { d.break_torque = *v; }, false, true},
 };
 
 /// Mean force [N] and torque [N m] of the last step on the body that is held, and the coordinate with its
@@ -358,7 +359,7 @@ int joint_index(lua_State* L) {
 }
 
 int joint_newindex(lua_State* L) {
-  World& world = *script_with_world(L, "joint").world;
+  World& world = *script_to_change(L, "joint").world;
   const JointId joint = joint_self(L);
   const std::string key = text_argument(L, 2, "joint", "field");
   std::vector<std::string> settable;
@@ -369,7 +370,13 @@ int joint_newindex(lua_State* L) {
       throw std::invalid_argument("joint: \"" + key + "\" of a joint that was removed or broke");
     JointDef def = world.joints()[joint.index].def;
     std::optional<double> value;
-    if (!field.optional || !lua_isnil(L, 3)) value = number_argument(L, 3, "joint", key);
+    // A largest force may be none.
+    const bool endless =
+        field.may_be_endless && lua_type(L, 3) == LUA_TNUMBER && lua_tonumber(L, 3) == kInfinity;
+    if (endless)
+      value = kInfinity;
+    else if (!field.optional || !lua_isnil(L, 3))
+      value = number_argument(L, 3, "joint", key);
     field.set(def, value);
     world.set_joint(joint, def);
     return 0;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/lua_library.h"
 
+#include <algorithm>
+#include <cstring>
+#include <limits>
 #include <string>
 
 #include "physics/math.h"
@@ -58,6 +61,59 @@ int math_random(lua_State* L) {
   return 1;
 }
 
+// --- Lists in order
+
+/// Merge sort of the list at `list`: what is equal keeps its order. Its memory is the script's own.
+/// @param less(a, b)  whether the value at stack index a goes before that at b; leaves the stack as it was
+template <class Less>
+void sort_list(lua_State* L, int list, lua_Integer count, Less less) {
+  luaL_checkstack(L, 8, "sort");
+  const int top = lua_gettop(L);
+  lua_createtable(L, static_cast<int>(std::min<lua_Integer>(count, std::numeric_limits<int>::max())), 0);
+  int from = list, to = top + 1;
+  for (lua_Integer width = 1; width < count; width *= 2) {
+    for (lua_Integer low = 0; low < count; low += 2 * width) {
+      const lua_Integer middle = std::min(low + width, count), end = std::min(low + 2 * width, count);
+      lua_Integer left = low, right = middle;
+      for (lua_Integer k = low; k < end; ++k) {
+        bool second = left == middle;
+        if (!second && right < end) {
+          lua_rawgeti(L, from, right + 1);
+          lua_rawgeti(L, from, left + 1);
+          second = less(top + 2, top + 3);
+          lua_settop(L, top + 1);
+        }
+        lua_rawgeti(L, from, (second ? right++ : left++) + 1);
+        lua_rawseti(L, to, k + 1);
+      }
+    }
+    std::swap(from, to);
+  }
+  for (lua_Integer k = 1; from != list && k <= count; ++k) {
+    lua_rawgeti(L, from, k);
+    lua_rawseti(L, list, k);
+  }
+  lua_settop(L, top);
+}
+
+// sort(list [, less]). The stock one picks pivots by the clock where a list is long and lopsided: then what
+// is equal is in another order in each run.
+int table_sort(lua_State* L) {
+  luaL_checktype(L, 1, LUA_TTABLE);
+  const bool by_function = !lua_isnoneornil(L, 2);
+  if (by_function) luaL_checktype(L, 2, LUA_TFUNCTION);
+  lua_settop(L, 2);
+  sort_list(L, 1, static_cast<lua_Integer>(lua_rawlen(L, 1)), [&](int a, int b) {
+    if (!by_function) return lua_compare(L, a, b, LUA_OPLT) != 0;
+    lua_pushvalue(L, 2);
+    lua_pushvalue(L, a);
+    lua_pushvalue(L, b);
+    lua_call(L, 2, 1);
+    return lua_toboolean(L, -1) != 0;
+  });
+  return 0;
+}
+
 // --- pairs in sorted order
 
 // Numbers before strings before the rest; the rest (booleans) by type.
@@ -98,32 +154,7 @@ int sorted_pairs(lua_State* L) {
     lua_pushvalue(L, -1);
     lua_rawseti(L, 2, ++count);
   }
-  // Heap sort in place in the Lua table: no copy of the keys outside Lua's own memory limit.
-  const auto swap = [L](lua_Integer a, lua_Integer b) {
-    lua_rawgeti(L, 2, a);
-    lua_rawgeti(L, 2, b);
-    lua_rawseti(L, 2, a);
-    lua_rawseti(L, 2, b);
-  };
-  const auto less = [L](lua_Integer a, lua_Integer b) {
-    lua_rawgeti(L, 2, a);
-    lua_rawgeti(L, 2, b);
-    const bool result = key_less(L, -2, -1);
-    lua_pop(L, 2);
-    return result;
-  };
-  const auto sift = [&](lua_Integer root, lua_Integer end) {
-    for (lua_Integer child; (child = 2 * root) <= end; root = child) {
-      if (child < end && less(child, child + 1)) ++child;
-      if (!less(root, child)) return;
-      swap(root, child);
-    }
-  };
-  for (lua_Integer root = count / 2; root >= 1; --root) sift(root, count);
-  for (lua_Integer end = count; end > 1; --end) {
-    swap(1, end);
-    sift(1, end - 1);
-  }
+  sort_list(L, 2, count, [L](int a, int b) { return key_less(L, a, b); });
   lua_pushinteger(L, 0);
   lua_pushcclosure(L, next_sorted, 3);
   return 1;
@@ -131,15 +162,38 @@ int sorted_pairs(lua_State* L) {
 
 // --- Text
 
-// The stock one prints the address of tables and functions, which differs from run to run.
+// The stock one prints the address of tables, functions and objects, which differs from run to run.
 int safe_tostring(lua_State* L) {
   luaL_checkany(L, 1);
   const int type = lua_type(L, 1);
   const bool plain = type == LUA_TTABLE || type == LUA_TFUNCTION || type == LUA_TTHREAD;
   if (plain)
     lua_pushstring(L, lua_typename(L, type));
+  else if (type == LUA_TUSERDATA && luaL_getmetafield(L, 1, "__tostring") == LUA_TNIL)
+    luaL_getmetafield(L, 1, "__name");
   else
     luaL_tolstring(L, 1, nullptr);
+  return 1;
+}
+
+// format(form, ...): no addresses either. The stock one is upvalue 1.
+int string_format(lua_State* L) {
+  const char* form = luaL_checkstring(L, 1);
+  const int count = lua_gettop(L);
+  int argument = 1;
+  while ((form = std::strchr(form, '%')) != nullptr) {
+    form += 1 + std::strspn(form + 1, "-+ #0123456789.");
+    if (*form == 'p') return luaL_error(L, "format: %%p is not there: addresses differ from run to run");
+    if (*form == '\0') break;
+    if (*form++ == '%' || ++argument > count || form[-1] != 's') continue;
+    lua_pushcfunction(L, safe_tostring);
+    lua_pushvalue(L, argument);
+    lua_call(L, 1, 1);
+    lua_replace(L, argument);
+  }
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_call(L, count, 1);
   return 1;
 }
 
@@ -210,11 +264,16 @@ int open_safe_library(lua_State* L) {
   lua_setfield(L, -2, LUA_MATHLIBNAME);
 
   luaL_requiref(L, LUA_TABLIBNAME, luaopen_table, 0);
-  keep_only(L, {"concat", "insert", "pack", "remove", "sort", "unpack"});
+  keep_only(L, {"concat", "insert", "pack", "remove", "unpack"});
+  lua_pushcfunction(L, table_sort);
+  lua_setfield(L, -2, "sort");
   lua_setfield(L, -2, LUA_TABLIBNAME);
 
   luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 0);
   keep_only(L, {"byte", "char", "format", "len", "lower", "reverse", "sub", "upper"});
+  lua_getfield(L, -1, "format");
+  lua_pushcclosure(L, string_format, 1);
+  lua_setfield(L, -2, "format");
   lua_pushcfunction(L, string_rep);
   lua_setfield(L, -2, "rep");
   // ("x"):rep(3) finds its method through the metatable of strings: give it the same short list.

@@ -14,6 +14,8 @@
 namespace skerry::sandbox {
 namespace {
 
+constexpr double kBudgetUnit = 1e6;  // of `SolveWork::visits`
+
 /// view = { x = 0, y = 2, height = 6 }
 View read_view(lua_State* L, const Args& demo) {
   lua_getfield(L, demo.index(), "view");
@@ -25,12 +27,6 @@ View read_view(lua_State* L, const Args& demo) {
   if (view.height <= 0)
     throw std::invalid_argument("demo: view.height must be positive, got " + format_number(view.height));
   return view;
-}
-
-// The command line goes before the script: what a person types now is what they want to see.
-std::string chosen(const Args& args, const char* key, const std::optional<std::string>& given,
-                   const std::string& standard) {
-  return given ? *given : args.text(key).value_or(standard);
 }
 
 int demo(lua_State* L) {
@@ -58,18 +54,16 @@ int demo(lua_State* L) {
   if (given.dt) script.dt = *given.dt;
   WorldConfig config;
   config.gravity = args.pair("gravity").value_or(config.gravity);
-  config.solver = chosen(args, "solver", given.solver, config.solver);
   config.threads = given.threads;
-  config.broad_phase = chosen(args, "broad_phase", given.broad_phase, config.broad_phase);
-  config.impact_law = chosen(args, "impact_law", given.impact_law, config.impact_law);
-  config.stepper = chosen(args, "stepper", given.stepper, config.stepper);
-  config.accuracy = given.accuracy ? given.accuracy : args.number("accuracy");
-  if (const auto budget = given.budget ? given.budget : args.number_from("budget", 0))
-    config.solve.work_limit = 1e6 * *budget;
-  if (const auto work = given.flow_work ? given.flow_work : args.number_from("flow_work", 0))
-    config.flow_work = *work;
-  if (const auto speed = given.sleep_speed ? given.sleep_speed : args.number_from("sleep_speed", 0))
-    config.sleep_speed = *speed;
+  config.solver = args.text("solver").value_or(config.solver);
+  config.broad_phase = args.text("broad_phase").value_or(config.broad_phase);
+  config.impact_law = args.text("impact_law").value_or(config.impact_law);
+  config.stepper = args.text("stepper").value_or(config.stepper);
+  config.accuracy = args.number("accuracy");
+  if (const auto budget = args.number_from("budget", 0)) config.solve.work_limit = kBudgetUnit * *budget;
+  if (const auto work = args.number_from("flow_work", 0)) config.flow_work = *work;
+  config.sleep_speed = args.number_from("sleep_speed", 0).value_or(config.sleep_speed);
+  take_options(given, config);
   script.world.emplace(config);
   return 0;
 }
@@ -118,9 +112,10 @@ int param(lua_State* L) {
                                format_number(parameter.low) + " to " + format_number(parameter.high) +
                                (parameter.unit.empty() ? "" : " " + parameter.unit));
   }
-  // Whole numbers stay integers, so that `for i = 1, count` prints and indexes as expected.
+  // A whole number by default is one to count with: `for i = 1, count` prints and indexes as expected.
   lua_Integer whole = 0;
-  if (lua_numbertointeger(parameter.value, &whole) && static_cast<double>(whole) == parameter.value)
+  if (lua_isinteger(L, 2) && lua_numbertointeger(parameter.value, &whole) &&
+      static_cast<double>(whole) == parameter.value)
     lua_pushinteger(L, whole);
   else
     lua_pushnumber(L, parameter.value);
@@ -197,12 +192,11 @@ int highlight(lua_State* L) {
                                   format_number(*value));
     return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
   };
-  const auto body = [&](const char* key) {
+  const auto body = [&](const char* key) -> SelectedBody {
     const int type = lua_getfield(L, args.index(), key);
     lua_pop(L, 1);
-    if (type == LUA_TSTRING) return args.text(key).value_or("");
-    const std::optional<BodyId> id = args.body(key);
-    return id ? body_label(*script.world, *id) : std::string();
+    if (type == LUA_TSTRING) return {args.text(key).value_or(""), {}};
+    return {{}, args.body(key).value_or(BodyId{})};
   };
   selection.row = whole("row");
   selection.column = whole("col");
@@ -285,6 +279,25 @@ Script& script_with_world(lua_State* state, const char* function) {
   Script& script = script_of(state);
   if (!script.world) throw std::invalid_argument(std::string(function) + ": call demo{ title = ... } first");
   return script;
+}
+
+Script& script_to_change(lua_State* state, const char* function) {
+  Script& script = script_with_world(state, function);
+  if (script.asked)
+    throw std::invalid_argument(std::string(function) + ": the function of " + script.asked +
+                                " is asked for an answer, it must not change the world");
+  return script;
+}
+
+void take_options(const DemoOptions& given, WorldConfig& config) {
+  config.solver = given.solver.value_or(config.solver);
+  config.broad_phase = given.broad_phase.value_or(config.broad_phase);
+  config.impact_law = given.impact_law.value_or(config.impact_law);
+  config.stepper = given.stepper.value_or(config.stepper);
+  if (given.accuracy) config.accuracy = given.accuracy;
+  if (given.budget) config.solve.work_limit = kBudgetUnit * *given.budget;
+  if (given.flow_work) config.flow_work = given.flow_work;
+  config.sleep_speed = given.sleep_speed.value_or(config.sleep_speed);
 }
 
 void add_scene_functions(lua_State* state) {

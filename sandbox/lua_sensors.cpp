@@ -25,8 +25,10 @@ int contact(lua_State* L) {
   if (!first) throw std::invalid_argument("contact: expected a body, got " + describe(L, 1));
   if (!second && !lua_isnoneornil(L, 2))
     throw std::invalid_argument("contact: second expected a body, got " + describe(L, 2));
-  script.needed.contacts = true;
-  script.observe();
+  if (!script.needed.contacts) {
+    script.needed.contacts = true;
+    script.observe();
+  }
   *static_cast<Sensor*>(lua_newuserdatauv(L, sizeof(Sensor), 0)) = {*first, second.value_or(BodyId{})};
   luaL_setmetatable(L, kContactType);
   return 1;
@@ -129,7 +131,7 @@ int impact_law(lua_State* L) {
 
 // gravity(x, y) from now on
 int gravity(lua_State* L) {
-  World& world = *script_with_world(L, "gravity").world;
+  World& world = *script_to_change(L, "gravity").world;
   world.set_gravity({number_argument(L, 1, "gravity", "x"), number_argument(L, 2, "gravity", "y")});
   return 0;
 }

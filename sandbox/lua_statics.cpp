@@ -2,6 +2,7 @@
 //
 // Script function `bridge`, and the bridge object.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 
@@ -195,7 +196,7 @@ int make_bridge(lua_State* L) {
   const Args args(L, "bridge",
                   {"nodes", "members", "section", "supports", "deck", "train", "loads", "method", "breaks",
                    "thickness", "ground", "numbers", "influence"});
-  Script& script = script_with_world(L, "bridge");
+  Script& script = script_to_change(L, "bridge");
   BridgeDef def;
   read_nodes(L, args, def.structure);
   read_members(L, args, def.structure);
@@ -214,8 +215,13 @@ int make_bridge(lua_State* L) {
   def.ground = args.number("ground");
   BridgeView view;
   view.numbers = args.flag("numbers").value_or(false);
-  if (const std::optional<double> member = args.number("influence"))
+  if (const std::optional<double> member = args.number("influence")) {
+    const double last = static_cast<double>(def.structure.members.size());
+    if (!(*member >= 1 && *member <= last) || *member != std::floor(*member))
+      throw std::invalid_argument("bridge: influence expected the number of a member, 1 to " +
+                                  format_number(last) + ", got " + format_number(*member));
     view.influence = Quantity{Quantity::Kind::Axial, static_cast<int>(*member) - 1};
+  }
   view.bridge = std::make_unique<Bridge>(std::move(def), *script.world);
   if (view.influence) view.bridge->solver().influence(*view.influence);  // refuses members that are not there
   color_wagons(script, *view.bridge);

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sandbox/bridge_view.h"
@@ -64,6 +65,7 @@ struct Script : ScriptProgress {
   std::optional<double> shown_time;  ///< of pictures, if it is not that of the last step
   std::optional<double> look_back;   ///< bodies are as so long before the end of the last step [s]
   std::string usage_error;           ///< a `--set` value that the script refused
+  const char* asked = nullptr;       ///< whose function is asked for an answer now, and may change nothing
   LuaHost host;
 
   double time() const { return static_cast<double>(steps) * dt; }
@@ -82,9 +84,28 @@ struct Script : ScriptProgress {
   }
 };
 
+/// While it lives, a function of the script is asked for an answer: a world that steps cannot be changed, and
+/// what is only looked at must not be.
+class Asking {
+ public:
+  Asking(Script& script, const char* whose) : script_(script), before_(std::exchange(script.asked, whose)) {}
+  ~Asking() { script_.asked = before_; }
+  Asking(const Asking&) = delete;
+  Asking& operator=(const Asking&) = delete;
+
+ private:
+  Script& script_;
+  const char* before_;
+};
+
+/// What the command line says goes before the script and what was saved.
+void take_options(const DemoOptions& given, WorldConfig& config);
+
 /// The script of a state; its world must exist. @throws std::invalid_argument when `demo{...}` was not called
 /// yet.
 Script& script_with_world(lua_State* state, const char* function);
+/// The same for functions that change the world. @throws std::invalid_argument while the script is asked
+Script& script_to_change(lua_State* state, const char* function);
 /// The script of a state.
 Script& script_of(lua_State* state);
 

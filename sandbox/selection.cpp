@@ -28,12 +28,16 @@ std::string label(const World& world, BodyId body, int rank) {
   return rank < 26 ? std::string(1, static_cast<char>('A' + rank)) : std::to_string(rank + 1);
 }
 
-BodyId find_body(const World& world, const std::string& name) {
+BodyId find_body(const World& world, const SelectedBody& selected) {
+  if (selected.empty() || selected.id)
+    return selected.id && world.alive(selected.id) ? selected.id : BodyId{};
+  const std::string& name = selected.label;
   std::vector<std::string> names;
   int rank = 0;
   for (std::size_t i = 0; i < world.bodies().size(); ++i) {
     const bool dynamic = world.bodies().type[i] == BodyType::Dynamic;
-    if (const BodyId body = world.body_id(i); world.alive(body)) {
+    if (world.bodies().alive[i]) {
+      const BodyId body = world.body_id(i);
       names.push_back(label(world, body, rank));
       if (names.back() == name) return body;
     }
@@ -61,9 +65,9 @@ SelectionText parse_selection(std::string_view text) {
     else if (key == "island")
       result.island = positive(key, value, 1);
     else if (key == "body")
-      result.body = value;
+      result.body.label = value;
     else if (key == "other")
-      result.other = value;
+      result.other.label = value;
     else
       throw UsageError("select: row, col, island, body or other expected, got \"" + std::string(key) + '"');
   }
@@ -91,8 +95,8 @@ Selection resolve(const SelectionText& text, const World& world) {
   result.row = text.row.value_or(0) - 1;
   result.column = text.column.value_or(0) - 1;
   result.island = text.island.value_or(0) - 1;
-  if (!text.body.empty()) result.body = find_body(world, text.body);
-  if (!text.other.empty()) result.other = find_body(world, text.other);
+  result.body = find_body(world, text.body);
+  result.other = find_body(world, text.other);
   return result;
 }
 

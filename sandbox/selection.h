@@ -26,10 +26,19 @@ struct Selection {
   bool operator==(const Selection&) const = default;
 };
 
-/// A selection as people write it; bodies by the name that labels show ("A", "left", "3").
+/// A body by the name that labels show ("A", "left", "3"), or itself.
+struct SelectedBody {
+  std::string label{};
+  BodyId id{};
+
+  bool empty() const { return label.empty() && !id; }
+  bool operator==(const SelectedBody&) const = default;
+};
+
+/// A selection as people write it.
 struct SelectionText {
   std::optional<int> row{}, column{}, island{};  ///< rows and columns from 1
-  std::string body{}, other{};
+  SelectedBody body{}, other{};
 
   bool operator==(const SelectionText&) const = default;
 };
@@ -41,7 +50,8 @@ SelectionText parse_selection(std::string_view text);
 /// Entries of `over` go before those of `base`.
 SelectionText merged(const SelectionText& base, const SelectionText& over);
 
-/// Finds the bodies. @throws UsageError for a name that no live body has, with the nearest ones
+/// Finds the bodies; what is no more is not selected. @throws UsageError for a name that no live body has,
+/// with the nearest ones
 Selection resolve(const SelectionText& text, const World& world);
 
 /// A short name of a body for labels: its own, else a letter for the first 26 dynamic ones, else its number

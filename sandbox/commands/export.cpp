@@ -83,11 +83,15 @@ int export_demo(const Options& options, const Io& io) {
   needs.systems = needs.systems || options.problem();
   demo.observe(needs);
   History history(demo, needs.systems, kFlashSeconds);
-  const Selection selection = options.picture.selection_for(demo);
-  history.follow_island(options.island >= 0 ? options.island : selection.island);
+  const auto selected = [&] {
+    const Selection selection = options.picture.selection_for(demo);
+    history.follow_island(options.island >= 0 ? options.island : selection.island);
+    return selection;
+  };
   WatchSeries watches(demo);
   LoopCallbacks callbacks;
   callbacks.step = [&](Demo& running) {
+    selected();
     history.update(running);
     if (!options.plot.empty()) watches.add(running);
   };
@@ -98,7 +102,7 @@ int export_demo(const Options& options, const Io& io) {
   if (picture) {
     Painter painter(paint);
     painter.start(demo, names);
-    painter.select(selection);
+    painter.select(selected());
     render::Image image;
     painter.paint(demo, history, image);
     if (!options.svg.empty()) write(io, options.svg, painter.svg(demo.title()));

@@ -61,6 +61,7 @@ void Workbench::load(const std::string& path, const DemoOptions& options) {
   }
   player_ = std::move(fresh);
   selection = {};
+  highlighted_ = {};
   player_->observe(needs_of(overlays_));
   if (ghost_) set_ghost(other ? std::nullopt : std::optional(ghost_methods_));
   ++revision_;
@@ -116,6 +117,10 @@ void Workbench::advance(double seconds) {
 
 void Workbench::follow_selection() {
   if (!player_) return;
+  if (const SelectionText& wanted = player_->demo().picture().selection; wanted != highlighted_) {
+    highlighted_ = wanted;
+    guarded([&] { selection = resolve(wanted, player_->demo().world()); });
+  }
   // A held body is not made to fall behind the hand by steps that are made again.
   guarded([&] { player_->follow(selection.body, time_.playing() || player_->hand().holds()); });
 }

@@ -126,6 +126,7 @@ class Workbench {
   std::vector<DemoFile> demos_;
   DemoOptions options_;
   std::unique_ptr<Player> player_, ghost_;
+  SelectionText highlighted_;  ///< by the script, as it was last taken over
   Methods ghost_methods_;
   TimeControl time_;
   std::vector<std::string> overlays_;

@@ -30,6 +30,39 @@ std::string error_of(const std::string& source, LuaLimits limits = {}) {
   return "no error";
 }
 
+// The stock sort takes pivots by the clock for long lists, and then what is equal is in another order.
+TEST(LuaHost, SortKeepsTheOrderOfWhatIsEqual) {
+  EXPECT_EQ(
+      output_of("local t, calls = {}, 0\n"
+                "for i = 1, 3000 do t[i] = { row = (i * 7919) % 13, id = i } end\n"
+                "table.sort(t, function(a, b) calls = calls + 1 return a.row < b.row end)\n"
+                "local wrong = 0\n"
+                "for i = 2, #t do local a, b = t[i - 1], t[i]\n"
+                "  if a.row > b.row or (a.row == b.row and a.id > b.id) then wrong = wrong + 1 end end\n"
+                "print(wrong, calls < 3000 * 12)"),
+      "0\ttrue\n");
+  EXPECT_EQ(output_of("local t = {5, 3, 9, 1, 7}\ntable.sort(t)\nprint(table.concat(t, ' '))"),
+            "1 3 5 7 9\n");
+  EXPECT_EQ(output_of("local t = {'b', 'c', 'a'}\ntable.sort(t, function(x, y) return x > y end)\n"
+                      "print(table.concat(t, ' '))"),
+            "c b a\n");
+  EXPECT_EQ(output_of("for _, n in ipairs{0, 1, 2} do local t = {} for i = 1, n do t[i] = n - i end\n"
+                      "table.sort(t) print(table.concat(t, ' ')) end"),
+            "\n0\n0 1\n");
+  EXPECT_THAT(error_of("table.sort({1, {}, 2})"), HasSubstr("attempt to compare"));
+  EXPECT_THAT(error_of("table.sort(3)"), HasSubstr("table expected, got number"));
+  EXPECT_THAT(error_of("table.sort({1, 2}, 3)"), HasSubstr("function expected, got number"));
+}
+
+TEST(LuaHost, TextShowsNoAddresses) {
+  EXPECT_EQ(output_of("print(string.format('%s %5s|%d%% %s', {}, print, 3, 'x'), ('%s'):format(true))"),
+            "table function|3% x\ttrue\n");
+  EXPECT_THAT(error_of("print(('%p'):format({}))"), HasSubstr("addresses differ"));
+  EXPECT_THAT(error_of("print(('%-5p'):format({}))"), HasSubstr("addresses differ"));
+  EXPECT_THAT(error_of("print(('%d'):format('x'))"), HasSubstr("number expected, got string"));
+  EXPECT_THAT(error_of("print(('%s'):format())"), HasSubstr("no value"));
+}
+
 TEST(LuaHost, LeavesOutEverythingThatReachesBeyondTheScript) {
   for (const char* name : {"io",
                            "os",

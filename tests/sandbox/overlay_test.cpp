@@ -284,8 +284,8 @@ TEST(SelectionText, ReadsWhatPeopleWriteAndExplainsWhatItRefuses) {
   EXPECT_EQ(cell.row, 3);
   EXPECT_EQ(cell.column, 5);
   const SelectionText pair = parse_selection("body=left,other=B,island=2");
-  EXPECT_EQ(pair.body, "left");
-  EXPECT_EQ(pair.other, "B");
+  EXPECT_EQ(pair.body.label, "left");
+  EXPECT_EQ(pair.other.label, "B");
   EXPECT_EQ(pair.island, 2);
   EXPECT_EQ(parse_selection(""), SelectionText{});
   for (const char* bad : {"row", "row=0", "row=x", "col=2", "other=A", "cell=1", "row=1,,col=2", "island=-1"})
@@ -300,9 +300,9 @@ TEST(SelectionText, BodiesAreFoundByTheirLabels) {
   for (std::size_t i = 0; i < world.bodies().size(); ++i) {
     const BodyId body = world.body_id(i);
     if (i > 0 && world.bodies().type[i] == BodyType::Static) continue;  // "ground" is the first of them
-    EXPECT_EQ(resolve({.body = body_label(world, body)}, world).body, body) << i;
+    EXPECT_EQ(resolve({.body = {.label = body_label(world, body), .id = {}}}, world).body, body) << i;
   }
-  EXPECT_EQ(demo.picture().selection.body, "low");
+  EXPECT_EQ(world.name(demo.picture().selection.body.id), "low");
   const Outcome outcome =
       run({"capture", path, "-o", folder / "x.png", "--at", "0.1", "--select", "body=lov"});
   EXPECT_EQ(outcome.code, kUsage);
@@ -444,7 +444,7 @@ TEST(Inspector, ShowsTheMomentBetweenStepsInSlowMotion) {
   History history(demo, false, kFlashSeconds);
   Painter painter({.width = 1280, .height = 720, .speed = 0.1});
   painter.start(demo, names);
-  painter.select(resolve({.body = "ball"}, demo.world()));
+  painter.select(resolve({.body = {.label = "ball", .id = {}}}, demo.world()));
   render::Image image;
   int frames = 0;
   LoopCallbacks callbacks;

@@ -73,6 +73,139 @@ TEST_F(Script, NamesFileLineFunctionArgumentAndWhatItGot) {
               HasSubstr("no field \"vz\"; did you mean"));
 }
 
+TEST_F(Script, WhatIsAskedForAnAnswerMustNotChangeTheWorld) {
+  const auto error_of_run = [&](const std::string& body) -> std::string {
+    try {
+      Demo demo = load(body);
+      for (int i = 0; i < 30; ++i) {
+        demo.step();
+        demo.watch_values();
+      }
+    } catch (const ScriptError& error) {
+      const std::string text = error.what();
+      const std::size_t at = text.find("arch.lua");
+      return at == std::string::npos ? text : text.substr(at);
+    }
+    return "no error";
+  };
+  const std::string scene =
+      "local k = box{ at = {0, 5}, size = {2, 0.2}, type = 'kinematic', mass = 1 } "
+      "local a = disc{ at = {0, 9}, radius = 0.1 } local b = disc{ at = {0, 7}, radius = 0.1 } "
+      "local j = hinge{ a = a, at = {0, 10} } local late = false at(0.2, function() late = true end)\n";
+  for (const auto& [change, function] : std::vector<std::pair<std::string, std::string>>{
+           {"k.type = 'dynamic'", "body"},
+           {"a.x = 3", "body"},
+           {"a.vx = 3", "body"},
+           {"a.mass = 3", "body"},
+           {"a.friction = 0.3", "body"},
+           {"k:remove()", "remove"},
+           {"a:force(1, 0)", "force"},
+           {"a:torque(1)", "torque"},
+           {"a:impulse(1, 0)", "impulse"},
+           {"disc{ radius = 0.1 }", "disc"},
+           {"ground{ y = -9 }", "ground"},
+           {"field()", "field"},
+           {"field(function() return 0, 0 end)", "field"},
+           {"move(k, function(t) return t, 0 end)", "move"},
+           {"drag(a, { linear = 1 })", "drag"},
+           {"gravity(0, 1)", "gravity"},
+           {"rod{ from = a, to = b }", "rod"},
+           {"hinge{ a = b, at = {0, 7} }", "hinge"},
+           {"j:remove()", "remove"},
+           {"j:set_speed(1)", "set_speed"},
+           {"j.upper = 1", "joint"},
+           {"on_event(function() return 1 end, function() end)", "on_event"}}) {
+    const std::string when = "if late then " + change + " end ";
+    const std::string end = " is asked for an answer, it must not change the world";
+    EXPECT_EQ(error_of_run(scene + "move(k, function(t) " + when + "return 0, 5 + t end)"),
+              "arch.lua:3: " + function + ": the function of move" + end);
+    EXPECT_EQ(error_of_run(scene + "field(function() " + when + "return 0, 0 end)"),
+              "arch.lua:3: " + function + ": the function of field" + end);
+    EXPECT_EQ(error_of_run(scene + "watch('x', function() " + when + "return 0 end)"),
+              "arch.lua:3: " + function + ": the function of watch" + end);
+    EXPECT_EQ(error_of_run(scene + "on_event(function() " + when + "return 1 end, function() end)"),
+              "arch.lua:3: " + function + ": the function of on_event" + end);
+    // Otherwise they may.
+    EXPECT_EQ(error_of_run(scene + "on_step(function(t) if t > 0.1 and late then late = false " + change +
+                           " end end)"),
+              "no error")
+        << change;
+  }
+}
+
+TEST_F(Script, MovesTurnBodiesOnlyWhereTheySaySo) {
+  Demo demo = load(
+      "box{ size = {1, 1}, type = 'kinematic', angle = 0.5 }\nlocal g = ground{ type = 'kinematic', tilt = "
+      "0.2 }\n"
+      "local b = box{ size = {1, 1}, type = 'kinematic', angle = 0.5 }\n"
+      "move(g, function(t) return 0, t end)\nmove(b, function(t) return t, 0, 2 * t end)");
+  demo.step();
+  EXPECT_NEAR(demo.world().angle(demo.world().body_id(1)), 0.2, 1e-15);
+  EXPECT_NEAR(demo.world().angle(demo.world().body_id(2)), 2 * demo.time(), 1e-15);
+  EXPECT_EQ(error_of("local b = box{ size = {1, 1}, type = 'kinematic' }\n"
+                     "move(b, function(t) return t, 'x' end)"),
+            "arch.lua:3: move: y returned expected a finite number, got the string \"x\"");
+  for (const char* field : {"x", "y", "angle", "vx", "vy", "omega"})
+    EXPECT_EQ(error_of(std::string("local b = box{ size = {1, 1}, type = 'kinematic' }\n"
+                                   "move(b, function(t) return t, 0 end)\nb.") +
+                       field + " = 1"),
+              std::string("arch.lua:4: body: \"") + field + "\" of a body that goes as `move` told it");
+}
+
+TEST_F(Script, ValuesThatWouldDoNothingAreRefused) {
+  EXPECT_EQ(error_of("disc{ radius = 1, group = -0.5 }"),
+            "arch.lua:2: disc: group expected a whole number, got -0.5");
+  EXPECT_EQ(error_of("disc{ radius = 1, group = 1e20 }"),
+            "arch.lua:2: disc: group expected a whole number, got 1e+20");
+  EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.mass = -1"),
+            "arch.lua:3: body: mass: mass must be positive, got -1");
+  EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb:remove()\nprint(b.type)"),
+            "arch.lua:4: body: \"type\" of a body that was removed");
+  const std::string two = "local a, b = disc{ radius = 1 }, disc{ at = {3, 0}, radius = 1 }\n";
+  EXPECT_EQ(error_of(two + "local j = weld{ a = a, b = b, at = {1, 0} }\nj.length = 3"),
+            "arch.lua:4: joint: this kind has no length");
+  EXPECT_EQ(error_of(two + "local j = weld{ a = a, b = b, at = {1, 0} }\nj.motor_limit = 3"),
+            "arch.lua:4: joint: this kind has no motor");
+  EXPECT_EQ(error_of(two + "local j = rod{ from = a, to = b, break_force = 5 }\n"
+                           "local k = rod{ from = a, to = b }\nj.break_force = k.break_force\n"
+                           "print(j.break_force) assert(j.break_force == math.huge)"),
+            "no error");
+}
+
+TEST_F(Script, ParametersThatCountStayWholeAndOthersDoNot) {
+  const std::string body =
+      "local n, e = param('n', 3, 1, 10), param('modulus', 2.1e11, 1, 1e12)\n"
+      "assert(math.type(n) == WHOLE and math.type(e) == 'float' and e * e > 0)\n";
+  const auto with = [&](const char* whole) {
+    std::string text = body;
+    return text.replace(text.find("WHOLE"), 5, whole);
+  };
+  load(with("'integer'"));
+  load(with("'integer'"), {.parameters = {{"n", "4"}, {"modulus", "3"}}});
+  load(with("'float'"), {.parameters = {{"n", "4.5"}}});
+}
+
+TEST_F(Script, AGroundIsNotPaintedLikeTheBodyWhosePlaceItTakes) {
+  const Demo demo = load("local b = disc{ radius = 1, color = 'blue' }\nb:remove()\nground{ y = 0 }");
+  for (const int color : demo.picture().colors) EXPECT_EQ(color, -1);
+}
+
+TEST_F(Script, HighlightsThatBodyWhateverItsNameAndItsNeighbours) {
+  Demo demo = load(
+      "local gone = disc{ radius = 1 }\nlocal k = box{ at = {9, 0}, size = {1, 1}, type = 'kinematic' }\n"
+      "local one = disc{ at = {3, 0}, radius = 1, name = 'twin' }\n"
+      "local two = disc{ at = {6, 0}, radius = 1, name = 'twin' }\nground{ y = -5 }\ngone:remove()\n"
+      "highlight{ body = two, other = k }\nat(0.1, function() two:remove() end)\n"
+      "at(0.2, function() highlight{ body = 'twin' } end)");
+  const auto selected = [&demo] { return resolve(demo.picture().selection, demo.world()); };
+  EXPECT_EQ(selected().body.index, 3u);
+  EXPECT_EQ(selected().other.index, 1u);
+  for (int i = 0; i < 8; ++i) demo.step();
+  EXPECT_FALSE(selected().body);
+  for (int i = 0; i < 8; ++i) demo.step();
+  EXPECT_EQ(selected().body.index, 2u);
+}
+
 TEST_F(Script, GeometryErrorsOfTheLibraryGetAFileAndALineToo) {
   EXPECT_THAT(error_of("\npolygon{ corners = {{0, 0}, {1, 0}} }"), testing::StartsWith("arch.lua:3: "));
   EXPECT_THAT(error_of("capsule{ from = {0, 0}, to = {0, 0}, radius = 1 }"),

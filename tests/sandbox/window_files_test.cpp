@@ -59,6 +59,31 @@ TEST(RunCommand, SnapshotsOfOtherScenesAreRefused) {
   EXPECT_EQ(run({"run", plain, "--save", folder / "no/such/folder"}).code, 3);
 }
 
+TEST(RunCommand, ASavedStateGoesOnAsTheCommandLineSays) {
+  const TemporaryFolder folder;
+  const std::string script = folder.write("d.lua", std::string(kPlain)), file = folder / "s.skerry";
+  ASSERT_EQ(run({"run", script, "--save", file, "--at", "0.5"}).code, 0);
+  const Outcome json =
+      run({"run", script, "--load", file, "--solver", "pgs", "--impact", "poisson", "--report", "-"});
+  ASSERT_EQ(json.code, 0) << json.err;
+  EXPECT_NE(json.out.find("\"pgs\""), std::string::npos) << json.out;
+  EXPECT_NE(json.out.find("\"poisson\""), std::string::npos) << json.out;
+  const Outcome steps = run({"run", script, "--load", file, "--dt", "0.001"});
+  EXPECT_EQ(steps.code, 3);
+  EXPECT_NE(steps.err.find("give the --dt that it was saved with"), std::string::npos) << steps.err;
+  // Another mass, or another shape, is another scene.
+  for (const char* change : {"size = {0.5, 0.5}, mass = 7", "size = {0.25, 1}"}) {
+    std::string other = kPlain;
+    const std::string before = "size = {0.5, 0.5}";
+    const std::size_t at = other.find(before);
+    ASSERT_NE(at, std::string::npos);
+    const Outcome refused =
+        run({"run", folder.write("e.lua", other.replace(at, before.size(), change)), "--load", file});
+    EXPECT_EQ(refused.code, 3) << change;
+    EXPECT_NE(refused.err.find("other bodies than e"), std::string::npos) << refused.err;
+  }
+}
+
 TEST(RecordCommand, ReplaySaysThatAllStatesAreTheSameOrWhichIsNot) {
   const TemporaryFolder folder;
   const std::string script = folder.write("acting.lua", kActing), file = folder / "a.skerry";

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "sandbox/bridge_view.h"
+#include "sandbox/demo.h"
 #include "sandbox/demo_files.h"
 #include "sandbox/errors.h"
 #include "sandbox/lua_arena.h"
@@ -119,6 +121,45 @@ TEST(DemoState, RestoresTheWorldAndTheVariablesOfTheScript) {
   }
   Demo other(restless(folder), {});
   EXPECT_THROW(other.restore(state), std::invalid_argument);
+}
+
+// Each of them changes what the world asks the script, or how many bridges there are, on its way.
+constexpr const char* kChangeable[] = {
+    "local b = disc{ at = {0, 0}, radius = 0.1, mass = 1 }\n"
+    "field(function(x, y, vx, vy, m) return 1, 0 end)\n"
+    "at(0.3, function() field(function() return 0, 1 end) end)\nat(0.6, function() field() end)",
+    "local b = box{ size = {1, 1}, type = 'kinematic' }\nmove(b, function(t) return t, 0 end)\n"
+    "at(0.4, function() move(b, function(t) return 0.4, t end) end)",
+    "at(0.4, function() bridge{ nodes = {{0, 0}, {4, 0}}, members = {{1, 2}},\n"
+    "  section = { area = 0.01, modulus = 2e11, strength = 2e8 }, supports = {{1, 'pinned'}, {2, "
+    "'roller'}},\n"
+    "  deck = {1, 2}, train = { axles = {1e3}, speed = 4 } } end)"};
+
+TEST(DemoState, RestoresFieldsMotionsAndBridges) {
+  const TemporaryFolder folder;
+  for (const char* body : kChangeable) {
+    Demo demo(
+        folder.write("c.lua", std::string("demo{ title = 'C', seconds = 1, gravity = {0, 0} }\n") + body),
+        {});
+    std::vector<DemoState> states;
+    std::vector<std::uint64_t> hashes;
+    std::vector<std::size_t> bridges;
+    for (int i = 0; i < 60; ++i) {
+      states.push_back(demo.save());
+      demo.step();
+      hashes.push_back(demo.world().state_hash());
+      bridges.push_back(demo.bridges().size());
+    }
+    // Back, on, and from each of them to the end.
+    for (const std::size_t from : {0u, 50u, 10u, 30u, 20u}) {
+      demo.restore(states[from]);
+      for (std::size_t i = from; i < 60; ++i) {
+        demo.step();
+        ASSERT_EQ(demo.world().state_hash(), hashes[i]) << body << " from " << from << " at " << i;
+        ASSERT_EQ(demo.bridges().size(), bridges[i]) << body << " from " << from << " at " << i;
+      }
+    }
+  }
 }
 
 UserInput grab(const World& world, std::uint32_t slot) {
