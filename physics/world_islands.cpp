@@ -194,7 +194,10 @@ void Step::link(Contact& contact, bool first, LinkCount& count) const {
   if (contact.sensor || contact.linked) return;
   // The paths are known now: shapes that were farther apart than both went cannot have met.
   const double paths = closest_approach(contact.body_a, contact.body_b);
-  if (make_manifold(contact, count) > paths + s_.config.touch_tolerance || !meet_deeply(contact)) return;
+  const double gap = make_manifold(contact, count);
+  // Beyond the end of a segment its neighbour has the corner between them; on its way it may come over it.
+  const bool may_meet = gap == kInfinity ? may_come_over(contact) : gap <= paths + s_.config.touch_tolerance;
+  if (!may_meet || !meet_deeply(contact)) return;
   contact.linked = count.relinked = true;
   note_linked(contact);
   count.newly.insert(count.newly.end(), {contact.body_a, contact.body_b});

@@ -154,11 +154,10 @@ bool can_all_open(const ImpactProblem& problem, SolveWork& work) {
   return true;
 }
 
-/// Takes out what joints are off by. A mirror image would keep it with the other sign, and contacts that it
-/// makes approach would do so in every round.
-void hold_joints(const ImpactProblem& problem, Velocities& x, std::vector<double>& lambda,
-                 ImpactResult& result) {
-  const std::vector<int> joints = rows_of(problem.system, RowKind::Joint);
+/// Takes out what these joint rows are off by. A mirror image would keep it with the other sign, and contacts
+/// that it makes approach would do so in every round.
+void hold_joints(const ImpactProblem& problem, const std::vector<int>& joints, Velocities& x,
+                 std::vector<double>& lambda, ImpactResult& result) {
   if (joints.empty()) return;
   std::vector<double> impulses = unilateral(problem, joints, x, {}, result);
   for (std::size_t k = 0; k < joints.size(); ++k) {
@@ -183,7 +182,7 @@ std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std
   Neighbourhood near(system, *vectors);
   Velocities x = take_spare<Velocities>();
   x = problem.velocity;
-  hold_joints(problem, x, lambda, result);
+  hold_joints(problem, rows_of(system, RowKind::Joint), x, lambda, result);
   std::vector<std::uint8_t>&active = vectors->active, &locked = vectors->locked;
   active.assign(system.rows.size(), 0);
   locked.assign(system.rows.size(), 0);
@@ -220,8 +219,10 @@ std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std
       if (near.visited(seed, round)) continue;
       near.component(seed, active, round, rows, bodies);
       std::vector<double> impulses = unilateral(problem, rows, x, {}, result);
+      bool stops = false;
       for (std::size_t k = 0; k < rows.size(); ++k) {
         const int i = rows[k];
+        stops |= locked[i] != 0;
         const double impulse = (locked[i] ? 1.0 : 2.0) * impulses[k];
         if (impulse == 0) continue;
         apply_row(system, i, impulse, x);
@@ -229,6 +230,11 @@ std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std
         recent[i] += std::abs(impulse);
       }
       give_spare(std::move(impulses));
+      if (stops) {
+        // Where some rows stop, what is mirrored with them no longer fits the joints between.
+        std::erase_if(rows, [&](int i) { return system.rows[i].kind != RowKind::Joint; });
+        hold_joints(problem, rows, x, lambda, result);
+      }
       touched.insert(touched.end(), bodies.begin(), bodies.end());
       ++result.reflections;
     }

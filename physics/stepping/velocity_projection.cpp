@@ -27,6 +27,11 @@ constexpr double kObeyed = 1e-9;
 // Where rounds lead nowhere, corrections are found together with the friction that they bring along, if so
 // many normals at most do.
 constexpr std::ptrdiff_t kMostBrought = 4;
+// A normal that this share of is left of once its friction has pushed back may be corrected. In a wedge it is
+// nothing, or negative: then what would take the smallest velocity away is endless.
+constexpr double kLeastLeft = 0.1;
+// Share of the energy that a correction may add: with its friction it is no projection, but nearly one.
+constexpr double kMostGain = 0.02;
 // Rows that a thread takes at a time.
 constexpr std::size_t kRowsAPiece = 2048;
 
@@ -116,7 +121,10 @@ struct Brought {
   std::vector<double> lambda;
   std::vector<Velocity> motion;
 
-  /// Adds it to an answer that has only the impulse of the normal without it.
+  /// Whether the normal does its work in spite of what it brings along.
+  bool works() const { return (push - lambda[normal]) / push > kLeastLeft; }
+
+  /// Adds it to an answer that has only the impulse of the normal without it. @pre works()
   void join(std::vector<double>& to, std::vector<Velocity>& moved) const {
     const double share = to[normal] / (push - lambda[normal]);
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += share * lambda[i];
@@ -273,8 +281,8 @@ class Correction {
   }
 
   /// Both at once: each normal joins those before it by the formula for a matrix that changes by one column
-  /// [Sherman & Morrison 1950].
-  void hold_with_friction(std::vector<double>& lambda, std::vector<Velocity>& v) {
+  /// [Sherman & Morrison 1950]. @return false where they jam each other
+  bool hold_with_friction(std::vector<double>& lambda, std::vector<Velocity>& v) {
     std::vector<Brought> all;
     violation(v);
     hold(lambda, v);
@@ -287,9 +295,11 @@ class Correction {
         wanted_[i] = bilateral_.drive[i] - row_velocity(bilateral_, static_cast<int>(i), one.motion);
       hold(one.lambda, one.motion);
       for (const Brought& before : all) before.join(one.lambda, one.motion);
+      if (!one.works()) return false;
       all.push_back(std::move(one));
     }
     for (const Brought& one : all) one.join(lambda, v);
+    return true;
   }
 
   /// Work of the friction that came along [J]: each impulse works against the mean of the velocities before
@@ -334,6 +344,23 @@ double fastest_of(const std::vector<Velocity>& v) {
   return fastest;
 }
 
+/// True if a correction gives much more energy than ground and motors that move bring: friction that comes
+/// along between wedged bodies can.
+bool adds_energy(const IslandSystem& system, const std::vector<Velocity>& before,
+                 const std::vector<Velocity>& after, double brought) {
+  double first = 0, second = 0;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const InverseMass& m = system.bodies[k];
+    const auto energy_of = [&m](const Velocity& v) {
+      const double linear = m.linear > 0 ? (v[0] * v[0] + v[1] * v[1]) / m.linear : 0;
+      return 0.5 * (linear + (m.angular > 0 ? v[2] * v[2] / m.angular : 0));
+    };
+    first += energy_of(before[k]);
+    second += energy_of(after[k]);
+  }
+  return second > (1 + kMostGain) * first + std::max(brought, 0.0);
+}
+
 /// Rounds of corrections of the velocities `scratch.v`, which the island then has. The friction that comes
 /// along disturbs the normal velocities a little, hence the rounds.
 /// @return false, and nothing has happened, if contacts or limits that would be pulled were let go of
@@ -351,13 +378,15 @@ bool take_away(WorldState& state, const Island& island, Assembly& bilateral, dou
     double left = correction.violation(next);
     if (!(left < error) && correction.may_hold_with_friction()) {
       next = v;
-      correction.hold_with_friction(lambda, next);
+      if (!correction.hold_with_friction(lambda, next)) break;
+      if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed)) return false;
       left = correction.violation(next);
     }
-    if (!(left < error)) break;
+    const double brought = work_of_drive(bilateral, lambda);
+    if (!(left < error) || adds_energy(bilateral.system, v, next, brought)) break;
     done.friction += correction.friction_work(lambda, v, next);
     error = left;
-    done.brought += work_of_drive(bilateral, lambda);
+    done.brought += brought;
     std::swap(v, next);
     add_to_loads(state, bilateral, lambda, pushed > 0);
   }
