@@ -12,6 +12,7 @@
 #include <algorithm>
 
 #include "physics/broadphase/pair_finder.h"
+#include "physics/shape.h"
 
 namespace skerry {
 
@@ -106,6 +107,7 @@ class Auto final : public PairFinder {
       if (!boxes.is_present(p)) continue;
       const Aabb& box = boxes.box(p);
       const double extent = std::max(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
+      if (extent > kEndless) continue;  // of a half-plane
       described_.smallest = std::min(described_.smallest, extent);
       described_.largest = std::max(described_.largest, extent);
       world = united(world, box);

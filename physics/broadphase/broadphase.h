@@ -92,11 +92,12 @@ struct BroadPhaseChoice {
   BroadPhaseReason reason = BroadPhaseReason::Named;
   std::uint64_t switches = 0;  ///< how often `auto` has changed it so far
 
-  // The scene at the last change, for `Cheapest`.
+  // The scene at the last change, for `Cheapest`. Sizes are those of boxes that end somewhere: those of
+  // half-planes do not.
   std::uint64_t boxes = 0;
   double moved = 0;                  ///< of these a step, mean of the last steps
   double smallest = 0, largest = 0;  ///< longer side of a box [m]
-  Vec2 extent{};                     ///< width and height of what contains all boxes [m]
+  Vec2 extent{};                     ///< width and height of what contains them [m]
 };
 /// The reason in words: "by name", "few boxes", or the scene, for example "about 100 of 10000 moved a step,
 /// 0.5 to 1 m, in 80 m x 60 m".
