@@ -28,7 +28,7 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
         s.names.size(),        s.given_mass.size(),      s.given_inertia.size(), s.shapes_of.size(),
         s.joints_of.size(),    s.centre.size(),          s.radius.size(),        s.reach.size(),
         s.drag.size(),         s.step_memory.size(),     s.thickness.size(),     s.stray_guess.size(),
-        s.support.size()}) {
+        s.support.size(),      s.applied.size()}) {
     require(from.bodies, size == n, "the lists of the bodies differ in length");
   }
   const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {

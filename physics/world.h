@@ -142,6 +142,7 @@ struct BodyState {
 };
 
 struct WorldState;
+struct BodyForce;
 
 class World {
  public:
@@ -291,6 +292,7 @@ class World {
  private:
   friend std::vector<std::byte> save_snapshot(const World& world);
   friend World load_snapshot(std::span<const std::byte> bytes);
+  friend std::vector<BodyForce> forces_on(const World& world, BodyId body);
 
   std::unique_ptr<WorldState> state_;
 };

@@ -59,6 +59,7 @@ std::uint32_t new_body_slot(WorldState& s) {
   s.rests.push_back(0);
   s.kept.push_back(0);
   s.drag.emplace_back();
+  s.applied.emplace_back();
   s.prescribed.emplace_back();
   s.paths.emplace_back();
   s.step_memory.emplace_back();
@@ -185,6 +186,7 @@ void begin_as(WorldState& s, std::uint32_t i, BodyType type) {
   s.step_memory[i] = {};
   s.stray_guess[i] = 0;
   s.local_index[i] = -1;
+  s.applied[i] = {};
   s.rests[i] = 0;
   s.kept[i] = type != BodyType::Dynamic;
   s.graph_known = false;

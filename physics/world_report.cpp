@@ -7,12 +7,23 @@
 #include <bit>
 #include <cmath>
 
-#include "physics/joint_rows.h"
 #include "physics/share_islands.h"
 #include "physics/spare.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
+
+JointEnd halfway(const WorldState& s, std::uint32_t body) {
+  JointEnd end = joint_end(s, body);
+  if (body == BodyId::kNone || s.bodies.type[body] == BodyType::Static) return end;
+  const BodyBackup& start = s.backup[body];
+  end.p = 0.5 * (start.position + end.p);
+  if (start.angle == end.angle) return end;
+  end.angle = 0.5 * (start.angle + end.angle);
+  end.q = Rot::from_angle(end.angle);
+  return end;
+}
+
 namespace {
 
 // Contacts, pairs and joints that a thread takes at a time.
@@ -259,18 +270,6 @@ void list_sleepers(WorldState& s) {
 bool is_kept(const WorldState& s, const JointRecord& joint) {
   const std::uint32_t b = joint.def.b.index;
   return s.kept[s.bodies.type[b] == BodyType::Dynamic ? b : joint.def.a.index] != 0;
-}
-
-/// A body as it was half-way through the step: directions of forces that turn with it are right on the mean.
-JointEnd halfway(const WorldState& s, std::uint32_t body) {
-  JointEnd end = joint_end(s, body);
-  if (body == BodyId::kNone || s.bodies.type[body] == BodyType::Static) return end;
-  const BodyBackup& start = s.backup[body];
-  end.p = 0.5 * (start.position + end.p);
-  if (start.angle == end.angle) return end;
-  end.angle = 0.5 * (start.angle + end.angle);
-  end.q = Rot::from_angle(end.angle);
-  return end;
 }
 
 void set_reaction(const WorldState& s, JointRecord& joint) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "physics/joint_rows.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -8,5 +9,9 @@ namespace skerry {
 /// Fills the step report from the islands (in their canonical order) and the contact table, makes the contact
 /// events, and sets the joints' reactions. Islands that are kept count as they did in the last step.
 void write_report(WorldState& state, double h);
+
+/// A body as it was half-way through the last step, with the velocity of its end: directions of forces that
+/// turn with it are right on the mean. @pre it was in that step
+JointEnd halfway(const WorldState& state, std::uint32_t body);
 
 }  // namespace skerry

@@ -165,6 +165,7 @@ struct WorldState {
   std::vector<std::uint32_t> free_bodies;
 
   std::vector<Drag> drag;                    ///< by body
+  std::vector<Wrench> applied;               ///< by body: the user's in the last step
   std::vector<PrescribedMotion> prescribed;  ///< by body; empty: none
   ForceField field;
 

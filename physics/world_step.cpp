@@ -371,6 +371,7 @@ void Step::finish() {
   for (const std::uint32_t i : s_.active) {
     if (s_.kept[i]) continue;
     s_.ledger.mark(i);
+    s_.applied[i] = {b.force[i], b.torque[i]};
     b.force[i] = {};
     b.torque[i] = 0;
     // From now on it is where it is.

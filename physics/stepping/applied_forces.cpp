@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "physics/text.h"
+#include "physics/world_report.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -66,27 +67,33 @@ Resistance resistance(const Drag& drag, const JointEnd& motion) {
           drag.angular + drag.angular_quadratic * std::abs(motion.omega)};
 }
 
+Wrench field_force(const WorldState& state, std::uint32_t body, const JointEnd& motion, double elapsed) {
+  const BodyArrays& all = state.bodies;
+  FieldSample sample;
+  sample.body = {body, all.generation[body]};
+  sample.position = motion.p;
+  sample.angle = motion.angle;
+  sample.velocity = motion.v;
+  sample.omega = motion.omega;
+  sample.mass = all.mass[body];
+  sample.inertia = all.inertia[body];
+  sample.time = state.time + elapsed;
+  const Wrench wrench = state.field(sample);
+  if (!is_finite(wrench.force) || !std::isfinite(wrench.torque)) {
+    throw std::invalid_argument("force field: not finite for body " + std::to_string(body) + " at " +
+                                to_text(motion.p) + ": " + to_text(wrench.force) + ", " +
+                                to_text(wrench.torque));
+  }
+  return wrench;
+}
+
 /// Without drag.
 std::array<double, 3> driving_acceleration(const WorldState& state, std::uint32_t body,
                                            const JointEnd& motion, double elapsed, Vec2 force,
                                            double torque) {
   const BodyArrays& all = state.bodies;
   if (state.field) {
-    FieldSample sample;
-    sample.body = {body, all.generation[body]};
-    sample.position = motion.p;
-    sample.angle = motion.angle;
-    sample.velocity = motion.v;
-    sample.omega = motion.omega;
-    sample.mass = all.mass[body];
-    sample.inertia = all.inertia[body];
-    sample.time = state.time + elapsed;
-    const Wrench wrench = state.field(sample);
-    if (!is_finite(wrench.force) || !std::isfinite(wrench.torque)) {
-      throw std::invalid_argument("force field: not finite for body " + std::to_string(body) + " at " +
-                                  to_text(motion.p) + ": " + to_text(wrench.force) + ", " +
-                                  to_text(wrench.torque));
-    }
+    const Wrench wrench = field_force(state, body, motion, elapsed);
     force += wrench.force;
     torque += wrench.torque;
   }
@@ -200,6 +207,25 @@ bool take_forces_of_flight(WorldState& state, std::uint32_t body, double elapsed
     state.angular_acceleration[body] = a[2];
   }
   return true;
+}
+
+VaryingForces varying_forces(const WorldState& state, std::uint32_t body) {
+  const BodyArrays& all = state.bodies;
+  const BodyBackup& before = state.backup[body];
+  const double h = state.last_h;
+  VaryingForces out;
+  JointEnd middle = halfway(state, body);
+  middle.v = 0.5 * (before.velocity + all.velocity[body]);
+  middle.omega = 0.5 * (before.omega + all.omega[body]);
+  if (state.field) out.field = field_force(state, body, middle, -0.5 * h);
+  const Drag& drag = state.drag[body];
+  if (!drag.any()) return out;
+  const Resistance against = resistance(drag, middle);
+  const double linear = share_of_end(std::min(kSteepest, h * all.inverse_mass[body] * against.linear));
+  const double angular = share_of_end(std::min(kSteepest, h * all.inverse_inertia[body] * against.angular));
+  out.drag.force = -against.linear * (linear * all.velocity[body] + (1 - linear) * before.velocity);
+  out.drag.torque = -against.angular * (angular * all.omega[body] + (1 - angular) * before.omega);
+  return out;
 }
 
 void take_drag_of_impulses(WorldState& state, const Island& island, double h,

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "physics/forces.h"
 #include "physics/islands/island_builder.h"
 #include "physics/joint_rows.h"
 #include "physics/stepping/island_rows.h"
@@ -78,6 +79,14 @@ bool take_forces_of_flight(WorldState& state, std::uint32_t body, double elapsed
 void take_drag_of_impulses(WorldState& state, const Island& island, double h,
                            const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                            const std::vector<InverseMass>& damping);
+
+/// Means over the last step of what changed within it, for a dynamic body: exact where the body moved evenly,
+/// else right to the first order.
+struct VaryingForces {
+  Wrench field, drag;
+};
+/// @pre the body was in that step
+VaryingForces varying_forces(const WorldState& state, std::uint32_t body);
 
 /// True if velocities left the numbers, as under a field that is too steep for the step: the world contains
 /// bodies whose velocities are no numbers, and nothing is to be found on their ways.
