@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // The selected body: mass, state, why it is awake, and its free-body diagram: the body alone, with all forces
-// on it. Forces are means over the last step; impacts in it are not among them.
+// on it (physics/body_forces.h). They are means over the last step; impacts of contacts are not among them.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "physics/body_forces.h"
 #include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
@@ -16,47 +17,76 @@ namespace {
 constexpr double kDiagramPx = 168;
 constexpr std::size_t kMostForces = 7;
 constexpr double kForceRowPx = 17;
+constexpr double kTorquePx = 13, kNextTorquePx = 7;  // radius of the arc that shows which way a torque turns
+constexpr double kNoise = 1e-10;  // share of a quantity below which a part of it is rounding
 
-/// A force on the body.
+/// A force on the body, as the panel shows it.
 struct Force {
+  ForceSource source;
+  BodyId other;
   std::string from;
   Vec2 point, force;  ///< world frame [m], [N]
+  double torque = 0;  ///< [N m]
   render::Color color;
 };
 
-// Contacts with one body are one entry of the list, but keep their arrows.
-std::vector<Force> forces_on(const OverlayContext& context, BodyId body) {
-  const World& world = context.world;
-  const StepReport& report = world.report();
-  const render::Style& style = context.style;
-  std::vector<Force> forces;
-  const std::size_t slot = body.index;
-  const Vec2 weight = world.bodies().mass[slot] * world.bodies().gravity_scale[slot] * world.config().gravity;
-  if (length(weight) > 0) forces.push_back({"weight", world.position(body), weight, style.velocity});
-  if (report.h <= 0) return forces;
-  for (const ContactReport& contact : report.contacts_list) {
-    const bool second = contact.body_b == body;
-    if (!second && contact.body_a != body) continue;
-    const BodyId other = second ? contact.body_a : contact.body_b;
-    for (int i = 0; i < contact.count; ++i) {
-      const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
-      const Vec2 impulse =
-          point.normal_impulse * contact.normal + point.friction_impulse * perp(contact.normal);
-      const Vec2 force = (second ? 1.0 : -1.0) / report.h * impulse;
-      if (length(force) <= context.history.force_floor(world)) continue;
-      forces.push_back(
-          {body_label(world, other), shown_point(context, contact, point.position), force, style.force});
-    }
+std::string source_name(const World& world, const BodyForce& force) {
+  switch (force.source) {
+    case ForceSource::Weight:
+      return "own weight";  // there may be a body of that name
+    case ForceSource::Contact:
+      return body_label(world, force.other);
+    case ForceSource::Joint:
+      return body_label(world, force.other) + " (joint)";
+    case ForceSource::Applied:
+      return "applied";
+    case ForceSource::Field:
+      return "field";
+    case ForceSource::Drag:
+      return "drag";
   }
-  for (const JointRecord& joint : world.joints()) {
-    if (!joint.alive || (joint.def.a != body && joint.def.b != body)) continue;
-    const bool second = joint.def.b == body;
-    const Vec2 force = (second ? 1.0 : -1.0) / report.h * joint.impulse;
-    if (length(force) <= context.history.force_floor(world)) continue;
-    const BodyId other = second ? joint.def.a : joint.def.b;
-    forces.push_back({body_label(world, other) + " (joint)",
-                      to_world(context.demo.shown(slot).pose(), second ? joint.local_b : joint.local_a),
-                      force, style.joint});
+  return "";
+}
+
+render::Color source_color(const render::Style& style, ForceSource source) {
+  switch (source) {
+    case ForceSource::Contact:
+      return style.force;
+    case ForceSource::Joint:
+      return style.joint;
+    case ForceSource::Weight:
+      return style.velocity;
+    default:
+      return style.friction;
+  }
+}
+
+double reach_of(const World& world, BodyId body) {
+  double reach = 0;
+  for (const ShapeRecord& shape : world.shapes())
+    if (shape.alive && shape.body == body && shape.shape->kind != ShapeKind::HalfPlane)
+      reach = std::max(reach, bounding_radius(shape.shape));
+  return reach > 0 ? reach : 1;
+}
+
+std::vector<Force> shown_forces(const OverlayContext& context, BodyId body) {
+  const World& world = context.world;
+  const Transform then = world.pose(body), now = context.demo.shown(body.index).pose();
+  const double floor = context.history.force_floor(world), reach = reach_of(world, body);
+  std::vector<Force> forces;
+  for (const BodyForce& force : forces_on(world, body)) {
+    Vec2 at = force.point;
+    double torque = force.torque;
+    const double size = length(force.force);
+    // A force that was applied off the centre is drawn on its line, where that meets the body.
+    if (force.source == ForceSource::Applied && size > floor && std::abs(torque) <= size * reach) {
+      at += torque / (size * size) * perp(force.force);
+      torque = 0;
+    }
+    if (size <= floor && std::abs(torque) <= floor * reach) continue;
+    forces.push_back({force.source, force.other, source_name(world, force), to_world(now, to_local(then, at)),
+                      force.force, std::abs(torque) > floor * reach ? torque : 0,
+                      source_color(context.style, force.source)});
   }
   return forces;
 }
@@ -66,23 +96,23 @@ std::string why_awake(const OverlayContext& context, BodyId body) {
   const BodyArrays& bodies = world.bodies();
   if (bodies.type[body.index] == BodyType::Static) return "fixed: never steps";
   if (bodies.type[body.index] == BodyType::Kinematic) return "kinematic: moves as told";
-  if (bodies.asleep[body.index]) return "asleep: its island is at rest to the bit and left out of the steps";
+  if (bodies.asleep[body.index]) return "asleep: at rest to the bit, not stepped";
   const int island = bodies.island[body.index];
   const auto& islands = world.report().islands_list;
   if (island < 0 || static_cast<std::size_t>(island) >= islands.size()) return "not stepped yet";
   const IslandReport& report = islands[static_cast<std::size_t>(island)];
   if (report.rows == 0 && report.contacts == 0) return "in flight: nothing within reach";
   const double floor = world.config().rest_speed;
-  char text[120];
-  std::snprintf(text, sizeof text, "awake: moves at %s", si(length(world.velocity(body)), "m/s").c_str());
-  if (length(world.velocity(body)) > floor || std::abs(world.omega(body)) > floor) return text;
+  const double speed = length(world.velocity(body)), turn = std::abs(world.omega(body));
+  if (speed > floor) return "awake: moves at " + si(speed, "m/s");
+  if (turn > floor) return "awake: turns at " + si(turn, "rad/s");
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!bodies.alive[i] || bodies.island[i] != island) continue;
     if (length(bodies.velocity[i]) <= floor && std::abs(bodies.omega[i]) <= floor) continue;
     return "awake: " + body_label(world, world.body_id(i)) + " of its island moves";
   }
   if (world.report().islands_at_rest == world.report().islands)
-    return "at rest: nothing changed, last step's forces serve";
+    return "at rest: nothing changed, forces kept";
   return "at rest: nothing of its island moves";
 }
 
@@ -134,16 +164,35 @@ void draw_force(const Diagram& diagram, const Force& force, double top) {
                          x1 - head * ux + 0.42 * head * uy, y1 - head * uy - 0.42 * head * ux, force.color);
 }
 
-double reach_of(const World& world, BodyId body) {
-  double reach = 0;
-  for (const ShapeRecord& shape : world.shapes())
-    if (shape.alive && shape.body == body && shape.shape->kind != ShapeKind::HalfPlane)
-      reach = std::max(reach, bounding_radius(shape.shape));
-  return reach > 0 ? reach : 1;
+void draw_torque(const Diagram& diagram, const Force& force, double radius, double top) {
+  const double x = diagram.x(force.point), y = diagram.y(force.point, top);
+  const double way = force.torque > 0 ? 1 : -1;
+  constexpr int kSteps = 24;
+  constexpr double kTurn = 1.5 * kPi, kHead = 7;
+  std::vector<render::Pixel> arc;
+  SinCos end{};
+  for (int k = 0; k <= kSteps; ++k) {
+    end = sin_cos(way * (kTurn * k / kSteps - 0.75 * kPi) + 0.5 * kPi);
+    arc.push_back(diagram.panel.at(x + radius * end.cos, y - radius * end.sin));
+  }
+  diagram.panel.curve(arc, force.color, 2.4);
+  // The head goes on along the tangent.
+  const double ex = x + radius * end.cos, ey = y - radius * end.sin;
+  const double ux = -way * end.sin, uy = -way * end.cos;
+  diagram.panel.triangle(ex + kHead * ux, ey + kHead * uy, ex - 0.6 * kHead * uy, ey + 0.6 * kHead * ux,
+                         ex + 0.6 * kHead * uy, ey - 0.6 * kHead * ux, force.color);
 }
 
+/// "3 N", "2 N m" or both.
 std::string force_text(const Force& force) {
-  return si(length(force.force), "N");
+  if (force.torque == 0) return si(length(force.force), "N");
+  const std::string torque = si(std::abs(force.torque), "N m");
+  return force.force == Vec2{} ? torque : si(length(force.force), "N") + ", " + torque;
+}
+
+/// Without what rounding leaves beside quantities of this size.
+double quiet(double value, double size) {
+  return std::abs(value) <= kNoise * size ? 0 : value;
 }
 
 }  // namespace
@@ -174,9 +223,15 @@ void show_inspector(const PanelContext& context) {
   else
     std::snprintf(text, sizeof text, "infinite mass");
   line(style.text);
-  std::snprintf(text, sizeof text, "at (%.4g, %.4g) m, angle %.4g rad", p.x, p.y, state.angle);
+  // Slower than 1e-12 m/s, or turned less than 1e-12 rad, is at rest to people.
+  const double reach = reach_of(world, body);
+  const double size = std::max(length(p), reach);
+  const double speed = std::max({length(v), std::abs(state.omega) * reach, 0.01});
+  std::snprintf(text, sizeof text, "at (%.4g, %.4g) m, angle %.4g rad", quiet(p.x, size), quiet(p.y, size),
+                quiet(state.angle, 0.01));
   line(style.text);
-  std::snprintf(text, sizeof text, "velocity (%.3g, %.3g) m/s, %.3g rad/s", v.x, v.y, state.omega);
+  std::snprintf(text, sizeof text, "velocity (%.3g, %.3g) m/s, %.3g rad/s", quiet(v.x, speed),
+                quiet(v.y, speed), quiet(state.omega, speed / reach));
   line(style.text);
   const int island = world.bodies().island[body.index];
   const std::string where = island >= 0 ? "island " + std::to_string(island + 1) + ", " : "";
@@ -185,35 +240,44 @@ void show_inspector(const PanelContext& context) {
 
   // The diagram on the left, the forces by origin on the right.
   y += 4;
-  const std::vector<Force> forces = forces_on(scene, body);
+  const std::vector<Force> forces = shown_forces(scene, body);
   double largest = 0;
   Vec2 sum{};
   for (const Force& force : forces) {
     largest = std::max(largest, length(force.force));
     sum += force.force;
   }
-  const Diagram diagram{panel, p, 0.24 * kDiagramPx / reach_of(world, body),
-                        largest > 0 ? 0.24 * kDiagramPx / largest : 0};
+  const Diagram diagram{panel, p, 0.24 * kDiagramPx / reach, largest > 0 ? 0.24 * kDiagramPx / largest : 0};
   panel.frame(0, y, kDiagramPx, kDiagramPx, style.panel_border);
   draw_body(scene, diagram, body, y);
-  for (const Force& force : forces) draw_force(diagram, force, y);
+  double radius = kTorquePx;  // of the next one: they often have one centre
+  for (const Force& force : forces) {
+    draw_force(diagram, force, y);
+    if (force.torque == 0) continue;
+    draw_torque(diagram, force, radius, y);
+    radius += kNextTorquePx;
+  }
 
   const double left = kDiagramPx + 14, right = panel.width();
   panel.text(left, y, style.text_dim, "force on " + name + " from");
   double row = y + kForceRowPx + 2;
   std::vector<Force> listed;
   for (const Force& force : forces) {
-    const auto same = std::find_if(listed.begin(), listed.end(),
-                                   [&](const Force& other) { return other.from == force.from; });
-    if (same == listed.end())
+    const auto same = std::find_if(listed.begin(), listed.end(), [&](const Force& other) {
+      return other.source == force.source && other.other == force.other;
+    });
+    if (same == listed.end()) {
       listed.push_back(force);
-    else
+    } else {
       same->force += force.force;
+      same->torque += force.torque;
+    }
   }
   for (std::size_t i = 0; i < std::min(listed.size(), kMostForces); ++i, row += kForceRowPx) {
     panel.rect(left, row + 4, 9, 9, listed[i].color);
-    panel.fitted(left + 14, row, right - left - 90, style.text, listed[i].from);
-    panel.text(right, row, style.text, force_text(listed[i]), render::Face::Regular, render::Align::Right);
+    const std::string value = force_text(listed[i]);
+    panel.fitted(left + 14, row, right - left - 24 - panel.text_width(value), style.text, listed[i].from);
+    panel.text(right, row, style.text, value, render::Face::Regular, render::Align::Right);
   }
   if (listed.size() > kMostForces)
     panel.small(left + 14, row, style.text_dim, std::to_string(listed.size() - kMostForces) + " more");
