@@ -8,6 +8,7 @@ std::span<const Overlay> overlays() {
       {.name = "islands",
        .summary = "bodies that are solved together, a hue each",
        .key = 'l',
+       .needs = {.contacts = true},  // they list sleeping islands
        .draw = draw_islands},
       {.name = "broadphase",
        .summary = "cells, levels, tree boxes or axes of the broad phase, and what it tested",

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Work that the last step did not have to do, beside the work that it did.
+#include <algorithm>
+
 #include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 
@@ -21,8 +23,9 @@ void show_skips(const PanelContext& context) {
       {"islands asleep, left out", count(r.islands_asleep), count(r.islands)},
       {"islands in flight, closed form", count(r.islands_in_flight), count(r.islands)},
       {"islands at rest, forces kept", count(r.islands_at_rest), count(r.islands)},
-      {"pairs out of reach in this step", count(r.pairs_out_of_reach), count(r.pairs)},
-      {"manifolds kept, nothing moved", count(r.manifolds_reused), count(r.pairs)},
+      {"pairs out of reach", count(r.pairs_out_of_reach), count(r.pairs)},
+      // Of those that the step asked for: most pairs once a round and once a piece of the step.
+      {"manifolds kept", count(r.manifolds_reused), count(r.manifolds_reused) + r.narrow.pairs},
       {"separating axes not tested", r.narrow.axes_skipped, axes},
       {"solves with a kept factor", count(w.resolves), count(w.resolves) + count(w.factorisations)},
       {"factorisations in part only", count(w.partial_factorisations),
@@ -41,7 +44,8 @@ void show_skips(const PanelContext& context) {
     const double left = right - kBarPx - kNumberPx;
     panel.rect(left, y + 4, kBarPx, kRowPx - 8, render::faded(style.panel_border, 0.6));
     if (line.all > 0) {
-      const double share = static_cast<double>(line.skipped) / static_cast<double>(line.all);
+      // Sums over islands and rounds of the step need not be parts of each other to the last one.
+      const double share = std::min(1.0, static_cast<double>(line.skipped) / static_cast<double>(line.all));
       panel.rect(left, y + 4, kBarPx * share, kRowPx - 8, style.accent);
     }
     panel.text(right, y, line.all ? style.text : style.text_dim,
