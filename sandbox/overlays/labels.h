@@ -5,6 +5,7 @@
 
 #include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/camera.h"
@@ -26,22 +27,36 @@ class LabelPlacer {
            std::initializer_list<render::Anchor> sides = {render::Anchor::Right, render::Anchor::Left,
                                                           render::Anchor::Above, render::Anchor::Below},
            float nearest = 10);
+  /// The same, below or above the point, else beside it off the horizontal through it.
+  bool add_off_edges(Vec2 at, const std::string& text, render::Color color);
 
   /// Later labels stay off this line.
   void avoid(Vec2 from, Vec2 to);
+  /// Later labels stay off this line where there is a place that does.
+  void shun(Vec2 from, Vec2 to);
 
  private:
   struct Box {
     double left, top, right, bottom;
   };
 
+  /// Where a label may stand: at a side of its point, `offset` from it, moved down by `down` [px of the
+  /// style].
+  struct Place {
+    render::Anchor anchor;
+    float offset, down = 0;
+  };
+
+  bool add(Vec2 at, const std::string& text, render::Color color, const std::vector<Place>& places);
   bool covered(const Box& box) const;
+  bool crossed(const Box& box) const;
 
   const render::Camera& camera_;
   const render::Style& style_;
   render::DrawLayer& layer_;
   double scale_;
   std::vector<Box> taken_;
+  std::vector<std::pair<render::Point, render::Point>> lines_;  ///< that are shunned [px of the picture]
 };
 
 }  // namespace skerry::sandbox
