@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 
+#include "render/gl_renderer.h"
 #include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
@@ -153,21 +154,27 @@ void show_broadphase(const PanelContext& context) {
   const render::Style& style = context.scene.style;
   const BroadPhase& broad_phase = context.scene.world.broad_phase();
   const BroadPhaseStats stats = broad_phase.stats();
-  const Panel panel(context, "Broad phase", kBroadPhasePx);
+  const BroadPhaseChoice choice = broad_phase.choice();
+  const std::string used(choice.name);
+  // Why it was chosen, or what it is.
+  std::string why;
+  if (choice.reason != BroadPhaseReason::Named)
+    why = reason_of(choice);
+  else if (const BroadPhaseEntry* entry = entry_of(used))
+    why = entry->summary;
+  const bool fits = render::text_width(why, kLinePx * render::kSheetEm) < 0.98 * kPanelWidthPx;
+  const Panel panel(context, "Broad phase", kBroadPhasePx - (fits ? kLinePx : 0));
   Recorder recorder;
   broad_phase.visit_structure(recorder);
   double y = 0;
-  const BroadPhaseChoice choice = broad_phase.choice();
-  const std::string used(choice.name);
   panel.fitted(0, y, panel.width(), style.text,
                broad_phase.name() == used ? used : std::string(broad_phase.name()) + " \xE2\x86\x92 " + used);
   y += kLinePx + 1;
-  // Why it was chosen, or what it is.
-  if (choice.reason != BroadPhaseReason::Named)
-    panel.fitted(0, y, panel.width(), style.text_dim, reason_of(choice));
-  else if (const BroadPhaseEntry* entry = entry_of(used))
-    panel.fitted(0, y, panel.width(), style.text_dim, std::string(entry->summary));
-  y += kLinePx + 6;
+  for (const std::string& line : panel.wrapped(why, panel.width(), fits ? 1 : 2)) {
+    panel.text(0, y, style.text_dim, line);
+    y += kLinePx;
+  }
+  y += 6;
   const std::pair<const char*, std::string> rows[] = {
       {"boxes", std::to_string(broad_phase.size())},
       {recorder.axes.empty() ? "cells or nodes in use" : "axes",
@@ -176,7 +183,7 @@ void show_broadphase(const PanelContext& context) {
       {"box tests", std::to_string(stats.box_tests)},
       {"of these no pair", std::to_string(stats.false_pairs)},
       {"memory", si(static_cast<double>(stats.bytes), "B")}};
-  static_assert(2 * kLinePx + 7 + std::size(rows) * 18 <= kBroadPhasePx);
+  static_assert(3 * kLinePx + 7 + std::size(rows) * 18 <= kBroadPhasePx);
   for (const auto& [what, value] : rows) {
     panel.text(0, y, style.text_dim, what);
     panel.text(panel.width(), y, style.text, value, render::Face::Regular, render::Align::Right);

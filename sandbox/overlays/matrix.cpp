@@ -254,8 +254,8 @@ void show_matrix(const PanelContext& context) {
   draw_cells(map);
   if (cell >= kNumberCellPx) draw_numbers(map);
   for (std::size_t i = 0; names && i < record->row_names.size(); ++i)
-    panel.fitted(0, map.y + (static_cast<double>(i) + 0.5) * cell - 0.5 * kLinePx, name_px - 4, style.text,
-                 record->row_names[i]);
+    panel.squeezed(0, map.y + (static_cast<double>(i) + 0.5) * cell - 0.5 * kLinePx, name_px - 4, style.text,
+                   record->row_names[i]);
   if (vectors) draw_vectors(map, *record);
   if (has_row(*record, selection.row)) draw_selection(map, n, selection);
   draw_scale(panel, style, grid.largest);

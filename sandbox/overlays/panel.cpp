@@ -62,10 +62,21 @@ double Panel::text_width(const std::string& words, double line) const {
 
 namespace {
 
+bool goes_on(char byte) {
+  return (static_cast<unsigned char>(byte) & 0xc0) == 0x80;
+}
+
 // Takes one character away, all bytes of it.
 void pop_character(std::string& text) {
-  while (text.size() > 1 && (static_cast<unsigned char>(text.back()) & 0xc0) == 0x80) text.pop_back();
+  while (text.size() > 1 && goes_on(text.back())) text.pop_back();
   if (!text.empty()) text.pop_back();
+}
+
+// The same at the front.
+void pop_front_character(std::string& text) {
+  std::size_t bytes = 1;
+  while (bytes < text.size() && goes_on(text[bytes])) ++bytes;
+  text.erase(0, bytes);
 }
 
 }  // namespace
@@ -78,6 +89,24 @@ void Panel::fitted(double x, double y, double width, render::Color color, const 
   std::string cut = words;
   while (cut.size() > 1 && text_width(cut + "..") > width) pop_character(cut);
   text(x, y, color, cut + "..");
+}
+
+void Panel::squeezed(double x, double y, double width, render::Color color, const std::string& words) const {
+  std::size_t place = words.rfind(' ');
+  if (place == std::string::npos) place = words.size() / 2;
+  while (place < words.size() && goes_on(words[place])) ++place;
+  std::string head = words.substr(0, place), tail = words.substr(place);
+  std::string cut = words;
+  while (text_width(cut) > width && head.size() + tail.size() > 2) {
+    if (head.size() + 1 >= tail.size())
+      pop_character(head);
+    else
+      pop_front_character(tail);
+    cut = head;
+    cut += "..";
+    cut += tail;
+  }
+  text(x, y, color, cut);
 }
 
 std::vector<std::string> Panel::wrapped(const std::string& words, double width, std::size_t lines) const {

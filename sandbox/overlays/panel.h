@@ -38,6 +38,8 @@ class Panel {
             double line = kLinePx) const;
   /// The same, cut to `width`.
   void fitted(double x, double y, double width, render::Color color, const std::string& words) const;
+  /// The same, cut before its last word, or in the middle of one: for names that differ at their ends.
+  void squeezed(double x, double y, double width, render::Color color, const std::string& words) const;
   /// Small text.
   void small(double x, double y, render::Color color, const std::string& words,
              render::Align align = render::Align::Left) const {
