@@ -8,7 +8,7 @@
 namespace skerry::sandbox {
 namespace {
 
-// The equations of an impact stay on screen for this many flashes' time.
+// The equations of an impact stay on screen for this many flashes' time: it takes a while to read them.
 constexpr double kImpactSystemFlashes = 6;
 constexpr std::size_t kMostSamples = 4096;
 constexpr int kMostAnchors = 4096;
@@ -236,7 +236,9 @@ double History::brightness(const Flash& flash) const {
 
 const SystemRecord* History::system() const {
   const bool recent = impact_ && now_ - impact_->time < kImpactSystemFlashes * flash_seconds_;
-  if (impact_ && (recent || !resting_)) return &*impact_;
+  const bool outdone = impact_ && resting_ && resting_->time >= impact_->time &&
+                       resting_->system.size() > impact_->system.size();
+  if (impact_ && ((recent && !outdone) || !resting_)) return &*impact_;
   return resting_ ? &*resting_ : nullptr;
 }
 

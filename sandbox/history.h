@@ -93,9 +93,15 @@ class History {
   /// Looks at the last step.
   void update(const Demo& demo);
   /// Keeps the equations of this island instead of the largest one; -1: the largest.
-  void follow_island(int island) { followed_ = island; }
+  void follow_island(int island) {
+    if (island != followed_) impact_.reset();
+    followed_ = island;
+  }
   /// The same for the island that this body is in, whatever its number; none: as `follow_island` says.
-  void follow_body(BodyId body) { followed_body_ = body; }
+  void follow_body(BodyId body) {
+    if (body != followed_body_) impact_.reset();
+    followed_body_ = body;
+  }
   BodyId followed_body() const { return followed_body_; }
   /// Sets the moment that is shown [s], if it is not the end of the last step.
   void show_at(double time) { now_ = time; }
@@ -103,7 +109,8 @@ class History {
   const std::vector<Flash>& flashes() const { return flashes_; }
   /// 1 for an impact that just happened, 0 when it is no longer to be seen.
   double brightness(const Flash& flash) const;
-  /// The system to show: of the last impact while that is recent, else of the last step that solved one.
+  /// The system to show: of the last impact while that is recent, unless the forces of a larger island have
+  /// been solved since; else of the last step that solved one.
   const SystemRecord* system() const;
   /// The system of forces of the last step that solved one; null before that.
   const SystemRecord* resting() const { return resting_ ? &*resting_ : nullptr; }
