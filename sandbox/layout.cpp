@@ -6,6 +6,7 @@
 
 #include "render/gl_renderer.h"
 #include "sandbox/lua_args.h"
+#include "sandbox/overlays/panel.h"
 
 namespace skerry::sandbox {
 
@@ -21,6 +22,10 @@ double round_down_to(double value, std::initializer_list<double> mantissas) {
 }
 
 }  // namespace
+
+std::string round_amount(double amount, const char* unit) {
+  return amount >= 0.1 && amount < 1000 ? format_number(amount) + ' ' + unit : si(amount, unit);
+}
 
 double round_down_125(double value) {
   return round_down_to(value, {1, 2, 5, 10});
@@ -175,7 +180,7 @@ void Legend::length_bar(double metres, double right_edge_px) {
   const auto line = [&](render::Point from, render::Point to) {
     layer_.lines.push_back({.from = from, .to = to, .color = style_.text, .width_px = 1.5f});
   };
-  const std::string text = format_number(metres) + " m";
+  const std::string text = round_amount(metres, "m");
   right_ = left - (16 + render::text_width(text, style_.small_text_px)) * scale_;
   line(at(left, bottom_), at(right, bottom_));
   line(at(left, bottom_ - tick), at(left, bottom_ + tick));

@@ -97,6 +97,9 @@ class Legend {
   double bottom_;  ///< middle line of the first line
 };
 
+/// A round amount with its unit: "0.5 N", but "5 mN" and "100 kN", as labels have them.
+std::string round_amount(double amount, const char* unit);
+
 /// The largest of 1, 2, 5 times a power of ten that is not above `value` > 0.
 double round_down_125(double value);
 /// The same with 1, 1.5, 2, 3, 5, 7: for scales that nobody reads but that should change seldom.

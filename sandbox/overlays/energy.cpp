@@ -2,6 +2,8 @@
 //
 // Kinetic and potential energy of the dynamic bodies over the length of the demo, their sum, and what has
 // been lost or gained since the start.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "sandbox/overlays/panel.h"
@@ -35,8 +37,11 @@ void show_energy(const PanelContext& context) {
              context.sheet);
   // Contacts and joints do no work at rest: what is missing went into impacts, friction, or came from forces.
   const std::vector<double>& sum = chart.curves[2].y;
+  const double change = sum.back() - sum.front();
+  constexpr double kRounding = 1e-14;  // of the sum
+  const bool rounding = std::abs(change) <= kRounding * std::max(std::abs(sum.back()), std::abs(sum.front()));
   char text[96];
-  std::snprintf(text, sizeof text, "since the start %+.4g J", sum.back() - sum.front() + 0.0);
+  std::snprintf(text, sizeof text, rounding ? "since the start 0 J" : "since the start %+.4g J", change);
   panel.small(0, kEnergyPx - 16, context.scene.style.text_dim, text);
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "sandbox/layout.h"
-#include "sandbox/lua_args.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
 
@@ -50,8 +49,7 @@ void add_pair(const OverlayContext& context, const ContactReport& contact, Vec2 
 void add_legend(const OverlayContext& context, const ArrowScale& scale, render::Color color, const char* what,
                 const char* unit) {
   const double length = scale.legend_amount * scale.metres_per_unit * context.camera.pixels_per_metre();
-  context.legend.arrow(color, length,
-                       std::string(what) + " " + format_number(scale.legend_amount) + " " + unit);
+  context.legend.arrow(color, length, std::string(what) + " " + round_amount(scale.legend_amount, unit));
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "sandbox/layout.h"
-#include "sandbox/lua_args.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
 
@@ -32,7 +31,7 @@ void draw_velocities(const OverlayContext& context, render::DrawList& list) {
   }
   const double amount = round_down_125(fastest);
   context.legend.arrow(style.velocity, amount * metres_per_unit * context.camera.pixels_per_metre(),
-                       "velocity " + format_number(amount) + " m/s");
+                       "velocity " + round_amount(amount, "m/s"));
 }
 
 }  // namespace skerry::sandbox
