@@ -51,14 +51,14 @@ MemberStress member_stress(const Structure& structure, const Load& load, const R
     if (t > 0 && t < 1) shares.push_back(shares[i] + t * width);
   }
   const bool bends = m.second_moment > 0 && m.depth > 0;
-  double largest = -1;
-  const double limit = std::min(m.strength, buckling_load(structure, member) / m.area);
+  double largest = -1, push = 0;
   for (const double share : shares) {
     // On both sides of a point load.
     for (const double side : {-1e-12, 1e-12}) {
       const double at = std::clamp(share + side, 0.0, 1.0);
       const SectionForce force = section_force(structure, load, response, member, at);
       const double even = force.axial / m.area;
+      push = std::max(push, -force.axial);
       const double bend = bends ? std::abs(force.moment) * 0.5 * m.depth / m.second_moment : 0;
       result.tension = std::max(result.tension, even + bend);
       result.compression = std::max(result.compression, bend - even);
@@ -68,9 +68,12 @@ MemberStress member_stress(const Structure& structure, const Load& load, const R
       }
     }
   }
-  const double squeezed = result.compression / limit;
-  result.utilisation = std::max(result.tension / m.strength, squeezed);
-  result.buckles = limit < m.strength && squeezed == result.utilisation && squeezed > 0;
+  // A bar buckles under its axial force alone; what bending adds or takes away only breaks it.
+  const double buckling = push / buckling_load(structure, member);
+  result.utilisation = std::max(result.tension, result.compression) / m.strength;
+  result.buckles = buckling > result.utilisation;
+  if (result.buckles) result.utilisation = buckling;
+  result.squeezed = result.buckles || result.compression > result.tension;
   return result;
 }
 

@@ -149,6 +149,7 @@ struct MemberStress {
   double share = 0.5;      ///< where the larger of the two is
   double utilisation = 0;  ///< of its strength, and of its buckling load; 1: it breaks
   bool buckles = false;    ///< the buckling load decides, not the strength
+  bool squeezed = false;   ///< compression decides, or buckling
 };
 
 /// N/A + M (depth/2) / I where it is largest: at the ends, under point loads, and where the shear is zero.

@@ -249,6 +249,41 @@ TEST(Truss, BucklingOfASlenderBarGoesBeforeItsStrength) {
   EXPECT_NEAR(stress.compression, 1e7, 1e-3);
   EXPECT_NEAR(stress.utilisation, 1e4 / euler, 1e-12);
   EXPECT_TRUE(stress.buckles);
+  EXPECT_TRUE(stress.squeezed);
+}
+
+TEST(Truss, BendingOfABarUnderItsWeightDoesNotBuckleIt) {
+  // A round rod of 30 mm, 6 m long: Euler's load is 2.3 kN, far below its strength.
+  Structure s;
+  s.nodes = {{{0, 0}}, {{6, 0}}};
+  Member m{0, 1, MemberKind::Bar, 2.1e11, 7.07e-4};
+  m.second_moment = 3.976e-8;
+  m.depth = 0.03;
+  m.strength = 2.35e8;
+  m.density = 7850;
+  s.members = {m};
+  s.supports = {{0}, {1, SupportKind::Roller}};
+  StructureSolver solver(s);
+  const double bending = 7850 * 7.07e-4 * 9.81 * 36 / 8 * 0.015 / 3.976e-8;
+  const double euler = kPi * kPi * 2.1e11 * 3.976e-8 / 36;
+  const auto stress_under = [&](double pull) {
+    Load load = self_weight(s);
+    load.nodes.push_back({1, {pull, 0}});
+    return member_stress(s, load, solver.solve(load), 0);
+  };
+  // Pulled, its upper side is squeezed a little: the lower one breaks first.
+  const MemberStress tie = stress_under(2.8e4);
+  EXPECT_NEAR(tie.utilisation, (2.8e4 / 7.07e-4 + bending) / 2.35e8, 1e-9);
+  EXPECT_NEAR(tie.compression, bending - 2.8e4 / 7.07e-4, 1);
+  EXPECT_FALSE(tie.buckles);
+  EXPECT_FALSE(tie.squeezed);
+  // Pushed a little, bending decides; pushed more, Euler.
+  const MemberStress little = stress_under(-500), more = stress_under(-2000);
+  EXPECT_NEAR(little.utilisation, (500 / 7.07e-4 + bending) / 2.35e8, 1e-9);
+  EXPECT_FALSE(little.buckles);
+  EXPECT_TRUE(little.squeezed);
+  EXPECT_NEAR(more.utilisation, 2000 / euler, 1e-9);
+  EXPECT_TRUE(more.buckles);
 }
 
 }  // namespace truss_test
