@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The static side of a bridge: the train's load, solves, slack cables, breaking members.
+// The static side of a bridge: the train's load, solves, breaking members.
 #include "physics/statics/bridge.h"
 
 #include <algorithm>
@@ -34,6 +34,9 @@ Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(wor
   check_train(def_.train);
   if (!(def_.thickness > 0))
     throw std::invalid_argument("bridge: thickness must be positive, got " + to_text(def_.thickness));
+  // What cannot push cannot bend either.
+  for (Member& member : def_.structure.members)
+    if (member.cable) member.kind = MemberKind::Bar;
   const Structure& s = def_.structure;
   members_.resize(s.members.size());
   for (std::size_t i = 0; i < def_.deck.size(); ++i) {
@@ -68,6 +71,7 @@ Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(wor
     make_fixed_members(world);
     if (!def_.train.axles.empty()) make_wagons(world, false);
     solve(0);
+    find_slack_cables();
     note_state(0);
   }
 }
@@ -163,41 +167,6 @@ void Bridge::solve(double time) {
   solver_->solve(solver_load_, response_);
 }
 
-// A cable that would push is slack; one that is slack carries again when its ends would move apart. What is
-// left is a small complementarity problem, solved by taking the worst cable out, one at a time.
-void Bridge::find_slack_cables() {
-  bool any = false;
-  for (MemberState& member : members_) {
-    any = any || member.slack;
-    member.slack = false;
-  }
-  if (any) {
-    rebuild_solver();
-    solve(time_);
-  }
-  for (std::size_t pass = 0; pass < members_.size(); ++pass) {
-    int worst = -1;
-    double push = 0;
-    for (std::size_t k = 0; k < kept_.size(); ++k) {
-      const double axial = response_.members[k].axial;
-      if (def_.structure.members[static_cast<std::size_t>(kept_[k])].cable && axial < push) {
-        push = axial;
-        worst = kept_[k];
-      }
-    }
-    double scale = 0;
-    for (const MemberForce& force : response_.members) scale = std::max(scale, std::abs(force.axial));
-    if (worst < 0 || -push <= 1e-12 * scale) return;
-    members_[static_cast<std::size_t>(worst)].slack = true;
-    rebuild_solver();
-    if (!solver_->determinacy().stable()) {
-      // Without it nothing stands: the caller sees a mechanism.
-      return;
-    }
-    solve(time_);
-  }
-}
-
 void Bridge::note_state(double time) {
   for (std::size_t m = 0; m < members_.size(); ++m) {
     MemberState& state = members_[m];
@@ -210,8 +179,7 @@ void Bridge::note_state(double time) {
     state.moment_a = force.moment_a;
     state.moment_b = force.moment_b;
     state.stress = member_stress(solver_->structure(), solver_load_, response_, index);
-    const bool squeezed = state.stress.compression > state.stress.tension;
-    state.signed_use = squeezed ? -state.stress.utilisation : state.stress.utilisation;
+    state.signed_use = state.stress.squeezed ? -state.stress.utilisation : state.stress.utilisation;
     if (std::abs(state.signed_use) > std::abs(state.peak_use)) {
       state.peak_use = state.signed_use;
       state.peak_time = time;
@@ -242,14 +210,15 @@ void Bridge::advance(World& world, double time) {
     member.broken = true;
     breaks_.push_back({worst, time, member.signed_use});
     rebuild_solver();
+    // Without it cables that were slack may carry.
+    solve(time);
+    find_slack_cables();
     // A train cannot go on over a broken deck, whatever still stands.
     const bool deck = std::find(deck_members_.begin(), deck_members_.end(), worst) != deck_members_.end();
     if (!solver_->determinacy().stable() || (deck && !def_.train.axles.empty())) {
       let_go(world);
       return;
     }
-    solve(time);
-    find_slack_cables();
     note_state(time);
   }
   if (!solver_->determinacy().stable()) {
