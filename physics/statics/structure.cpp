@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/statics/structure.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "physics/text.h"
@@ -21,6 +22,7 @@ void check_index(const char* what, std::size_t index, const char* of, int value,
 
 void check_at_least_zero(const char* what, std::size_t index, const char* name, double value) {
   if (!(value >= 0)) fail(what, index, std::string(name) + " must not be negative, got " + to_text(value));
+  if (!std::isfinite(value)) fail(what, index, std::string(name) + " must be finite, got " + to_text(value));
 }
 
 }  // namespace

@@ -216,6 +216,10 @@ TEST(Structure, WrongDataIsRefusedWithItsNumber) {
   EXPECT_EQ(message(s), "member 1: its ends must be apart, got a length of 0");
   s.members = {{0, 2, MemberKind::Bar, -5}};
   EXPECT_EQ(message(s), "member 1: modulus must not be negative, got -5");
+  s.members = {{0, 2, MemberKind::Bar, kInfinity}};
+  EXPECT_EQ(message(s), "member 1: modulus must be finite, got inf");
+  s.members = {{0, 2, MemberKind::Bar, 2e11, kInfinity}};
+  EXPECT_EQ(message(s), "member 1: area must be finite, got inf");
   s.members = {};
   s.supports = {{0}, {0}};
   EXPECT_EQ(message(s), "support 2: node 1 has a support already");
