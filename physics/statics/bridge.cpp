@@ -26,6 +26,13 @@ void check_train(const Train& train) {
     throw std::invalid_argument("train: wheel_radius must be positive, got " + to_text(train.wheel_radius));
 }
 
+/// Whether a beam is clamped to the node.
+bool clamps(const Structure& s, int node) {
+  return std::any_of(s.members.begin(), s.members.end(), [node](const Member& m) {
+    return m.kind == MemberKind::Beam && ((m.a == node && !m.hinge_a) || (m.b == node && !m.hinge_b));
+  });
+}
+
 }  // namespace
 
 Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(world.config().gravity) {
@@ -38,6 +45,10 @@ Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(wor
   for (Member& member : def_.structure.members)
     if (member.cable) member.kind = MemberKind::Bar;
   const Structure& s = def_.structure;
+  for (const NodeLoad& l : def_.fixed.nodes)
+    if (l.moment != 0 && !clamps(s, l.node))
+      throw std::invalid_argument("load: a moment of " + to_text(l.moment) + " N m on " +
+                                  node_label(s, l.node) + ", where no beam is clamped");
   members_.resize(s.members.size());
   for (std::size_t i = 0; i < def_.deck.size(); ++i) {
     const int node = def_.deck[i];
@@ -97,7 +108,7 @@ std::vector<Bridge::Axle> Bridge::axles() const {
   double at = def_.train.start + def_.train.speed * time_;
   for (std::size_t k = 0; k < def_.train.axles.size(); ++k) {
     if (k > 0) at -= def_.train.gaps[k - 1];
-    result.push_back({place(at).at, length(weight(def_.train.axles[k]))});
+    result.push_back({place(at).at, length(weight(def_.train.axles[k])), at});
   }
   return result;
 }
@@ -145,6 +156,9 @@ void Bridge::solve(double time) {
   // Loads on members that are gone (broken, or slack cables with their weight) act on their nodes.
   solver_load_.clear();
   solver_load_.nodes = load_.nodes;
+  // A moment on a node whose beams are broken turns nothing.
+  for (NodeLoad& l : solver_load_.nodes)
+    if (l.moment != 0 && !clamps(solver_->structure(), l.node)) l.moment = 0;
   const auto to_nodes = [&](int member, double share, Vec2 force) {
     const Member& m = def_.structure.members[static_cast<std::size_t>(member)];
     solver_load_.nodes.push_back({m.a, (1 - share) * force});
@@ -192,6 +206,7 @@ void Bridge::advance(World& world, double time) {
   gravity_ = world.config().gravity;
   if (moving_) {
     measure(world, time);
+    apply_fixed_loads(world);
     return;
   }
   solve(time);

@@ -41,7 +41,7 @@ struct BridgeDef {
   std::optional<double> ground{};  ///< level of the valley [m]: piers, banks and ground are made
 };
 
-/// What is known of a member.
+/// What is known of a member. Of beams that are bodies, and of what is broken, nothing is.
 struct MemberState {
   double axial = 0;                   ///< [N], tension positive
   double moment_a = 0, moment_b = 0;  ///< [N m]
@@ -91,6 +91,7 @@ class Bridge {
   struct Axle {
     Vec2 at;
     double load = 0;
+    double station = 0;  ///< distance along the deck from its first node [m]
   };
   std::vector<Axle> axles() const;
   std::vector<BodyId> wagons() const;
@@ -109,7 +110,8 @@ class Bridge {
   /// A body that ends at a node.
   struct Attachment {
     BodyId body;
-    Vec2 local;  ///< the node in the body's frame [m]
+    Vec2 local;            ///< the node in the body's frame [m]
+    bool clamped = false;  ///< one of its beams is, without a hinge
   };
   /// A cable in motion.
   struct RopeMember {
@@ -142,11 +144,13 @@ class Bridge {
   void let_go(World& world);
   void measure(World& world, double time);
   void measure_reactions(const World& world);
+  Vec2 fixed_force(std::size_t node) const;
+  void apply_fixed_loads(World& world) const;
   void snap(World& world, std::size_t piece);
   void connect(World& world, std::size_t node);
   void hang_rope(World& world, RopeMember& rope);
   std::vector<std::size_t> make_group(World& world, const std::vector<BridgePiece>& parts);
-  void attach(World& world, int node, BodyId body);
+  void attach(World& world, int node, BodyId body, bool clamped);
   Vec2 force_at(const World& world, std::size_t node, BodyId body) const;
   Shape piece_shape(const BridgePiece& piece, Vec2 origin, Vec2& from, Vec2& to) const;
 

@@ -86,11 +86,12 @@ void Bridge::let_go(World& world) {
           world.create_body({.position = s.nodes[n].at, .mass = std::max(mass, filters::kLightest)});
       world.add_shape(body,
                       filters::plain(make_disc(0.25 * def_.thickness), filters::kMember, filters::kWorld));
-      attached_[n].push_back({body, {0, 0}});
+      attached_[n].push_back({body, {0, 0}, false});
     }
   }
   for (std::size_t node = 0; node < s.nodes.size(); ++node) connect(world, node);
   for (RopeMember& rope : ropes_) hang_rope(world, rope);
+  apply_fixed_loads(world);
 }
 
 // One body of `parts`, at their places in the structure; returns the numbers of its pieces.
@@ -127,17 +128,22 @@ std::vector<std::size_t> Bridge::make_group(World& world, const std::vector<Brid
     piece.local_from = to_local(pose, origin + piece.local_from);
     piece.local_to = to_local(pose, origin + piece.local_to);
     const Member& m = s.members[static_cast<std::size_t>(piece.member)];
-    if (piece.from == 0) attach(world, m.a, body);
-    if (piece.to == 1) attach(world, m.b, body);
+    const bool beam = m.kind == MemberKind::Beam;
+    if (piece.from == 0) attach(world, m.a, body, beam && !m.hinge_a);
+    if (piece.to == 1) attach(world, m.b, body, beam && !m.hinge_b);
   }
   return made;
 }
 
-void Bridge::attach(World& world, int node, BodyId body) {
+void Bridge::attach(World& world, int node, BodyId body, bool clamped) {
   std::vector<Attachment>& list = attached_[static_cast<std::size_t>(node)];
-  for (const Attachment& known : list)
-    if (known.body == body) return;
-  list.push_back({body, to_local(world.pose(body), def_.structure.nodes[static_cast<std::size_t>(node)].at)});
+  for (Attachment& known : list) {
+    if (known.body != body) continue;
+    known.clamped = known.clamped || clamped;
+    return;
+  }
+  const Vec2 at = def_.structure.nodes[static_cast<std::size_t>(node)].at;
+  list.push_back({body, to_local(world.pose(body), at), clamped});
 }
 
 // All bodies at the node hang on the first, and that on the support.
@@ -172,19 +178,15 @@ void Bridge::connect(World& world, std::size_t node) {
       held_by_[k].push_back(joints_[node].back());
       continue;
     }
-    pin({}, hub.body, at);
+    // Beams that are clamped to a node are one body: the fixed support holds that, and lets bars turn.
+    const auto clamped = std::find_if(attached_[node].begin(), attached_[node].end(),
+                                      [](const Attachment& attachment) { return attachment.clamped; });
+    if (support.kind == SupportKind::Fixed && clamped != attached_[node].end())
+      joints_[node].push_back(
+          world.create_joint({.kind = JointKind::Weld, .b = clamped->body, .anchor_a = at, .anchor_b = at}));
+    else
+      pin({}, hub.body, at);
     held_by_[k].push_back(joints_[node].back());
-    if (support.kind == SupportKind::Fixed) {
-      // A short rod across the lever to the body's centre keeps it from turning.
-      const Vec2 arm = world.position(hub.body) - at;
-      const Vec2 end = at + arm;
-      joints_[node].push_back(world.create_joint({.kind = JointKind::Distance,
-                                                  .a = {},
-                                                  .b = hub.body,
-                                                  .anchor_a = end - perp(0.3 / length(arm) * arm),
-                                                  .anchor_b = end}));
-      held_by_[k].push_back(joints_[node].back());
-    }
   }
 }
 
@@ -202,7 +204,7 @@ void Bridge::hang_rope(World& world, RopeMember& rope) {
                                    .length = member_length(def_.structure, rope.member)});
 }
 
-// Sum of what the joints and ropes of a node do to `body` [N].
+// Sum of what the joints, ropes and loads of a node do to `body` [N].
 Vec2 Bridge::force_at(const World& world, std::size_t node, BodyId body) const {
   const double h = world.report().h;
   Vec2 sum{};
@@ -217,6 +219,7 @@ Vec2 Bridge::force_at(const World& world, std::size_t node, BodyId body) const {
     const Member& m = def_.structure.members[static_cast<std::size_t>(rope.member)];
     if (static_cast<std::size_t>(m.a) == node || static_cast<std::size_t>(m.b) == node) add(rope.joint);
   }
+  if (attached_[node].front().body == body) sum += fixed_force(node);
   return sum;
 }
 
@@ -225,15 +228,62 @@ void Bridge::measure_reactions(const World& world) {
   for (std::size_t k = 0; k < held_by_.size(); ++k) {
     Reaction& reaction = response_.reactions[k];
     reaction = {};
-    const Vec2 node = def_.structure.nodes[static_cast<std::size_t>(def_.structure.supports[k].node)].at;
     for (const JointId joint : held_by_[k]) {
       if (!world.alive(joint) || !(h > 0)) continue;
       const JointRecord& record = world.joints()[joint.index];
-      const Vec2 force = record.impulse / h;
-      reaction.force += force;
-      if (def_.structure.supports[k].kind == SupportKind::Fixed)
-        reaction.moment += cross(to_world(world.pose(record.def.b), record.local_b) - node, force);
+      reaction.force += record.impulse / h;
+      if (record.def.kind == JointKind::Weld) reaction.moment += record.angular_impulse / h;
     }
+  }
+}
+
+// Fixed loads on a node, those on its cables among them, which have no body.
+Vec2 Bridge::fixed_force(std::size_t node) const {
+  const Structure& s = def_.structure;
+  Vec2 sum{};
+  const auto add_share = [&](int member, double share, Vec2 force) {
+    const Member& m = s.members[static_cast<std::size_t>(member)];
+    if (!m.cable) return;
+    if (static_cast<std::size_t>(m.a) == node) sum += (1 - share) * force;
+    if (static_cast<std::size_t>(m.b) == node) sum += share * force;
+  };
+  for (const NodeLoad& l : def_.fixed.nodes)
+    if (static_cast<std::size_t>(l.node) == node) sum += l.force;
+  for (const SpanLoad& l : def_.fixed.spans) add_share(l.member, l.share, l.force);
+  for (const LineLoad& l : def_.fixed.lines)
+    add_share(l.member, 0.5, member_length(s, l.member) * l.force_per_length);
+  return sum;
+}
+
+// For the next step. What acts on a node acts on the body that the others hang on.
+void Bridge::apply_fixed_loads(World& world) const {
+  for (std::size_t node = 0; node < attached_.size(); ++node) {
+    const Vec2 force = fixed_force(node);
+    if (force == Vec2{} || attached_[node].empty()) continue;
+    const Attachment& hub = attached_[node].front();
+    world.apply_force(hub.body, force, to_world(world.pose(hub.body), hub.local));
+  }
+  for (const NodeLoad& l : def_.fixed.nodes) {
+    if (l.moment == 0) continue;
+    for (const Attachment& attachment : attached_[static_cast<std::size_t>(l.node)])
+      if (attachment.clamped) world.apply_torque(attachment.body, l.moment);
+  }
+  const auto on_piece = [&](const BridgePiece& piece, double share, Vec2 force) {
+    const double along = (share - piece.from) / (piece.to - piece.from);
+    const Vec2 local = (1 - along) * piece.local_from + along * piece.local_to;
+    world.apply_force(piece.body, force, to_world(world.pose(piece.body), local));
+  };
+  for (const SpanLoad& l : def_.fixed.spans) {
+    const auto piece = std::find_if(pieces_.begin(), pieces_.end(), [&](const BridgePiece& one) {
+      return one.member == l.member && l.share >= one.from && l.share <= one.to;
+    });
+    if (piece != pieces_.end()) on_piece(*piece, l.share, l.force);
+  }
+  for (const LineLoad& l : def_.fixed.lines) {
+    const Vec2 force = member_length(def_.structure, l.member) * l.force_per_length;
+    for (const BridgePiece& piece : pieces_)
+      if (piece.member == l.member)
+        on_piece(piece, 0.5 * (piece.from + piece.to), (piece.to - piece.from) * force);
   }
 }
 
@@ -247,21 +297,31 @@ void Bridge::measure(World& world, double time) {
     state.axial = axial;
     state.moment_a = state.moment_b = 0;
     if (!(section.area > 0)) return false;
+    const double stress = axial / section.area;
+    state.stress = {std::max(0.0, stress), std::max(0.0, -stress)};
     const double limit =
         axial < 0 ? std::min(section.strength * section.area, buckling_load(def_.structure, member))
                   : section.strength * section.area;
     state.signed_use = axial / limit;
+    state.stress.squeezed = axial < 0;
+    state.stress.utilisation = std::abs(state.signed_use);
+    state.stress.buckles = limit < section.strength * section.area;
     if (std::abs(state.signed_use) > std::abs(state.peak_use)) {
       state.peak_use = state.signed_use;
       state.peak_time = time;
     }
     return def_.breaks && std::abs(state.signed_use) > 1;
   };
+  const auto forget = [&](int member) {
+    MemberState& state = members_[static_cast<std::size_t>(member)];
+    state.axial = state.moment_a = state.moment_b = state.signed_use = 0;
+    state.stress = {};
+  };
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     const BridgePiece& piece = pieces_[i];
     const Member& m = def_.structure.members[static_cast<std::size_t>(piece.member)];
     if (m.kind != MemberKind::Bar || piece.from != 0 || piece.to != 1) {
-      members_[static_cast<std::size_t>(piece.member)].signed_use = 0;
+      forget(piece.member);
       continue;
     }
     const Transform pose = world.pose(piece.body);
@@ -279,13 +339,14 @@ void Bridge::measure(World& world, double time) {
     members_[static_cast<std::size_t>(rope.member)].broken = true;
     breaks_.push_back({rope.member, time, members_[static_cast<std::size_t>(rope.member)].signed_use});
     world.destroy(rope.joint);
+    forget(rope.member);
   }
   for (const std::size_t piece : failing) {
     const int member = pieces_[piece].member;
     members_[static_cast<std::size_t>(member)].broken = true;
     breaks_.push_back({member, time, members_[static_cast<std::size_t>(member)].signed_use});
     snap(world, piece);
-    members_[static_cast<std::size_t>(member)].signed_use = 0;
+    forget(member);
   }
 }
 

@@ -32,10 +32,8 @@ void show_influence(const PanelContext& context) {
     chart.last_values = false;
     // Axles are strokes from the axis to the line.
     Curve axles{"axles", style.force, {}, {}};
-    const double left =
-        bridge.def().structure.nodes[static_cast<std::size_t>(bridge.def().deck.front())].at.x;
     for (const statics::Bridge::Axle& axle : bridge.axles()) {
-      const double x = axle.at.x - left;
+      const double x = axle.station;
       if (x < 0 || x > bridge.deck_length()) continue;
       axles.x.insert(axles.x.end(), {x, x, x});
       axles.y.insert(axles.y.end(), {0, bridge.influence_at(*view.influence, x), 0});

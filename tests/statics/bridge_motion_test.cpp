@@ -3,6 +3,9 @@
 // Trains over bridges that are bodies: what statics says for slow ones, momentum for fast ones, breaks.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "tests/statics/bridges.h"
 
@@ -171,6 +174,112 @@ TEST(BridgeMotion, MemberBreaksWhereStaticsSaysAndTheRestGoesOn) {
   EXPECT_EQ(member[0], member[1]);
   // To a step: forces are means over it.
   EXPECT_NEAR(broke[0], broke[1], 1.5 / 120);
+}
+
+Member steel(int a, int b, MemberKind kind) {
+  Member m{a, b, kind, 2.1e11, 0.01};
+  m.second_moment = 1e-4;
+  m.density = 7850;
+  m.strength = 2.35e8;
+  return m;
+}
+
+/// Static forces and those of the same bridge as bodies, after a while.
+void expect_alike(BridgeDef def, const std::string& what) {
+  def.breaks = false;
+  World world_a, world_b;
+  Bridge still(def, world_a);
+  still.advance(world_a, 0.01);
+  ASSERT_FALSE(still.moving()) << what;
+  def.dynamic = true;
+  Bridge moving(def, world_b);
+  for (int step = 1; step <= 60; ++step) {
+    world_b.step(1.0 / 60);
+    moving.advance(world_b, world_b.time());
+  }
+  double scale = 0;
+  for (const Reaction& reaction : still.response().reactions)
+    scale = std::max({scale, length(reaction.force), std::abs(reaction.moment)});
+  for (std::size_t k = 0; k < def.structure.supports.size(); ++k) {
+    const Reaction &one = still.response().reactions[k], &other = moving.response().reactions[k];
+    EXPECT_NEAR(one.force.x, other.force.x, 1e-6 * scale) << what << ", support " << k;
+    EXPECT_NEAR(one.force.y, other.force.y, 1e-6 * scale) << what << ", support " << k;
+    EXPECT_NEAR(one.moment, other.moment, 1e-6 * scale) << what << ", support " << k;
+  }
+  for (std::size_t m = 0; m < def.structure.members.size(); ++m) {
+    if (def.structure.members[m].kind != MemberKind::Bar) continue;
+    EXPECT_NEAR(still.members()[m].axial, moving.members()[m].axial, 1e-6 * scale)
+        << what << ", member " << m;
+    EXPECT_NEAR(std::abs(moving.members()[m].axial) / def.structure.members[m].area,
+                std::max(moving.members()[m].stress.tension, moving.members()[m].stress.compression), 1e-6);
+  }
+}
+
+TEST(BridgeMotion, FixedSupportsHoldBeamsWhereverTheyAreAndInAnyOrder) {
+  // Two beams over one support: the centre of mass lies on it.
+  BridgeDef tee;
+  tee.structure.nodes = {{{-4, 0}}, {{0, 0}}, {{4, 0}}};
+  tee.structure.members = {steel(0, 1, MemberKind::Beam), steel(1, 2, MemberKind::Beam)};
+  tee.structure.supports = {{1, SupportKind::Fixed}};
+  expect_alike(tee, "tee");
+  tee.fixed.nodes = {{2, {0, -1e4}, 0}, {0, {}, 500}};
+  expect_alike(tee, "tee with a load");
+  // A cantilever beside a bar that hangs on the same node.
+  for (const bool bar_first : {true, false}) {
+    BridgeDef def;
+    def.structure.nodes = {{{0, 0}}, {{1, 3}}, {{4, 0}}, {{-3, 3}}};
+    def.structure.members = {steel(0, 1, MemberKind::Bar), steel(0, 2, MemberKind::Beam),
+                             steel(1, 3, MemberKind::Bar)};
+    if (!bar_first) std::swap(def.structure.members[0], def.structure.members[1]);
+    def.structure.supports = {{0, SupportKind::Fixed}, {3}};
+    expect_alike(def, bar_first ? "bar first" : "beam first");
+  }
+}
+
+TEST(BridgeMotion, FixedSupportsDoNotClampBars) {
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{4, 0}}};
+  def.structure.members = {steel(0, 1, MemberKind::Bar)};
+  def.structure.supports = {{0, SupportKind::Fixed}};
+  World world;
+  Bridge bridge(def, world);
+  for (int step = 1; step <= 30; ++step) {
+    world.step(1.0 / 60);
+    bridge.advance(world, world.time());
+  }
+  EXPECT_TRUE(bridge.moving());
+  EXPECT_LT(world.position(bridge.pieces()[0].body).y, -0.3);
+}
+
+TEST(BridgeMotion, FixedLoadsGoOnWhenTheBridgeIsBodies) {
+  BridgeDef def = truss_bridge(4);
+  def.train = {};
+  def.fixed.nodes = {{2, {3e4, -1e5}}};
+  expect_alike(def, "node load");
+  // Between the ends they act on rods by lever.
+  def.fixed = {};
+  def.fixed.spans = {{1, 0.25, {0, -1e5}}};
+  expect_alike(def, "span load");
+  def.fixed = {};
+  def.fixed.lines = {{1, {0, -2e4}}};
+  expect_alike(def, "line load");
+}
+
+TEST(BridgeMotion, AMomentOnABeamThatBreaksIsNoErrorAndOneOnAHingeIs) {
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{4, 0}}, {{4, 3}}, {{0, 3}}};
+  def.structure.members = {steel(0, 1, MemberKind::Beam), steel(1, 2, MemberKind::Bar),
+                           steel(1, 3, MemberKind::Bar)};
+  def.structure.members[0].depth = 0.3;
+  def.structure.supports = {{0, SupportKind::Fixed}, {2}, {3}};
+  def.fixed.nodes = {{1, {}, 3e5}};
+  World world;
+  Bridge bridge(def, world);
+  EXPECT_NO_THROW(bridge.advance(world, 0.01));
+  EXPECT_EQ(bridge.breaks().size(), 1u);
+  EXPECT_FALSE(bridge.moving());
+  def.fixed.nodes = {{2, {}, 3e5}};
+  EXPECT_THROW(Bridge(def, world), std::invalid_argument);
 }
 
 }  // namespace bridge_motion_test

@@ -107,6 +107,29 @@ TEST(Bridge, CableThatWouldPushIsSlack) {
   EXPECT_NEAR(bridge.members()[2].axial, 1e5 * cable / (beam + cable), 1e-6);
 }
 
+TEST(Bridge, AxlesAreAtTheirDistanceAlongAnInclinedDeck) {
+  // Up 10 m and down 10 m, each over 6 m of ground.
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{6, 8}}, {{12, 0}}};
+  def.structure.members = {{0, 1}, {1, 2}, {0, 2}};
+  def.structure.supports = {{0}, {2, SupportKind::Roller}};
+  def.deck = {0, 1, 2};
+  def.train = {{1e5, 1e5}, {11}, 0, 16};
+  World world;
+  const Bridge bridge(def, world);
+  const std::vector<Bridge::Axle> axles = bridge.axles();
+  ASSERT_EQ(axles.size(), 2u);
+  EXPECT_NEAR(axles[0].station, 16, 1e-12);
+  EXPECT_NEAR(axles[1].station, 5, 1e-12);
+  EXPECT_NEAR(length(axles[0].at - Vec2{9.6, 3.2}), 0, 1e-12);
+  EXPECT_NEAR(length(axles[1].at - Vec2{3, 4}), 0, 1e-12);
+  // The line is read where they are.
+  double sum = 0;
+  for (const Bridge::Axle& axle : axles)
+    sum += axle.load * bridge.influence_at({Quantity::Kind::Axial, 2}, axle.station);
+  EXPECT_NEAR(sum, bridge.members()[2].axial, 1e-6);
+}
+
 TEST(Bridge, WrongDecksAndTrainsAreRefused) {
   World world;
   BridgeDef def = truss_bridge(4);
