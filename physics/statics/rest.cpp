@@ -121,6 +121,12 @@ void find_uniqueness(RestAnalysis& out, const std::vector<int>& rows) {
 
 }  // namespace
 
+double RestAnalysis::size(std::size_t body, const std::array<double, 3>& a) const {
+  const InverseMass& m = system.bodies[body];
+  const double arm = m.angular > 0 ? std::sqrt(m.linear / m.angular) : 0;
+  return std::max(std::hypot(a[0], a[1]), arm * std::abs(a[2]));
+}
+
 struct RestSolver::State {
   RestOptions options;
   RestAnalysis out;
@@ -128,11 +134,13 @@ struct RestSolver::State {
   std::unique_ptr<SolverMemory> memory;
   std::vector<double> base;  // forces of the first load
   std::vector<int> carrying;
+  std::vector<std::array<double, 2>> applied;  // magnitudes of the loads, as `RestRows::applied`
   SolveWork work;
 
   State(const World& world, const RestOptions& given) : options(given) {
     const SolverEntry& solver = find_solver(options.solver);
     rows = rest_rows(world, options, out);
+    applied = rows.applied;
     set_load();
     std::vector<double> start;
     if (options.last_step && !rows.last_step.empty() &&
@@ -164,33 +172,90 @@ struct RestSolver::State {
   }
 
   void solve(const SolverEntry& solver, const std::vector<double>& start) {
-    out.lambda.assign(out.system.rows.size(), 0);
-    out.residual = 0;
-    if (out.system.size() == 0) return;
-    SolveOptions exact;
-    exact.tolerance = 1e-13;
-    Solution solution = solver.solve(out.system, start, exact, &memory);
-    work += solution.work;
-    out.lambda = std::move(solution.lambda);
-    out.residual = solution.residual;
+    bool known = true;
+    for (RestContact& contact : out.contacts) known = set_friction(contact, contact.held_mu) && known;
+    if (!known) memory.reset();
+    solve_rows(solver, start);
+    // What slides is held by less; it may let others go. At most once a contact.
+    while (let_slide()) {
+      memory.reset();
+      solve_rows(solver, out.lambda);
+    }
   }
 
-  double size(std::size_t body, const std::array<double, 3>& a) const {
-    // Turning counts at the radius of gyration.
-    const InverseMass& m = out.system.bodies[body];
-    const double arm = m.angular > 0 ? std::sqrt(m.linear / m.angular) : 0;
-    return std::max(std::hypot(a[0], a[1]), arm * std::abs(a[2]));
+  void solve_rows(const SolverEntry& solver, const std::vector<double>& start) {
+    out.residual = 0;
+    Solution solution;
+    if (out.system.size() > 0) {
+      SolveOptions exact;
+      exact.tolerance = 1e-13;
+      solution = solver.solve(out.system, start, exact, &memory);
+      work += solution.work;
+      out.residual = solution.residual;
+    }
+    out.lambda = std::move(solution.lambda);
+    find_rounding();
+  }
+
+  /// @return whether it was so before
+  bool set_friction(RestContact& contact, double mu) {
+    if (contact.mu == mu) return true;
+    contact.mu = mu;
+    out.system.rows[static_cast<std::size_t>(contact.row) + 1].mu = mu;
+    return false;
+  }
+
+  /// Gives contacts that begin to slide the friction of what slides, and forces within it. @return whether
+  /// there were any
+  bool let_slide() {
+    bool any = false;
+    std::vector<double> w;
+    for (RestContact& contact : out.contacts) {
+      if (!(contact.sliding_mu < contact.mu)) continue;
+      const auto row = static_cast<std::size_t>(contact.row);
+      const double most = contact.mu * out.lambda[row];
+      if (!(most > 0) || std::abs(out.lambda[row + 1]) < most * (1 - kCarries)) continue;
+      if (w.empty()) w = row_velocities(out.system, out.lambda);
+      double rounding = 0;
+      for (const int body : {out.system.rows[row].a, out.system.rows[row].b})
+        if (body >= 0) rounding += out.rounding[static_cast<std::size_t>(body)];
+      if (std::abs(w[row + 1]) <= rounding) continue;
+      set_friction(contact, contact.sliding_mu);
+      out.lambda[row + 1] *= contact.mu * out.lambda[row] / most;
+      any = true;
+    }
+    return any;
+  }
+
+  void find_rounding() {
+    std::vector<std::array<double, 2>> sums = applied;
+    for (std::size_t i = 0; i < out.system.rows.size(); ++i) {
+      const Row& row = out.system.rows[i];
+      const auto add = [&](int body, const std::array<double, 3>& J) {
+        if (body < 0) return;
+        sums[static_cast<std::size_t>(body)][0] += std::abs(out.lambda[i]) * std::hypot(J[0], J[1]);
+        sums[static_cast<std::size_t>(body)][1] += std::abs(out.lambda[i] * J[2]);
+      };
+      add(row.a, row.Ja);
+      add(row.b, row.Jb);
+    }
+    out.rounding.clear();
+    for (std::size_t k = 0; k < out.bodies.size(); ++k) {
+      const InverseMass& m = out.system.bodies[k];
+      out.rounding.push_back(kMoves * out.size(k, {m.linear * sums[k][0], 0, m.angular * sums[k][1]}));
+    }
   }
 
   /// Accelerations, and the forces of contacts and joints, from those of the rows.
   void finish() {
-    double scale = 0;
-    for (std::size_t k = 0; k < out.bodies.size(); ++k) scale = std::max(scale, size(k, out.acceleration[k]));
     apply_impulses(out.system, out.lambda, out.acceleration);
     out.largest_acceleration = 0;
-    for (std::size_t k = 0; k < out.bodies.size(); ++k)
-      out.largest_acceleration = std::max(out.largest_acceleration, size(k, out.acceleration[k]));
-    out.stands = out.largest_acceleration <= kMoves * scale;
+    out.stands = true;
+    for (std::size_t k = 0; k < out.bodies.size(); ++k) {
+      const double size = out.size(k, out.acceleration[k]);
+      out.largest_acceleration = std::max(out.largest_acceleration, size);
+      out.stands = out.stands && size <= out.rounding[k];
+    }
 
     const std::vector<double> w = row_velocities(out.system, out.lambda);
     if (options.uniqueness) {
@@ -206,7 +271,7 @@ struct RestSolver::State {
       contact.normal_force = out.lambda[row];
       contact.opening = w[row];
       contact.normal_unique = unique(row);
-      if (!(contact.mu > 0)) continue;
+      if (!(contact.held_mu > 0)) continue;
       contact.friction_force = out.lambda[row + 1];
       contact.friction_unique = unique(row + 1);
       contact.sliding = w[row + 1];
@@ -246,6 +311,10 @@ const RestAnalysis& RestSolver::solve(const BodyLoads& load) {
       if (!std::isfinite(value))
         throw std::invalid_argument("rest: load " + std::to_string(k + 1) + " is " + to_text(value));
   state.out.load = load;
+  for (std::size_t k = 0; k < load.size(); ++k) {
+    const std::array<double, 2>& springs = state.rows.sprung[k];
+    state.applied[k] = {std::hypot(load[k][0], load[k][1]) + springs[0], std::abs(load[k][2]) + springs[1]};
+  }
   state.out.from_last_step = false;
   state.set_load();
   state.solve(find_solver(state.options.solver), state.base);

@@ -8,7 +8,8 @@
 //   w = W lambda - b,  b = -J a_ext,  lambda_n >= 0,  |lambda_t| <= mu lambda_n,   a = a_ext + M^-1 J' lambda
 //
 // lambda are forces [N], w and a accelerations; the world stands if a = 0, that is J' lambda + f = 0.
-// Velocities are taken for zero. It is solved by the same solvers as the step (physics/solver).
+// Velocities are taken for zero. It is solved by the same solvers as the step (physics/solver), with static
+// friction first; where that is not enough it is solved again with the friction of what slides.
 //
 // Where the rows that carry are dependent (a box on two rough corners, a wall of bricks), equilibrium leaves
 // a choice. What does not depend on it is marked `unique`: by row, by joint, and for the resultant of each
@@ -36,10 +37,12 @@ struct RestContact {
   Vec2 position;  ///< world frame [m]
   Vec2 normal;    ///< from a to b
   std::uint32_t feature = 0;
-  double mu = 0;
+  double mu = 0;              ///< of its friction row; of those two, the one that acts:
+  double held_mu = 0;         ///< static friction; without it there is no friction row
+  double sliding_mu = 0;      ///< of what slides, never above the other
   double normal_force = 0;    ///< acts on b along the normal [N]
   double friction_force = 0;  ///< acts on b along perp(normal) [N]
-  int row = 0;                ///< its normal row in the system; the friction row, if mu > 0, follows
+  int row = 0;                ///< its normal row in the system; the friction row, if there is one, follows
   double opening = 0;         ///< acceleration of the gap [m/s^2]
   double sliding = 0;         ///< and along perp(normal)
   bool normal_unique = true;  ///< no other force would do
@@ -58,7 +61,11 @@ struct RestAnalysis {
   IslandSystem system;                              ///< with accelerations as b
   std::vector<double> lambda;                       ///< forces of its rows [N]
   BodyLoads load;                                   ///< external, on each of them
+  std::vector<double> weight;                       ///< of each of them, part of its load [N]
   std::vector<std::array<double, 3>> acceleration;  ///< of each body [m/s^2, m/s^2, rad/s^2]
+  /// What rounding may leave of each body's acceleration: a share of all that acts on it, whichever way, over
+  /// its mass [m/s^2].
+  std::vector<double> rounding;
   std::vector<RestContact> contacts;
   std::vector<RestJoint> joints;
   std::vector<std::uint8_t> unique;       ///< by row: no other forces would do
@@ -68,6 +75,9 @@ struct RestAnalysis {
   double residual = 0;                    ///< natural map, relative to the largest |b|
   double largest_acceleration = 0;        ///< of any point of a body [m/s^2]
   bool stands = false;                    ///< nothing begins to move
+
+  /// The larger of a body's acceleration and its turning at the radius of gyration [m/s^2].
+  double size(std::size_t body, const std::array<double, 3>& acceleration) const;
 };
 
 struct RestOptions {
@@ -75,10 +85,11 @@ struct RestOptions {
   std::string solver = "auto";
   bool last_step = true;   ///< begin with the forces of the world's last step where they are in equilibrium
   bool uniqueness = true;  ///< find which forces are the only possible ones: a rank-revealing factorisation
+  ForceField field{};      ///< of the world; it does not tell, and without this its field is left out
 };
 
 /// Finds the touching points of all dynamic bodies at their present poses and solves for their forces. Loads
-/// are gravity and the forces that wait for the next step.
+/// are gravity, springs, the forces that wait for the next step, and `RestOptions::field` for bodies at rest.
 /// @throws std::invalid_argument for an unknown solver, or a dynamic body without mass
 RestAnalysis analyse_rest(const World& world, const RestOptions& options = {});
 

@@ -26,7 +26,6 @@ const char* to_string(Fate fate) {
 
 Fate fate_of(const RestAnalysis& rest) {
   if (rest.stands) return Fate::Stands;
-  const double moving = 1e-6 * std::max(rest.largest_acceleration, 1e-300);
   std::vector<std::uint8_t> supported(rest.bodies.size(), 0);
   for (const Row& row : rest.system.rows) {
     if (row.a >= 0) supported[static_cast<std::size_t>(row.a)] = 1;
@@ -34,13 +33,12 @@ Fate fate_of(const RestAnalysis& rest) {
   }
   int turning = 0, sliding = 0, falling = 0;
   for (std::size_t k = 0; k < rest.bodies.size(); ++k) {
-    const InverseMass& m = rest.system.bodies[k];
-    const double arm = m.angular > 0 ? std::sqrt(m.linear / m.angular) : 0;
     const std::array<double, 3>& a = rest.acceleration[k];
-    if (std::max(std::hypot(a[0], a[1]), arm * std::abs(a[2])) <= moving) continue;
+    const double size = rest.size(k, a);
+    if (size <= rest.rounding[k]) continue;
     if (!supported[k])
       ++falling;
-    else if (arm * std::abs(a[2]) > moving)
+    else if (rest.size(k, {0, 0, a[2]}) > std::max(rest.rounding[k], 1e-6 * size))
       ++turning;
     else
       ++sliding;

@@ -4,6 +4,7 @@
 #include "physics/statics/rest_rows.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <tuple>
@@ -39,9 +40,29 @@ class Builder {
       out_.bodies.push_back(world_.body_id(i));
       out_.system.bodies.push_back({b.inverse_mass[i], b.inverse_inertia[i]});
       out_.system.positions.push_back(b.position[i]);
-      const Vec2 force = b.mass[i] * b.gravity_scale[i] * world_.config().gravity + b.force[i];
-      out_.load.push_back({force.x, force.y, b.torque[i]});
+      const Vec2 weight = b.mass[i] * b.gravity_scale[i] * world_.config().gravity;
+      const Wrench wrench = field(i);
+      const Vec2 force = weight + b.force[i] + wrench.force;
+      out_.load.push_back({force.x, force.y, b.torque[i] + wrench.torque});
+      out_.weight.push_back(length(weight));
+      rows_.applied.push_back({length(weight) + length(b.force[i]) + length(wrench.force),
+                               std::abs(b.torque[i]) + std::abs(wrench.torque)});
     }
+    rows_.sprung.resize(out_.bodies.size(), {0, 0});
+  }
+
+  /// The field's force on a body that rests.
+  Wrench field(std::size_t i) const {
+    if (!options_.field) return {};
+    const BodyArrays& b = world_.bodies();
+    return options_.field({.body = world_.body_id(i),
+                           .position = b.position[i],
+                           .angle = b.angle[i],
+                           .velocity = {},
+                           .omega = 0,
+                           .mass = b.mass[i],
+                           .inertia = b.inertia[i],
+                           .time = world_.time()});
   }
 
   int local(BodyId body) const { return body ? local_[body.index] : -1; }
@@ -107,8 +128,13 @@ class Builder {
   }
 
   void push_load(int body, const std::array<double, 3>& J, double force) {
-    for (std::size_t c = 0; body >= 0 && c < 3; ++c)
-      out_.load[static_cast<std::size_t>(body)][c] += J[c] * force;
+    if (body < 0) return;
+    const auto i = static_cast<std::size_t>(body);
+    for (std::size_t c = 0; c < 3; ++c) out_.load[i][c] += J[c] * force;
+    for (auto* sums : {&rows_.applied, &rows_.sprung}) {
+      (*sums)[i][0] += std::abs(force) * std::hypot(J[0], J[1]);
+      (*sums)[i][1] += std::abs(force * J[2]);
+    }
   }
 
   bool may_touch(const ShapeRecord& a, const ShapeRecord& b) const {
@@ -178,8 +204,8 @@ class Builder {
     // Nothing slides yet: static friction, which is never below the other.
     const MixingRule rule = std::max(a.friction_rule, b.friction_rule);
     const auto held = [](const Material& m) { return m.static_friction.value_or(m.friction); };
-    const double mu = std::max(mix(rule, a.material.friction, b.material.friction),
-                               mix(rule, held(a.material), held(b.material)));
+    const double sliding = mix(rule, a.material.friction, b.material.friction);
+    const double mu = std::max(sliding, mix(rule, held(a.material), held(b.material)));
     const double rolling = std::max(a.material.rolling_resistance, b.material.rolling_resistance);
     for (int k = 0; k < manifold.count; ++k) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(k)];
@@ -192,7 +218,8 @@ class Builder {
       made.position = point.position;
       made.normal = manifold.normal;
       made.feature = point.feature;
-      made.mu = mu;
+      made.mu = made.held_mu = mu;
+      made.sliding_mu = sliding;
       made.row = out_.system.size();
       made.pair = pairs_;
       out_.contacts.push_back(made);
@@ -250,7 +277,7 @@ class Builder {
       if (!nearest) continue;
       const auto row = static_cast<std::size_t>(contact.row);
       rows_.last_step[row] = nearest->normal_impulse / report.h;
-      if (contact.mu > 0) rows_.last_step[row + 1] = nearest->friction_impulse / report.h;
+      if (contact.held_mu > 0) rows_.last_step[row + 1] = nearest->friction_impulse / report.h;
     }
   }
 

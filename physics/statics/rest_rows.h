@@ -15,6 +15,8 @@ struct RestRows {
   std::vector<std::array<int, 2>> of_joint;  ///< first row, and the one after the last
   std::vector<Vec2> directions;              ///< of joint rows: force on body b for a unit of the row
   std::vector<Vec2> springs;                 ///< force of each joint's spring on body b [N]
+  /// Of each body: sums of the magnitudes of its loads, springs among them, and of the springs [N, N m].
+  std::vector<std::array<double, 2>> applied, sprung;
   std::vector<double> last_step;  ///< forces of the rows in the world's last step [N]; empty: not known
 };
 

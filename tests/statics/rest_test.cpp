@@ -227,6 +227,85 @@ TEST(Rest, StaticFrictionHoldsWhatSlidingFrictionWouldNot) {
   EXPECT_EQ(fate_of(analyse_rest(world)), Fate::Stands);
 }
 
+TEST(Rest, WhatSlidesIsHeldByTheFrictionOfSliding) {
+  // Static friction 0.6 lets go on a slope of 0.7; then 0.3 acts, in statics as in the step.
+  const double angle = std::atan(0.7);
+  World world;
+  ShapeDef block = rough(make_box({1, 0.2}), 0.3);
+  block.material.static_friction = 0.6;
+  ShapeDef plane = rough(make_disc(1), 0.3);
+  plane.material.static_friction = 0.6;
+  add_ground(world, plane, angle);
+  const BodyId body = add(world, rotate(Rot::from_angle(angle), {0, 0.1}), block, 1, {}, 0, angle);
+  RestSolver solver(world);
+  const RestAnalysis rest = solver.analysis();
+  EXPECT_EQ(fate_of(rest), Fate::Slides);
+  const double expected = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
+  EXPECT_NEAR(rest.largest_acceleration, expected, 1e-9);
+  EXPECT_NEAR(pair_forces(rest)[0].grip, 1, 1e-9);
+  // Pushed up the slope it is held by static friction again.
+  EXPECT_TRUE(solver.solve({{3 * std::cos(angle), -9.81 + 3 * std::sin(angle), 0}}).stands);
+  EXPECT_NEAR(solver.solve(rest.load).largest_acceleration, expected, 1e-9);
+  for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+  EXPECT_NEAR(length(world.velocity(body)), expected, 1e-6);
+}
+
+TEST(Rest, LoadsThatBalanceLeaveRoundingAndNoFall) {
+  // Weight and spring differ by rounding: that share of what they cancel is rest.
+  for (const double stiffness : {10.0, 100.0, 1e6}) {
+    World world;
+    const BodyId load = add(world, {0, -9.81 / stiffness}, smooth(make_box({1, 0.2})));
+    world.create_joint({.kind = JointKind::Spring,
+                        .b = load,
+                        .anchor_a = {0, 2},
+                        .anchor_b = {0, -9.81 / stiffness},
+                        .length = 2,
+                        .stiffness = stiffness});
+    EXPECT_EQ(fate_of(analyse_rest(world)), Fate::Stands) << stiffness;
+  }
+}
+
+TEST(Rest, BodyThatBeginsToMoveIsSeenBesideOneThatIsPressedHard) {
+  // A light bead under a strong spring on a shelf; a block on a slope that is a little too steep for it.
+  for (const double bead : {1.0, 1e-3, 1e-6, 1e-9}) {
+    World world;
+    const double angle = std::atan(0.3) + 0.01;
+    add_ground(world, rough(make_disc(1), 0.3), angle);
+    add(world, rotate(Rot::from_angle(angle), {0, 0.5}), rough(make_box({1, 1}), 0.3), 1, {}, 0, angle);
+    const BodyId shelf = world.create_body({.type = BodyType::Static, .position = {0, 20}});
+    world.add_shape(shelf, smooth(make_box({4, 1})));
+    const BodyId ball = add(world, {0, 20.6}, smooth(make_box({0.2, 0.2})), bead);
+    world.create_joint({.kind = JointKind::Spring,
+                        .b = ball,
+                        .anchor_a = {0, 30},
+                        .anchor_b = {0, 20.6},
+                        .length = 10.4,
+                        .stiffness = 1000});
+    const RestAnalysis rest = analyse_rest(world);
+    EXPECT_EQ(fate_of(rest), Fate::Slides) << bead;
+    const double expected = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
+    EXPECT_NEAR(rest.acceleration[0][0], -expected * std::cos(angle), 1e-6) << bead;
+    EXPECT_LE(rest.size(1, rest.acceleration[1]), rest.rounding[1]) << bead;
+  }
+}
+
+TEST(Rest, AFieldActsOnWhatRestsInIt) {
+  World world(skerry::test::weightless());
+  add_ground(world, rough(make_disc(1), 0.5));
+  add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5), 2);
+  const ForceField field = [](const FieldSample& s) {
+    return Wrench{{3 - s.velocity.x, -9.81 * s.mass}, 0.25};
+  };
+  world.set_force_field(field);
+  const RestAnalysis rest = analyse_rest(world, {.field = field});
+  EXPECT_TRUE(rest.stands);
+  const std::vector<PairForce> pairs = pair_forces(rest);
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_NEAR(pairs[0].normal, 2 * 9.81, 1e-9);
+  EXPECT_NEAR(pairs[0].friction, 3, 1e-9);
+  EXPECT_NEAR(pairs[0].at.x, (3 * 0.5 - 0.25) / (2 * 9.81), 1e-9);
+}
+
 TEST(RestSolver, AColumnIsFactorisedOnceForAThousandLoads) {
   World world;
   add_ground(world, rough(make_disc(1), 0.5));
