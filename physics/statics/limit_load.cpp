@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "physics/text.h"
+
 #ifdef SKERRY_WITH_CLP
 #include <ClpSimplex.hpp>
 #include <CoinPackedMatrix.hpp>
@@ -20,6 +22,8 @@ const char* to_string(LimitStatus status) {
       return "unbounded";
     case LimitStatus::Infeasible:
       return "infeasible";
+    case LimitStatus::NoLoad:
+      return "no live load";
     case LimitStatus::Unavailable:
       return "unavailable";
     case LimitStatus::Failed:
@@ -47,6 +51,10 @@ void check(const IslandSystem& system, const BodyLoads& loads) {
   if (loads.size() != system.bodies.size())
     throw std::invalid_argument("limit load: " + std::to_string(loads.size()) + " loads for " +
                                 std::to_string(system.bodies.size()) + " bodies");
+  for (std::size_t k = 0; k < loads.size(); ++k)
+    for (const double value : loads[k])
+      if (!std::isfinite(value))
+        throw std::invalid_argument("limit load: load " + std::to_string(k + 1) + " is " + to_text(value));
 }
 
 #ifdef SKERRY_WITH_CLP
@@ -59,8 +67,6 @@ class Programme {
  public:
   Programme(const IslandSystem& system, const BodyLoads& dead, Sliding sliding)
       : system_(system), equations_(3 * static_cast<int>(system.bodies.size())) {
-    for (const auto& load : dead) force_ = std::max(force_, std::hypot(load[0], load[1]));
-    if (!(force_ > 0)) force_ = 1;
     // Torques over a typical lever, so that all equations are forces of one size.
     double sum = 0;
     int count = 0;
@@ -72,15 +78,31 @@ class Programme {
       }
     }
     if (count > 0) arm_ = sum / count;
-    for (const auto& load : dead)
-      for (std::size_t c = 0; c < 3; ++c) right_.push_back(-scaled(load, c));
-    lower_row_ = upper_row_ = right_;
+    force_ = size(dead);
+    if (!(force_ > 0)) force_ = 1;
+    for (std::size_t k = 0; k < dead.size(); ++k) {
+      const InverseMass& mass = system.bodies[k];
+      for (std::size_t c = 0; c < 3; ++c) {
+        // What cannot turn is in equilibrium there.
+        const bool held = c == 2 && mass.linear > 0 && !(mass.angular > 0);
+        const double missing = -dead[k][c] / unit(c, force_);
+        lower_row_.push_back(held ? -COIN_DBL_MAX : missing);
+        upper_row_.push_back(held ? COIN_DBL_MAX : missing);
+      }
+    }
     for (const Row& row : system.rows) add_force(row, sliding);
   }
 
-  double scaled(const std::array<double, 3>& load, std::size_t c) const {
-    return load[c] / (c == 2 ? force_ * arm_ : force_);
+  /// The largest of the loads, torques as forces at the lever.
+  double size(const BodyLoads& loads) const {
+    double largest = 0;
+    for (const auto& load : loads)
+      largest = std::max({largest, std::hypot(load[0], load[1]), std::abs(load[2]) / arm_});
+    return largest;
   }
+
+  /// What counts as 1 in an equation if a force of `force` does.
+  double unit(std::size_t c, double force) const { return c == 2 ? force * arm_ : force; }
 
   /// Adds a column of the equations; `values` one a body component.
   void add_column(const std::vector<double>& values, double upper, double cost) {
@@ -131,8 +153,8 @@ class Programme {
     add(row.b, row.Jb);
     const bool bounded = row.normal >= 0;
     const bool free_friction = row.kind == RowKind::Friction && sliding == Sliding::None;
-    lower_.push_back(bounded || row.lower < 0 ? -COIN_DBL_MAX : 0);
-    upper_.push_back(COIN_DBL_MAX);
+    lower_.push_back(bounded || row.lower == -kInfinity ? -COIN_DBL_MAX : row.lower / force_);
+    upper_.push_back(bounded || row.upper == kInfinity ? COIN_DBL_MAX : row.upper / force_);
     cost_.push_back(0);
     if (bounded && !free_friction) {
       for (const double sign : {-1.0, 1.0}) {
@@ -151,7 +173,7 @@ class Programme {
   double force_ = 0, arm_ = 1;
   int columns_ = 0;
   std::vector<int> rows_, at_;
-  std::vector<double> values_, lower_, upper_, cost_, right_, lower_row_, upper_row_;
+  std::vector<double> values_, lower_, upper_, cost_, lower_row_, upper_row_;
   ClpSimplex simplex_;
 };
 
@@ -166,10 +188,15 @@ LimitLoad limit_load(const IslandSystem& system, const BodyLoads& dead, const Bo
   LimitLoad result;
 #ifdef SKERRY_WITH_CLP
   Programme programme(system, dead, sliding);
-  std::vector<double> values;
-  for (const auto& load : live)
-    for (std::size_t c = 0; c < 3; ++c) values.push_back(programme.scaled(load, c));
-  programme.add_column(values, COIN_DBL_MAX, -1);
+  // Its own scale: a live load that is tiny beside the dead one is a load all the same.
+  const double live_force = programme.size(live);
+  const bool loaded = live_force > 0;
+  if (loaded) {
+    std::vector<double> values;
+    for (const auto& load : live)
+      for (std::size_t c = 0; c < 3; ++c) values.push_back(load[c] / programme.unit(c, live_force));
+    programme.add_column(values, COIN_DBL_MAX, -1);
+  }
   const int status = programme.solve();
   if (status == 1 || status == 2) {
     result.status = status == 1 ? LimitStatus::Infeasible : LimitStatus::Unbounded;
@@ -177,8 +204,9 @@ LimitLoad limit_load(const IslandSystem& system, const BodyLoads& dead, const Bo
     return result;
   }
   if (status != 0) return result;
-  result.status = LimitStatus::Optimal;
-  result.factor = programme.solution()[system.rows.size()];
+  result.status = loaded ? LimitStatus::Optimal : LimitStatus::NoLoad;
+  if (!loaded) return result;
+  result.factor = programme.solution()[system.rows.size()] * programme.force() / live_force;
   for (std::size_t i = 0; i < system.rows.size(); ++i)
     result.forces.push_back(programme.force() * programme.solution()[i]);
   // The dual of an equation is the velocity along it; scaled so that the live load's power is 1.
@@ -216,7 +244,7 @@ double missing_support(const IslandSystem& system, const BodyLoads& loads, Slidi
   if (programme.solve() != 0) return kInfinity;
   double sum = 0;
   for (const auto& load : loads)
-    for (std::size_t c = 0; c < 3; ++c) sum += std::abs(programme.scaled(load, c));
+    for (std::size_t c = 0; c < 3; ++c) sum += std::abs(load[c]) / programme.unit(c, programme.force());
   return sum > 0 ? programme.objective() / sum : 0;
 #else
   (void)sliding;

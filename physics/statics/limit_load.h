@@ -33,6 +33,7 @@ enum class LimitStatus : std::uint8_t {
   Optimal,
   Unbounded,    ///< any multiple of the live load is carried
   Infeasible,   ///< not even the dead load is carried
+  NoLoad,       ///< the dead load is carried, and there is no live load
   Unavailable,  ///< built without COIN-OR Clp
   Failed,       ///< the LP solver gave up
 };
@@ -52,8 +53,9 @@ bool limit_load_available();
 std::string limit_load_missing();
 
 /// Solves the linear programme. `system.rows` decide: Normal, Friction (after its Normal), Rolling, Joint,
-/// Limit; inverse masses are not looked at. @param dead, live  one entry a body
-/// @throws std::invalid_argument if sizes differ or the system is not valid
+/// Limit, Motor (up to its largest force). Of inverse masses only one thing is looked at: a body that has a
+/// mass and no inverse moment of inertia is held against turning. @param dead, live  one entry a body
+/// @throws std::invalid_argument if sizes differ, a load is not finite or the system is not valid
 LimitLoad limit_load(const IslandSystem& system, const BodyLoads& dead, const BodyLoads& live,
                      Sliding sliding = Sliding::Coulomb);
 

@@ -2,17 +2,26 @@
 #include "physics/statics/stability.h"
 
 #include <cmath>
+#include <utility>
 
 namespace skerry::statics {
 
 Stability stability_of(const RestAnalysis& rest) {
   Stability result;
   result.margin = kInfinity;
+  // What is left of the accelerations (springs settle to rounding only) would be a load that nothing carries.
+  BodyLoads dead = rest.load;
+  for (std::size_t k = 0; k < dead.size(); ++k) {
+    const InverseMass& m = rest.system.bodies[k];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double inverse = c == 2 ? m.angular : m.linear;
+      if (inverse > 0) dead[k][c] -= rest.acceleration[k][c] / inverse;
+    }
+  }
   for (const bool to_left : {false, true}) {
     BodyLoads live;
-    for (const auto& load : rest.load)
-      live.push_back({(to_left ? -1 : 1) * std::hypot(load[0], load[1]), 0, 0});
-    LimitLoad limit = limit_load(rest.system, rest.load, live);
+    for (const double weight : rest.weight) live.push_back({to_left ? -weight : weight, 0, 0});
+    LimitLoad limit = limit_load(rest.system, dead, live);
     const bool optimal = limit.status == LimitStatus::Optimal;
     if (!optimal && limit.status != LimitStatus::Unbounded) {
       result.status = limit.status;
@@ -38,7 +47,7 @@ Stability stability_of(const RestAnalysis& rest) {
   };
   for (std::size_t i = 0; i < rest.contacts.size() && !result.limit.mechanism.empty(); ++i) {
     const auto row = static_cast<std::size_t>(rest.contacts[i].row);
-    const double opening = speed(row), sliding = rest.contacts[i].mu > 0 ? speed(row + 1) : 0;
+    const double opening = speed(row), sliding = rest.contacts[i].held_mu > 0 ? speed(row + 1) : 0;
     // Associated flow opens by mu times the slip: that much is sliding.
     const bool slides = sliding > 0 && opening <= rest.contacts[i].mu * sliding * (1 + 1e-6);
     const double size = slides ? sliding : opening;

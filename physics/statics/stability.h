@@ -19,8 +19,8 @@ struct Stability {
   bool slides = false;   ///< it slides; otherwise it opens
 };
 
-/// Limit analysis of the contacts and joints of `rest` with its own loads dead, and their weights sideways
-/// live.
+/// Limit analysis of the contacts and joints of `rest`, which stands, with its own loads dead (springs and
+/// forces stay what they are), and the weights of its bodies sideways live. Without weights: `NoLoad`.
 Stability stability_of(const RestAnalysis& rest);
 
 }  // namespace skerry::statics
