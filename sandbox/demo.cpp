@@ -215,6 +215,9 @@ const std::vector<Note>& Demo::notes() const {
 const World& Demo::world() const {
   return *script_->world;
 }
+ForceField Demo::force_field() const {
+  return script_->world->callbacks().field;
+}
 const RunTotals& Demo::totals() const {
   return script_->totals;
 }
@@ -261,6 +264,19 @@ void Demo::observe(Observe what) {
   script_->observe();
 }
 
+bool Demo::call_before_step() {
+  Script& script = *script_;
+  const double time = script.time();
+  // Vectors may grow while callbacks run, hence the indices.
+  for (std::size_t i = 0; i < script.step_callbacks.size(); ++i)
+    script.host.call(script.step_callbacks[i], 0, [&](lua_State* state) {
+      lua_pushnumber(state, time);
+      lua_pushnumber(state, script.dt);
+      return 2;
+    });
+  return !script.step_callbacks.empty();
+}
+
 void Demo::step() {
   Script& script = *script_;
   const double time = script.time();
@@ -271,12 +287,7 @@ void Demo::step() {
     script.appointments[i].done = true;
     script.host.call(script.appointments[i].function, 0);
   }
-  for (std::size_t i = 0; i < script.step_callbacks.size(); ++i)
-    script.host.call(script.step_callbacks[i], 0, [&](lua_State* state) {
-      lua_pushnumber(state, time);
-      lua_pushnumber(state, script.dt);
-      return 2;
-    });
+  call_before_step();
   // From here on they are looked for.
   for (std::size_t i = 0; i < script.crossings.size(); ++i) {
     if (script.crossings[i].known) continue;

@@ -143,6 +143,7 @@ class Demo {
   const std::vector<Note>& notes() const;
 
   const World& world() const;
+  ForceField force_field() const;  ///< that of the world; empty without one
   const std::vector<BridgeView>& bridges() const;
   /// Turns observers on for overlays; those that the script needs stay on.
   void observe(Observe what);
@@ -182,6 +183,9 @@ class Demo {
   void adopt(World world);
   /// Whether the script does something while it runs (`on_step`, `at`).
   bool has_callbacks() const;
+  /// Calls what the script does before every step (`on_step`), so that its forces wait for the next one.
+  /// Others than `step` may for a last look: the next step would do it again. @return whether there is any
+  bool call_before_step();
 
  private:
   std::unique_ptr<struct Script> script_;

@@ -20,6 +20,7 @@
 #include "sandbox/errors.h"
 #include "sandbox/loop.h"
 #include "sandbox/lua_args.h"
+#include "sandbox/names.h"
 #include "sandbox/overlays/plot.h"
 #include "sandbox/picture_options.h"
 #include "sandbox/progress.h"
@@ -63,9 +64,9 @@ Json pair_json(Vec2 v) {
   return Json::array({v.x, v.y});
 }
 
-void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
+void analyse_bodies(const Demo& demo, bool pushed, Json& json, std::ostream& text) {
   const World& world = demo.world();
-  const RestAnalysis rest = analyse_rest(world);
+  const RestAnalysis rest = analyse_rest(world, {.field = demo.force_field()});
   if (rest.bodies.empty()) return;
   const Fate fate = fate_of(rest);
   json["fate"] = to_string(fate);
@@ -77,6 +78,11 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
        << rest.contacts.size() << " contact points";
   if (rest.indeterminacy > 0) text << ", " << rest.indeterminacy << " times statically indeterminate";
   text << ")\n";
+  std::vector<std::string> more;
+  if (demo.force_field()) more.emplace_back("the force field, as it acts on what rests");
+  if (pushed) more.emplace_back("the forces of on_step at this moment");
+  json["loads_of_the_script"] = more;
+  if (!more.empty()) text << "  among the loads: " << join(more, "; ") << '\n';
   double speed = 0;
   for (const BodyId body : rest.bodies)
     speed = std::max(speed, length(world.velocity(body)) + std::abs(world.omega(body)));
@@ -128,6 +134,10 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
   }
   const Stability stability = stability_of(rest);
   json["margin"] = {{"status", to_string(stability.status)}};
+  if (stability.status == LimitStatus::NoLoad) {
+    text << "  margin: none, nothing has a weight\n";
+    return;
+  }
   if (stability.status == LimitStatus::Unbounded) {
     text << "  margin: no push sideways moves it\n";
     return;
@@ -144,13 +154,16 @@ void analyse_bodies(const Demo& demo, Json& json, std::ostream& text) {
   json["margin"]["horizontal_acceleration_over_gravity"] = stability.margin;
   json["margin"]["direction"] = side;
   json["margin"]["governing_contact"] = governing;
-  json["margin"]["mode"] = stability.slides ? "slides" : "opens";
+  const std::string mode = stability.contact < 0 ? "none" : stability.slides ? "slides" : "opens";
+  json["margin"]["mode"] = mode;
   json["margin"]["upper_bound"] = stability.slides;
   char tilt[32];
   std::snprintf(tilt, sizeof tilt, "%.1f", std::atan(stability.margin) * 180 / kPi);
   text << "  margin: " << percent(stability.margin) << " of gravity sideways (a tilt of " << tilt
-       << " degrees), weakest " << side << "; then " << governing << (stability.slides ? " slides" : " opens")
-       << '\n';
+       << " degrees), weakest " << side;
+  // Without a contact it goes in its joints, or hangs on springs.
+  if (stability.contact >= 0) text << "; then " << governing << ' ' << mode;
+  text << '\n';
   if (stability.slides) text << "  where contacts slide the margin is an upper bound (associated flow)\n";
 }
 
@@ -258,12 +271,15 @@ int analyze(const Options& options, const Io& io) {
   // At 0 the world is looked at as the script made it, before any step.
   if (options.at > 0 && !run_loop(demo, {}, callbacks)) return kGood;
 
+  // The next step would begin with it.
+  const bool pushed = demo.call_before_step();
+
   Json json;
   std::ostringstream text;
   json["demo"] = demo.name();
   json["time"] = demo.time();
   analyse_bridges(demo, json, text);
-  analyse_bodies(demo, json, text);
+  analyse_bodies(demo, pushed, json, text);
   if (text.str().empty()) text << demo.name() << ": nothing that could move\n";
   if (options.json)
     io.out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';

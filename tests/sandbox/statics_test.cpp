@@ -19,7 +19,9 @@ namespace statics_test {
 
 using statics::RestAnalysis;
 using statics::RestContact;
+using testing::Eq;
 using testing::HasSubstr;
+using testing::Not;
 
 using statics::PairForce;
 
@@ -214,6 +216,47 @@ TEST(Analyze, TellsWhatSlidesTipsAndFalls) {
       HasSubstr("tips"));
   EXPECT_THAT(fate("disc{ at = {0, 3}, radius = 1 }"), HasSubstr("falls"));
   EXPECT_THAT(fate(""), HasSubstr("nothing that could move"));
+}
+
+TEST(Analyze, TheFieldAndWhatTheScriptPushesAreAmongTheLoads) {
+  const TemporaryFolder folder;
+  const auto analysis = [&](const std::string& script) {
+    return run({"analyze", folder.write("scene.lua", "demo{ title = \"x\", friction = 0.5, " + script)}).out;
+  };
+  const std::string block = "ground{}\nlocal b = box{ at = {0, 0.5}, size = {4, 1}, mass = 1 }\n";
+  const std::string plain = analysis("}\n" + block);
+  EXPECT_THAT(plain, HasSubstr("stands"));
+  EXPECT_THAT(plain, Not(HasSubstr("among the loads")));
+  // 4.5 N of 4.905 N of friction.
+  const std::string pushed = analysis("}\n" + block + "on_step(function() b:force(4.5, 0) end)");
+  EXPECT_THAT(pushed, HasSubstr("stands"));
+  EXPECT_THAT(pushed, HasSubstr("among the loads: the forces of on_step at this moment"));
+  EXPECT_THAT(pushed, HasSubstr("91.7 % of its friction"));
+  const std::string blown = analysis("}\n" + block + "field(function() return 4.5, 0 end)");
+  EXPECT_THAT(blown, HasSubstr("among the loads: the force field, as it acts on what rests\n"));
+  EXPECT_THAT(blown, HasSubstr("91.7 % of its friction"));
+  EXPECT_THAT(analysis("}\n" + block + "field(function() return 4.5, 0 end)\nfield()"), Eq(plain));
+  // Without gravity the field presses, and nothing has a weight.
+  const std::string light =
+      analysis("gravity = {0, 0} }\n" + block + "field(function(x, y, vx, vy, m) return 0, -9.81 * m end)");
+  EXPECT_THAT(light, HasSubstr("stands"));
+  if (statics::limit_load_available()) {
+    EXPECT_THAT(light, HasSubstr("margin: none, nothing has a weight"));
+  }
+}
+
+TEST(Analyze, WhatHangsOnASpringStands) {
+  const TemporaryFolder folder;
+  const std::string text =
+      run({"analyze",
+           folder.write("scene.lua",
+                        "demo{ title = \"x\" }\nlocal b = box{ at = {0, -0.0981}, size = {1, 0.2}, "
+                        "mass = 1 }\nspring{ from = {0, 2}, to = b, length = 2, stiffness = 100 }")})
+          .out;
+  EXPECT_THAT(text, HasSubstr("stands"));
+  if (statics::limit_load_available()) {
+    EXPECT_THAT(text, HasSubstr("weakest to the right\n"));
+  }
 }
 
 TEST(Analyze, WritesJsonPictureAndInfluenceLine) {
