@@ -29,7 +29,8 @@ Stability stability_of(const RestAnalysis& rest) {
       return result;
     }
     if (result.status == LimitStatus::Failed) result.status = limit.status;
-    if (optimal && limit.factor < result.margin) {
+    // Rounding does not choose a side: of two that are alike the right one is named.
+    if (optimal && limit.factor < result.margin * (1 - 1e-9)) {
       result.status = limit.status;
       result.margin = limit.factor;
       result.to_left = to_left;
