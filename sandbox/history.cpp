@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "sandbox/bridge_view.h"
+
 namespace skerry::sandbox {
 namespace {
 
@@ -135,6 +137,7 @@ History::History(const Demo& demo, bool keep_systems, double flash_seconds)
     : keep_systems_(keep_systems), flash_seconds_(flash_seconds) {
   add_sample(sample_of(demo.world(), 0, 0));
   look_at_bodies(demo.world());
+  look_at_bridges(demo);
 }
 
 void History::add_sample(const LedgerSample& sample) {
@@ -170,6 +173,15 @@ void History::look_at_bodies(const World& world) {
     if (!bodies.alive[i]) continue;
     fastest_ = std::max(fastest_, length(bodies.velocity[i]));
     largest_mass_ = std::max(largest_mass_, bodies.mass[i]);
+  }
+}
+
+void History::look_at_bridges(const Demo& demo) {
+  for (const BridgeView& view : demo.bridges()) {
+    for (const statics::Reaction& reaction : standing_reactions(*view.bridge))
+      largest_reaction_ = std::max(largest_reaction_, length(reaction.force));
+    for (const BendingMoments& moments : bending_moments(*view.bridge))
+      for (const double moment : moments) largest_moment_ = std::max(largest_moment_, std::abs(moment));
   }
 }
 
@@ -215,6 +227,7 @@ void History::update(const Demo& demo) {
   const StepReport& report = world.report();
   now_ = demo.time();
   look_at_bodies(world);
+  look_at_bridges(demo);
   add_sample({now_, report.kinetic_energy, report.potential_energy, report.momentum, report.angular_momentum,
               report.worst_residual});
   look_at_contacts(world);

@@ -127,6 +127,9 @@ class History {
   double largest_force() const { return largest_force_; }
   /// Contact forces up to this are rounding noise [N].
   double force_floor(const World& world) const;
+  /// Largest support reaction [N] and bending moment [N m] of bridges so far, likewise.
+  double largest_reaction() const { return largest_reaction_; }
+  double largest_moment() const { return largest_moment_; }
   double fastest() const { return fastest_; }  ///< largest speed so far [m/s]
   double now() const { return now_; }          ///< time that is shown [s]
 
@@ -143,8 +146,10 @@ class History {
   std::vector<Beat> beats_;
   std::array<double, kStageCount> stage_seconds_{};
   double largest_impulse_ = 0, largest_force_ = 0, fastest_ = 0, largest_mass_ = 0;
+  double largest_reaction_ = 0, largest_moment_ = 0;
 
   void look_at_bodies(const World& world);
+  void look_at_bridges(const Demo& demo);
   void look_at_contacts(const World& world);
   void look_at_systems(const World& world);
   void add_sample(const LedgerSample& sample);

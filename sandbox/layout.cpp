@@ -125,9 +125,10 @@ Legend::Legend(const render::Camera& camera, const render::Style& style, render:
 }
 
 void Legend::make_room(double width) {
+  begin_ = x_;
   if (x_ + width <= right_ || x_ <= kMarginPx * scale_) return;
-  x_ = kMarginPx * scale_;
-  y_ -= 21 * scale_;
+  begin_ = x_ = kMarginPx * scale_;
+  y_ -= kLegendRowPx * scale_;
   right_ = scene_right_;
 }
 
@@ -139,7 +140,10 @@ void Legend::text(const std::string& text) {
                            .size_px = style_.small_text_px,
                            .anchor = render::Anchor::Right,
                            .offset_px = 0});
-  x_ += (render::text_width(text, style_.small_text_px) + 26) * scale_;
+  const double right = x_ + render::text_width(text, style_.small_text_px) * scale_;
+  const double half = 0.5 * kLegendRowPx * scale_;
+  boxes_.push_back({begin_, y_ - half, right, y_ + half});
+  x_ = right + 26 * scale_;
 }
 
 void Legend::arrow(render::Color color, double length_px, const std::string& words) {
@@ -172,19 +176,30 @@ void Legend::swatch(render::Paint paint, const std::string& words) {
   text(words);
 }
 
+void Legend::bar(render::Color color, double length_px, const std::string& words) {
+  make_room(length_px + (8 + render::text_width(words, style_.small_text_px)) * scale_);
+  ticked(x_, x_ + length_px, y_, color);
+  x_ += length_px + 8 * scale_;
+  text(words);
+}
+
+void Legend::ticked(double left, double right, double y, render::Color color) {
+  const double tick = 4 * scale_;
+  const auto line = [&](render::Point from, render::Point to) {
+    layer_.lines.push_back({.from = from, .to = to, .color = color, .width_px = 1.5f});
+  };
+  line(at(left, y), at(right, y));
+  line(at(left, y - tick), at(left, y + tick));
+  line(at(right, y - tick), at(right, y + tick));
+}
+
 void Legend::length_bar(double metres, double right_edge_px) {
   const double length = metres * camera_.pixels_per_metre();
   const double right = right_edge_px - kMarginPx * scale_;
   const double left = right - length;
-  const double tick = 4 * scale_;
-  const auto line = [&](render::Point from, render::Point to) {
-    layer_.lines.push_back({.from = from, .to = to, .color = style_.text, .width_px = 1.5f});
-  };
   const std::string text = round_amount(metres, "m");
   right_ = left - (16 + render::text_width(text, style_.small_text_px)) * scale_;
-  line(at(left, bottom_), at(right, bottom_));
-  line(at(left, bottom_ - tick), at(left, bottom_ + tick));
-  line(at(right, bottom_ - tick), at(right, bottom_ + tick));
+  ticked(left, right, bottom_, style_.text);
   layer_.labels.push_back({.at = at(left, bottom_),
                            .text = text,
                            .color = style_.text,

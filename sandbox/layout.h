@@ -15,8 +15,9 @@
 namespace skerry::sandbox {
 
 inline constexpr double kMarginPx = 14;
-inline constexpr double kHeaderPx = 78;   ///< title and two lines of lesson
-inline constexpr double kFooterPx = 40;   ///< legends and the length scale
+inline constexpr double kHeaderPx = 78;  ///< title and two lines of lesson
+inline constexpr double kFooterPx = 40;  ///< legends and the length scale
+inline constexpr double kLegendRowPx = 21;
 inline constexpr double kColumnPx = 404;  ///< panels
 /// Pictures with fewer lines show the scene alone: words would be larger than what they are about.
 inline constexpr int kLeastLinesForWords = 160;
@@ -68,6 +69,11 @@ class PanelLayout {
   std::vector<std::size_t> column_;  ///< by panel
 };
 
+/// A part of the picture [px].
+struct PixelBox {
+  double left, top, right, bottom;
+};
+
 /// Entries from left to right along the lower edge; each shows what a colour or an arrow's length means.
 class Legend {
  public:
@@ -79,22 +85,33 @@ class Legend {
   void arrow(render::Color color, double length_px, const std::string& text);
   void marker(render::Color fill, render::Color outline, const std::string& text);
   void swatch(render::Paint paint, const std::string& text);
+  /// A bar between two ticks: what so many pixels mean.
+  void bar(render::Color color, double length_px, const std::string& text);
   /// A bar of `metres` at the right edge; entries that would run into it begin a second line above the first.
   void length_bar(double metres, double right_edge_px);
+
+  double top() const { return y_ - kLegendRowPx * 0.5 * scale_; }  ///< of the highest line [px]
+  /// What an overlay shows above the lines.
+  void occupy(const PixelBox& box) { boxes_.push_back(box); }
+  /// What all entries cover, but for the length bar.
+  const std::vector<PixelBox>& boxes() const { return boxes_; }
 
  private:
   render::Point at(double x, double y) const { return camera_.to_world({x, y}); }
   void make_room(double width);
   void text(const std::string& text);
+  void ticked(double left, double right, double y, render::Color color);
 
+  std::vector<PixelBox> boxes_;
   double scene_right_;
   const render::Camera& camera_;
   const render::Style& style_;
   render::DrawLayer& layer_;
   double scale_;
-  double x_, y_;   ///< where the next entry begins, and the middle line [px of the picture]
-  double right_;   ///< where entries have to end
-  double bottom_;  ///< middle line of the first line
+  double x_, y_;      ///< where the next mark or text begins, and the middle line [px of the picture]
+  double begin_ = 0;  ///< of the entry
+  double right_;      ///< where entries have to end
+  double bottom_;     ///< middle line of the first line
 };
 
 /// A round amount with its unit: "0.5 N", but "5 mN" and "100 kN", as labels have them.

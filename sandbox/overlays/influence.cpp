@@ -30,16 +30,15 @@ void show_influence(const PanelContext& context) {
     chart.x_name = "load at x [m]";
     chart.x_high = bridge.deck_length();
     chart.last_values = false;
-    // Axles are strokes from the axis to the line.
-    Curve axles{"axles", style.force, {}, {}};
+    // Axles are strokes from the axis to the line, a curve each: turning round would make needles of them.
+    const char* name = "axles";
+    chart.curves = {{"force per unit of load", style.friction, line.x, line.value}};
     for (const statics::Bridge::Axle& axle : bridge.axles()) {
       const double x = axle.station;
       if (x < 0 || x > bridge.deck_length()) continue;
-      axles.x.insert(axles.x.end(), {x, x, x});
-      axles.y.insert(axles.y.end(), {0, bridge.influence_at(*view.influence, x), 0});
+      chart.curves.push_back({name, style.force, {x, x}, {0, bridge.influence_at(*view.influence, x)}});
+      name = "";
     }
-    chart.curves = {{"force per unit of load", style.friction, line.x, line.value}};
-    if (!axles.x.empty()) chart.curves.push_back(axles);
     draw_chart(chart, style, panel.at(0, 0), panel.width(), kInfluencePx - 20, context.scale, context.sheet);
     const statics::MemberState& state = bridge.members()[static_cast<std::size_t>(view.influence->index)];
     const auto [low, high] = std::minmax_element(line.value.begin(), line.value.end());

@@ -8,8 +8,10 @@
 
 namespace skerry::sandbox {
 
-bool LabelPlacer::covered(const Box& box) const {
-  return std::any_of(taken_.begin(), taken_.end(), [&](const Box& other) {
+bool LabelPlacer::covered(const PixelBox& box) const {
+  if (box.left < 0 || box.top < 0 || box.right > camera_.width_px || box.bottom > camera_.height_px)
+    return true;
+  return std::any_of(taken_.begin(), taken_.end(), [&](const PixelBox& other) {
     return box.left < other.right && other.left < box.right && box.top < other.bottom &&
            other.top < box.bottom;
   });
@@ -81,7 +83,7 @@ bool LabelPlacer::add(Vec2 at, const std::string& text, render::Color color,
       if (place.anchor == Anchor::Left) x = px.x - gap - width;
       if (place.anchor == Anchor::Above) y = middle - gap - height;
       if (place.anchor == Anchor::Below) y = middle + gap;
-      const Box box{x - 2, y - 2, x + width + 2, y + height + 2};
+      const PixelBox box{x - 2, y - 2, x + width + 2, y + height + 2};
       if (covered(box) || (strict && crossed(box))) continue;
       taken_.push_back(box);
       layer_.labels.push_back({.at = place.down == 0 ? to_point(at) : camera_.to_world({px.x, middle}),

@@ -11,11 +11,12 @@
 #include "render/camera.h"
 #include "render/draw_list.h"
 #include "render/style.h"
+#include "sandbox/layout.h"
 #include "sandbox/scene_view.h"
 
 namespace skerry::sandbox {
 
-/// Places labels beside their points; one that finds no free side is left out.
+/// Places labels beside their points; one that finds no free side within the picture is left out.
 class LabelPlacer {
  public:
   LabelPlacer(const render::Camera& camera, const render::Style& style, render::DrawLayer& layer)
@@ -30,16 +31,13 @@ class LabelPlacer {
   /// The same, below or above the point, else beside it off the horizontal through it.
   bool add_off_edges(Vec2 at, const std::string& text, render::Color color);
 
-  /// Later labels stay off this line.
+  /// Later labels stay off this line, and off this box.
   void avoid(Vec2 from, Vec2 to);
+  void avoid(const PixelBox& box) { taken_.push_back(box); }
   /// Later labels stay off this line where there is a place that does.
   void shun(Vec2 from, Vec2 to);
 
  private:
-  struct Box {
-    double left, top, right, bottom;
-  };
-
   /// Where a label may stand: at a side of its point, `offset` from it, moved down by `down` [px of the
   /// style].
   struct Place {
@@ -48,14 +46,14 @@ class LabelPlacer {
   };
 
   bool add(Vec2 at, const std::string& text, render::Color color, const std::vector<Place>& places);
-  bool covered(const Box& box) const;
-  bool crossed(const Box& box) const;
+  bool covered(const PixelBox& box) const;
+  bool crossed(const PixelBox& box) const;
 
   const render::Camera& camera_;
   const render::Style& style_;
   render::DrawLayer& layer_;
   double scale_;
-  std::vector<Box> taken_;
+  std::vector<PixelBox> taken_;
   std::vector<std::pair<render::Point, render::Point>> lines_;  ///< that are shunned [px of the picture]
 };
 

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "render/gl_renderer.h"
 #include "sandbox/bridge_view.h"
 #include "sandbox/layout.h"
 #include "sandbox/overlays/labels.h"
+#include "sandbox/overlays/panel.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/scene_view.h"
 
@@ -19,8 +21,9 @@ using statics::Bridge;
 using statics::BridgePiece;
 using statics::MemberState;
 
-constexpr double kLongestArrow = 0.1;   // of the picture's height
-constexpr double kMomentHeight = 0.09;  // of the largest bending moment, likewise
+constexpr double kLongestArrow = 0.12;  // of the largest reaction so far, as a share of the picture's height
+constexpr double kMomentHeight = 0.11;  // of the largest bending moment so far, likewise
+constexpr std::size_t kMostBreaks = 4;  // the first ones tell the story
 
 /// Vermilion for compression, blue for tension: apart for every kind of colour vision, and both darker the
 /// more a member carries.
@@ -36,8 +39,8 @@ render::Color use_color(const render::Style& style, double use) {
 std::string force_text(double newton) {
   char text[32];
   const double size = std::abs(newton);
-  if (size >= 1e6)
-    std::snprintf(text, sizeof text, "%.3g MN", newton / 1e6);
+  if (size >= 999500)
+    std::snprintf(text, sizeof text, "%.*f MN", size < 9.995e6 ? 2 : size < 99.95e6 ? 1 : 0, newton / 1e6);
   else if (size >= 999.5)
     std::snprintf(text, sizeof text, "%.*f kN", size < 99950 ? 1 : 0, newton / 1e3);
   else
@@ -49,17 +52,6 @@ std::string percent(double share) {
   char text[24];
   std::snprintf(text, sizeof text, "%.0f %%", 100 * std::abs(share));
   return text;
-}
-
-void add_label(const OverlayContext& context, render::DrawLayer& layer, Vec2 at, const std::string& text,
-               render::Color color, render::Anchor anchor = render::Anchor::Centre, float offset = 6) {
-  layer.labels.push_back({.at = to_point(at),
-                          .text = text,
-                          .color = color,
-                          .halo = context.style.halo,
-                          .size_px = context.style.small_text_px,
-                          .anchor = anchor,
-                          .offset_px = offset});
 }
 
 /// Where the ends of a piece are now.
@@ -130,41 +122,45 @@ void draw_supports(const OverlayContext& context, const Bridge& bridge, render::
   }
 }
 
-// The bending moment of a beam on the side that it stretches.
-void draw_moments(const OverlayContext& context, const Bridge& bridge, render::DrawLayer& layer) {
-  constexpr int kSections = 12;
-  const statics::Structure& structure = bridge.def().structure;
-  double largest = 0;
-  statics::Response ends;
-  ends.members.resize(structure.members.size());
-  std::vector<std::array<double, kSections + 1>> moments(structure.members.size());
-  for (std::size_t m = 0; m < structure.members.size(); ++m) {
-    const MemberState& state = bridge.members()[m];
-    ends.members[m] = {state.axial, state.moment_a, state.moment_b};
-    if (structure.members[m].kind != statics::MemberKind::Beam || state.broken) continue;
-    for (int i = 0; i <= kSections; ++i) {
-      moments[m][static_cast<std::size_t>(i)] =
-          statics::section_force(structure, bridge.load(), ends, static_cast<int>(m),
-                                 static_cast<double>(i) / kSections)
-              .moment;
-      largest = std::max(largest, std::abs(moments[m][static_cast<std::size_t>(i)]));
-    }
+/// Metres in the picture for a unit, by the largest amount so far, and the round amount that the legend
+/// shows.
+struct Lengths {
+  double metres_per_unit = 0;
+  double amount = 0;
+
+  Lengths(const OverlayContext& context, double share, double largest) {
+    if (!(largest > 0)) return;
+    metres_per_unit = round_down(share * context.camera.height / largest);
+    amount = round_down_125(largest);
   }
-  if (!(largest > 0)) return;
-  const double scale = kMomentHeight * context.camera.height / largest;
+  double legend_px(const OverlayContext& context) const {
+    return amount * metres_per_unit * context.camera.pixels_per_metre();
+  }
+};
+
+/// The largest bending moment of a bridge: where its diagram is, and the value.
+struct Summit {
+  Vec2 at;
+  double value = 0;
+};
+
+// The bending moment of a beam on the side that it stretches.
+Summit draw_moments(const OverlayContext& context, const Bridge& bridge, const Lengths& lengths,
+                    render::DrawLayer& layer) {
+  const statics::Structure& structure = bridge.def().structure;
+  const std::vector<BendingMoments> moments = bending_moments(bridge);
   const render::Color color = context.style.force;
-  double at_value = 0;
-  Vec2 at_place{};
+  Summit summit;
   for (std::size_t m = 0; m < structure.members.size(); ++m) {
     if (structure.members[m].kind != statics::MemberKind::Beam || bridge.members()[m].broken) continue;
     const Vec2 a = structure.nodes[static_cast<std::size_t>(structure.members[m].a)].at;
     const Vec2 b = structure.nodes[static_cast<std::size_t>(structure.members[m].b)].at;
     const Vec2 right = -perp((b - a) / length(b - a));
     Vec2 last = a;
-    for (int i = 0; i <= kSections; ++i) {
-      const double value = moments[m][static_cast<std::size_t>(i)];
-      const Vec2 foot = a + (static_cast<double>(i) / kSections) * (b - a);
-      const Vec2 tip = foot + scale * value * right;
+    for (std::size_t i = 0; i <= kMomentSections; ++i) {
+      const double value = moments[m][i];
+      const Vec2 foot = a + (static_cast<double>(i) / kMomentSections) * (b - a);
+      const Vec2 tip = foot + lengths.metres_per_unit * value * right;
       if (i > 0) {
         layer.lines.push_back({.from = to_point(last), .to = to_point(tip), .color = color, .width_px = 2});
         context.labels.avoid(last, tip);
@@ -174,57 +170,89 @@ void draw_moments(const OverlayContext& context, const Bridge& bridge, render::D
                              .color = render::faded(color, 0.35),
                              .width_px = 1.2f});
       last = tip;
-      if (std::abs(value) > std::abs(at_value)) {
-        at_value = value;
-        at_place = tip;
-      }
+      if (std::abs(value) > std::abs(summit.value)) summit = {tip, value};
     }
   }
-  std::string text = force_text(std::abs(at_value));
-  text += " m";  // N m, kN m
-  const render::Anchor outside = at_value > 0 ? render::Anchor::Below : render::Anchor::Above;
-  context.labels.add(at_place, text, color, {outside, render::Anchor::Right, render::Anchor::Left}, 6);
-  context.legend.swatch({render::faded(color, 0.35), color}, "bending moment, on the stretched side");
+  return summit;
 }
 
-// Axle loads from above, reactions from below.
-void draw_forces(const OverlayContext& context, const Bridge& bridge, render::DrawLayer& layer) {
+void label_summit(const OverlayContext& context, const Summit& summit) {
+  if (summit.value == 0) return;
+  const render::Anchor outside = summit.value > 0 ? render::Anchor::Below : render::Anchor::Above;
+  context.labels.add(summit.at, force_text(std::abs(summit.value)) + " m",  // N m, kN m
+                     context.style.force, {outside, render::Anchor::Right, render::Anchor::Left}, 6);
+}
+
+/// A reaction as an arrow towards its support.
+struct ReactionArrow {
+  Vec2 tail, along;  ///< [m]
+  double force = 0;  ///< [N]
+  bool up = false;
+};
+
+std::vector<ReactionArrow> draw_reactions(const OverlayContext& context, const Bridge& bridge,
+                                          const Lengths& lengths, render::DrawLayer& layer) {
   const render::Style& style = context.style;
-  if (bridge.moving() || !bridge.determinacy().stable()) return;
-  double largest = 0;
-  for (const statics::Reaction& reaction : bridge.response().reactions)
-    largest = std::max(largest, length(reaction.force));
-  if (!(largest > 0)) return;
-  const double longest = kLongestArrow * context.camera.height;
-  const double scale = longest / largest;
   const double below = 0.5 * bridge.def().thickness + 0.35;
-  for (std::size_t i = 0; i < bridge.response().reactions.size(); ++i) {
-    const Vec2 force = bridge.response().reactions[i].force;
-    if (length(force) < 0.03 * largest) continue;  // no room for what nobody sees
+  std::vector<ReactionArrow> arrows;
+  const std::span<const statics::Reaction> reactions = standing_reactions(bridge);
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Vec2 force = reactions[i].force;
+    // No room for what nobody sees.
+    if (!(length(force) > 0.03 * context.history.largest_reaction())) continue;
     const Vec2 at =
         bridge.def().structure.nodes[static_cast<std::size_t>(bridge.def().structure.supports[i].node)].at;
     const Vec2 tip = at - (below / length(force)) * force;
-    const Vec2 tail = tip - scale * force;
+    const Vec2 tail = tip - lengths.metres_per_unit * force;
     layer.arrows.push_back({.from = to_point(tail),
                             .to = to_point(tip),
                             .color = style.force,
                             .width_px = style.arrow_px,
                             .head_px = style.arrow_head_px});
     context.labels.avoid(tail, tip);
-    const render::Anchor behind = force.y >= 0 ? render::Anchor::Below : render::Anchor::Above;
-    context.labels.add(tail, force_text(length(force)), style.force,
-                       {behind, render::Anchor::Left, render::Anchor::Right, render::Anchor::Above}, 4);
+    arrows.push_back({tail, tip - tail, length(force), force.y >= 0});
   }
-  context.legend.arrow(style.force, 24 * render::ui_scale(context.camera.height_px), "support reaction");
+  return arrows;
 }
 
-void draw_numbers(const OverlayContext& context, const Bridge& bridge, render::DrawLayer& layer) {
+// The largest first: when there is no room for all, the small ones go without.
+void label_reactions(const OverlayContext& context, std::vector<ReactionArrow> arrows) {
+  std::stable_sort(arrows.begin(), arrows.end(),
+                   [](const ReactionArrow& a, const ReactionArrow& b) { return a.force > b.force; });
+  using render::Anchor;
+  for (const ReactionArrow& arrow : arrows) {
+    const std::string text = force_text(arrow.force);
+    const render::Color color = context.style.force;
+    const Anchor behind = arrow.up ? Anchor::Below : Anchor::Above;
+    if (context.labels.add(arrow.tail, text, color, {behind, Anchor::Left, Anchor::Right, Anchor::Above}, 4))
+      continue;
+    // Beside its shaft.
+    const double away = 12 * render::ui_scale(context.camera.height_px) / context.camera.pixels_per_metre();
+    const Vec2 side = away / length(arrow.along) * perp(arrow.along);
+    for (const Vec2 step : {side, -side})
+      if (context.labels.add(arrow.tail + 0.5 * arrow.along + step, text, color,
+                             {step.x < 0 ? Anchor::Left : Anchor::Right}, 2))
+        break;
+  }
+}
+
+// Likewise.
+void draw_numbers(const OverlayContext& context, const Bridge& bridge) {
+  struct Number {
+    Vec2 at;
+    double force;
+  };
+  std::vector<Number> numbers;
   for (const BridgePiece& piece : bridge.pieces()) {
     const MemberState& state = bridge.members()[static_cast<std::size_t>(piece.member)];
     if (state.slack || state.broken) continue;
     const PlacedPiece ends = placed(context.world, piece);
-    add_label(context, layer, 0.5 * (ends.from + ends.to), force_text(state.axial), context.style.text);
+    numbers.push_back({0.5 * (ends.from + ends.to), state.axial});
   }
+  std::stable_sort(numbers.begin(), numbers.end(),
+                   [](const Number& a, const Number& b) { return std::abs(a.force) > std::abs(b.force); });
+  for (const Number& number : numbers)
+    context.labels.add(number.at, force_text(number.force), context.style.text, {render::Anchor::Centre});
 }
 
 // A dot on each member in the colour of its peak, and words at the worst one.
@@ -246,19 +274,24 @@ void draw_peaks(const OverlayContext& context, const Bridge& bridge, bool number
                       statics::MemberKind::Beam;
     const render::Anchor first = beam ? render::Anchor::Below : render::Anchor::Above;
     const render::Anchor second = beam ? render::Anchor::Above : render::Anchor::Below;
-    context.labels.add(middle,
-                       "peak " + percent(state.peak_use) + (state.peak_use < 0 ? " compression" : " tension"),
-                       style.text, {first, second}, numbers ? 17 : 9);
+    context.labels.add(
+        middle, "peak " + percent(state.peak_use) + (state.peak_use < 0 ? " compression" : " tension"),
+        style.text, {first, second, render::Anchor::Right, render::Anchor::Left}, numbers ? 17 : 9);
   }
 }
 
-// A bar of colours from full compression to full tension.
-void draw_scale(const OverlayContext& context, render::DrawLayer& layer) {
+// A bar of colours from full compression to full tension, above the legend. @return its upper edge [px]
+double draw_scale(const OverlayContext& context, render::DrawLayer& layer) {
   const render::Camera& camera = context.camera;
   const double scale = render::ui_scale(camera.height_px);
+  const double size = context.style.small_text_px;
   constexpr int kSteps = 40;
-  const double width = 300 * scale, height = 13 * scale;
-  const double left = 20 * scale, top = camera.height_px - 74 * scale;
+  constexpr double kEdge = 20, kGap = 12;
+  const std::string share = "of strength";
+  // In narrow pictures shorter.
+  const double room = camera.width_px / scale - 2 * kEdge - kGap - render::text_width(share, size);
+  const double width = std::clamp(room, 240.0, 300.0) * scale, height = 13 * scale;
+  const double left = kEdge * scale, top = context.legend.top() - 43.5 * scale;
   for (int i = 0; i < kSteps; ++i) {
     const double x0 = left + width * i / kSteps, x1 = left + width * (i + 1) / kSteps;
     const render::Point corners[] = {camera.to_world({x0, top + height}), camera.to_world({x1, top + height}),
@@ -278,27 +311,60 @@ void draw_scale(const OverlayContext& context, render::DrawLayer& layer) {
   word(left, "compression 100 %", render::Anchor::Right);
   word(left + 0.5 * width, "0", render::Anchor::Centre);
   word(left + width, "tension 100 %", render::Anchor::Left);
-  word(left + width + 12 * scale, "of strength", render::Anchor::Right);
+  word(left + width + kGap * scale, share, render::Anchor::Right);
+  const PixelBox box{left, top - 20 * scale, left + width + (kGap + render::text_width(share, size)) * scale,
+                     top + height};
+  context.labels.avoid(box);
+  context.legend.occupy(box);
+  return box.top;
 }
 
-void draw_breaks(const OverlayContext& context, const Bridge& bridge, render::DrawLayer& layer) {
+/// What broke, above `bottom` [px].
+void draw_breaks(const OverlayContext& context, double bottom, render::DrawLayer& layer) {
+  std::vector<std::string> lines;
+  for (const BridgeView& view : context.demo.bridges()) {
+    for (const statics::Break& failure : view.bridge->breaks()) {
+      char text[96];
+      std::snprintf(text, sizeof text, "member %d broke at %.2f s in %s", failure.member + 1, failure.time,
+                    failure.use < 0 ? "compression" : "tension");
+      lines.emplace_back(text);
+    }
+  }
+  if (lines.empty()) return;
+  if (lines.size() > kMostBreaks) {
+    const std::string more = ", and " + std::to_string(lines.size() - kMostBreaks) + " more";
+    lines.resize(kMostBreaks);
+    lines.back() += more;
+  }
   const render::Camera& camera = context.camera;
-  const double scale = render::ui_scale(camera.height_px);
-  int row = 0;
-  for (const statics::Break& failure : bridge.breaks()) {
-    if (row == 4) break;  // the first ones tell the story
-    char text[96];
-    std::snprintf(text, sizeof text, "member %d broke at %.2f s in %s", failure.member + 1, failure.time,
-                  failure.use < 0 ? "compression" : "tension");
-    layer.labels.push_back({.at = camera.to_world({20 * scale, camera.height_px - (112 + 20 * row) * scale}),
-                            .text = text,
+  const double scale = render::ui_scale(camera.height_px), row = 20 * scale, left = 20 * scale;
+  const double top = bottom - static_cast<double>(lines.size()) * row;
+  double widest = 0;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    widest = std::max(widest, render::text_width(lines[k], context.style.small_text_px) * scale);
+    layer.labels.push_back({.at = camera.to_world({left, top + (static_cast<double>(k) + 0.5) * row}),
+                            .text = lines[k],
                             .color = context.style.warning,
                             .halo = context.style.halo,
                             .size_px = context.style.small_text_px,
                             .anchor = render::Anchor::Right,
                             .offset_px = 0});
-    ++row;
   }
+  const PixelBox box{left, top, left + widest, bottom};
+  context.labels.avoid(box);
+  context.legend.occupy(box);
+}
+
+void add_legend(const OverlayContext& context, const Lengths& reaction, const Lengths& moment) {
+  const render::Color color = context.style.force;
+  const auto& views = context.demo.bridges();
+  if (std::all_of(views.begin(), views.end(), [](const BridgeView& view) { return view.bridge->moving(); }))
+    return;
+  if (reaction.amount > 0)
+    context.legend.arrow(color, reaction.legend_px(context), "support reaction " + si(reaction.amount, "N"));
+  if (moment.amount > 0)
+    context.legend.bar(color, moment.legend_px(context),
+                       "bending moment " + si(moment.amount, "N m") + ", on the stretched side");
 }
 
 }  // namespace
@@ -308,20 +374,29 @@ void draw_stresses(const OverlayContext& context, render::DrawList& list) {
   render::DrawLayer& members = list[render::Layer::Structure];
   render::DrawLayer& marks = list[render::Layer::Contacts];
   render::DrawLayer& words = list[render::Layer::Labels];
+  const Lengths reaction(context, kLongestArrow, context.history.largest_reaction());
+  const Lengths moment(context, kMomentHeight, context.history.largest_moment());
+  add_legend(context, reaction, moment);
+  draw_breaks(context, draw_scale(context, words) - 6 * render::ui_scale(context.camera.height_px), words);
+  // First all lines, then words that keep off them.
+  std::vector<ReactionArrow> arrows;
+  std::vector<Summit> summits;
   for (const BridgeView& view : context.demo.bridges()) {
     const Bridge& bridge = *view.bridge;
     draw_members(context, bridge, members);
-    if (!bridge.moving()) {
-      draw_supports(context, bridge, members);
-      draw_nodes(context, bridge, marks);
-      draw_forces(context, bridge, marks);
-      draw_moments(context, bridge, marks);
-    }
-    draw_peaks(context, bridge, view.numbers, marks);
-    if (view.numbers) draw_numbers(context, bridge, words);
-    draw_breaks(context, bridge, words);
+    if (bridge.moving()) continue;
+    draw_supports(context, bridge, members);
+    draw_nodes(context, bridge, marks);
+    const std::vector<ReactionArrow> more = draw_reactions(context, bridge, reaction, marks);
+    arrows.insert(arrows.end(), more.begin(), more.end());
+    summits.push_back(draw_moments(context, bridge, moment, marks));
   }
-  draw_scale(context, words);
+  label_reactions(context, arrows);
+  for (const Summit& summit : summits) label_summit(context, summit);
+  for (const BridgeView& view : context.demo.bridges())
+    if (view.numbers) draw_numbers(context, *view.bridge);
+  for (const BridgeView& view : context.demo.bridges())
+    draw_peaks(context, *view.bridge, view.numbers, marks);
 }
 
 }  // namespace skerry::sandbox

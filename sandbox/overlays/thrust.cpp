@@ -55,7 +55,9 @@ void draw_mechanism(const OverlayContext& context, const statics::RestAnalysis& 
   });
   context.legend.swatch({render::faded(context.style.warning, 0.15), context.style.warning},
                         "collapse at " + si(100 * stability.margin, "%") + " of gravity " +
-                            (stability.to_left ? "to the left" : "to the right"));
+                            (stability.to_left ? "to the left" : "to the right") +
+                            // The limit load's friction is associated: see physics/README.md.
+                            (stability.slides ? " at the latest; what slides is drawn as if it lifted" : ""));
 }
 
 }  // namespace
