@@ -227,13 +227,16 @@ const std::vector<BridgeView>& Demo::bridges() const {
 std::uint64_t Demo::steps_done() const {
   return script_->steps;
 }
+std::uint64_t steps_until(double time, double dt) {
+  return static_cast<std::uint64_t>(std::ceil(std::max(time, 0.0) / dt - 1e-6));
+}
+
 double Demo::time() const {
   return script_->time();
 }
 
 std::uint64_t Demo::total_steps() const {
-  // 4 s in steps of 1/60 s are 240, though 4 * 60 may round to 240.00000000000003.
-  return static_cast<std::uint64_t>(std::ceil(script_->seconds / script_->dt - 1e-6));
+  return steps_until(script_->seconds, script_->dt);
 }
 
 void Demo::keep_paths() {

@@ -106,6 +106,10 @@ struct Picture {
   SelectionText selection;              ///< of `highlight`
 };
 
+/// Steps of `dt` up to `time` [s]: 4 s in steps of 1/60 s are 240, though 4 * 60 may round to
+/// 240.00000000000003.
+std::uint64_t steps_until(double time, double dt);
+
 /// How the bodies can be coloured in a script; the index is what `Picture::colors` holds.
 const std::vector<std::string>& color_names();
 

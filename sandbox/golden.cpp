@@ -63,8 +63,6 @@ GoldenScene golden_scene(const std::string& name, const std::string& words) {
   scene.paint.device = render::EglDevice::Software;
   scene.demo = shared.demos.front();
   scene.options = shared.demo;
-  scene.options.seconds = scene.at;
-  scene.options.steps.reset();
   scene.words = words + (sized ? "" : std::string(" --size ") + kSize);
   return scene;
 }
@@ -102,7 +100,7 @@ GoldenShot take_golden_shot(const GoldenScene& scene, const std::string& folder)
   history.follow_island(selection.island);
   LoopCallbacks callbacks;
   callbacks.step = [&](Demo&) { history.update(demo); };
-  run_loop(demo, {}, callbacks);
+  run_loop(demo, {.until = scene.at}, callbacks);
   GoldenShot shot;
   painter.paint(demo, history, shot.image);
   shot.state = demo.world().state_hash();

@@ -14,7 +14,7 @@ std::uint64_t frame_count(const Demo& demo, const LoopClock& clock) {
 }
 
 bool run_loop(Demo& demo, const LoopClock& clock, const LoopCallbacks& callbacks) {
-  const std::uint64_t steps = demo.total_steps();
+  const std::uint64_t steps = clock.until ? steps_until(*clock.until, demo.dt()) : demo.total_steps();
   const std::uint64_t frames = clock.fps > 0 ? frame_count(demo, clock) : 0;
   std::uint64_t frame = 0;
   // Between two steps the picture shows what the stepper knows of the motion there.

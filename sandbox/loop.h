@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "sandbox/demo.h"
 
@@ -14,6 +15,9 @@ namespace skerry::sandbox {
 struct LoopClock {
   double fps = 0;    ///< frames a second of the video; 0: no frames
   double speed = 1;  ///< seconds of the world in a second of the video
+  /// Ends with the first step that reaches this time, before or after the demo's own end [s]. The demo keeps
+  /// its length: time axes show how much of it that is.
+  std::optional<double> until{};
 };
 
 struct LoopCallbacks {
@@ -26,8 +30,8 @@ struct LoopCallbacks {
 /// Number of frames of the whole demo.
 std::uint64_t frame_count(const Demo& demo, const LoopClock& clock);
 
-/// Runs the demo to its end, then evaluates what waits for the end. Frame k shows the world at time
-/// k * speed / fps, between steps by `World::interpolated`. Stops early on Ctrl-C.
+/// Runs the demo to its end, or to `until`, then evaluates what waits for the end. Frame k shows the world at
+/// time k * speed / fps, between steps by `World::interpolated`. Stops early on Ctrl-C.
 /// @return whether it came to the end
 bool run_loop(Demo& demo, const LoopClock& clock, const LoopCallbacks& callbacks);
 

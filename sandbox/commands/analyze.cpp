@@ -259,17 +259,14 @@ void write_picture(const Options& options, const Demo& demo, const History& hist
 int analyze(const Options& options, const Io& io) {
   options.picture.check();
   const DemoFile file = find_demo(options.shared.demos.front(), options.shared.folder);
-  DemoOptions demo_options = options.shared.checked(io);
-  demo_options.seconds = std::max(options.at, 1e-9);
-  demo_options.steps.reset();
-  Demo demo(file.path, demo_options);
+  Demo demo(file.path, options.shared.checked(io));
   demo.observe({.contacts = true});
   History history(demo, false, kFlashSeconds);
   LoopCallbacks callbacks;
   callbacks.step = [&](Demo& running) { history.update(running); };
   catch_interrupts();
   // At 0 the world is looked at as the script made it, before any step.
-  if (options.at > 0 && !run_loop(demo, {}, callbacks)) return kGood;
+  if (options.at > 0 && !run_loop(demo, {.until = options.at}, callbacks)) return kGood;
 
   // The next step would begin with it.
   const bool pushed = demo.call_before_step();

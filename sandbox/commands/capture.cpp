@@ -63,7 +63,7 @@ class Recording {
         io_(io),
         painter_(painter),
         clock_{static_cast<double>(options.fps), options.speed},
-        demo_(file.path, demo_options(options, io)),
+        demo_(file.path, options.shared.checked(io)),
         names_(options.picture.overlays_for(demo_)),
         history_(demo_, needs_of(names_).systems, kFlashSeconds * options.speed) {
     demo_.observe(needs_of(names_));
@@ -78,7 +78,7 @@ class Recording {
   bool still(const std::string& path) {
     LoopCallbacks callbacks;
     callbacks.step = [&](Demo&) { history_.update(demo_); };
-    run_loop(demo_, {}, callbacks);
+    run_loop(demo_, {.until = options_.at}, callbacks);
     paint_frame();
     if (options_.small) {
       const std::vector<std::uint8_t> bytes = render::encode_small_png(image_, true);
@@ -136,16 +136,6 @@ class Recording {
     const Selection selection = options_.picture.selection_for(demo_);
     painter_.select(selection);
     history_.follow_island(selection.island);
-  }
-
-  // A still ends at its moment.
-  static DemoOptions demo_options(const Options& options, const Io& io) {
-    DemoOptions demo = options.shared.checked(io);
-    if (options.at) {
-      demo.seconds = std::max(*options.at, 0.0);
-      demo.steps.reset();
-    }
-    return demo;
   }
 
   static std::string format_number_of(double value) {

@@ -72,12 +72,7 @@ int export_demo(const Options& options, const Io& io) {
         "export: nothing to write; give --svg FILE, --png FILE, --plot FILE, --matrix-market FOLDER or "
         "--json FILE");
   const DemoFile file = find_demo(options.shared.demos.front(), options.shared.folder);
-  DemoOptions demo_options = options.shared.checked(io);
-  if (options.at) {
-    demo_options.seconds = *options.at;
-    demo_options.steps.reset();
-  }
-  Demo demo(file.path, demo_options);
+  Demo demo(file.path, options.shared.checked(io));
   const std::vector<std::string> names = options.picture.overlays_for(demo);
   Observe needs = needs_of(names);
   needs.systems = needs.systems || options.problem();
@@ -96,7 +91,7 @@ int export_demo(const Options& options, const Io& io) {
     if (!options.plot.empty()) watches.add(running);
   };
   catch_interrupts();
-  if (!run_loop(demo, {}, callbacks)) return kGood;
+  if (!run_loop(demo, {.until = options.at}, callbacks)) return kGood;
 
   const PaintOptions paint = options.picture.paint();
   if (picture) {

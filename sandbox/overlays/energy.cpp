@@ -16,7 +16,7 @@ Chart energy_chart(const OverlayContext& context) {
   const render::Style& style = context.style;
   Chart chart;
   chart.x_name = "t [s]";
-  chart.x_high = context.demo.seconds();
+  chart.x_high = std::max(context.demo.seconds(), context.demo.time());
   chart.curves = {{"kinetic", style.velocity, {}, {}},
                   {"potential", style.friction, {}, {}},
                   {"sum", style.text, {}, {}}};

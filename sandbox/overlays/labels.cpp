@@ -34,7 +34,7 @@ void LabelPlacer::shun(Vec2 from, Vec2 to) {
   lines_.emplace_back(camera_.to_pixels(to_point(from)), camera_.to_pixels(to_point(to)));
 }
 
-bool LabelPlacer::crossed(const Box& box) const {
+bool LabelPlacer::crossed(const PixelBox& box) const {
   // The part of the line within both pairs of sides [Liang and Barsky 1984].
   return std::any_of(lines_.begin(), lines_.end(), [&](const std::pair<render::Point, render::Point>& line) {
     const auto& [a, b] = line;

@@ -38,7 +38,7 @@ void show_momentum(const PanelContext& context) {
   chart.y_name = "[kg m/s]; angular, about the origin [" + (unit == 1 ? "" : format_number(unit) + ' ') +
                  "kg m\xC2\xB2/s]";
   chart.x_name = "t [s]";
-  chart.x_high = context.scene.demo.seconds();
+  chart.x_high = std::max(context.scene.demo.seconds(), context.scene.demo.time());
   chart.curves = {
       {"x", style.friction, {}, {}}, {"y", style.impulse, {}, {}}, {"angular", style.text, {}, {}}};
   for (const LedgerSample& sample : ledger) {

@@ -14,9 +14,7 @@ constexpr double kTextPx = 14;  // height of a line
 constexpr double kCurvePx = 1.8;
 
 std::string tick_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value + 0.0);
-  return text;
+  return short_number(value + 0.0, 4);
 }
 
 std::string decade_text(int exponent) {
@@ -74,7 +72,46 @@ Axis vertical_axis(const Chart& chart) {
   return axis;
 }
 
+constexpr double kKeyPx = 14;    // stroke before a name of the legend
+constexpr double kApartPx = 16;  // between its entries
+
+/// The legend's words, with the last values in as many digits as the width has room for.
+std::vector<std::string> legend_words(const Chart& chart, double width) {
+  std::vector<std::string> words;
+  for (int digits = chart.last_values ? 4 : 0;; --digits) {
+    words.clear();
+    double needs = -kApartPx;
+    for (const Curve& curve : chart.curves) {
+      const bool value = digits > 0 && !curve.name.empty() && !curve.y.empty();
+      words.push_back(value ? curve.name + ' ' + short_number(curve.y.back(), digits) : curve.name);
+      if (!words.back().empty()) needs += kKeyPx + width_of(words.back()) + kApartPx;
+    }
+    if (needs <= width || digits <= 0) return words;
+  }
+}
+
 }  // namespace
+
+std::string short_number(double value, int digits) {
+  char text[32];
+  const double size = std::abs(value);
+  if (size >= std::pow(10.0, digits) && size < 999999.5) {
+    std::snprintf(text, sizeof text, "%.0f", value);
+    return text;
+  }
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  // "e+07" says no more than "e7".
+  std::string words = text;
+  const std::size_t e = words.find('e');
+  if (e == std::string::npos) return words;
+  std::size_t from = e + 1;
+  if (words[from] == '+')
+    words.erase(from, 1);
+  else
+    ++from;
+  while (from + 1 < words.size() && words[from] == '0') words.erase(from, 1);
+  return words;
+}
 
 std::vector<double> ticks(double low, double high, int most) {
   std::vector<double> result;
@@ -161,7 +198,9 @@ void draw_chart(const Chart& chart, const render::Style& style, render::Pixel or
 
   double legend = 0;
   const double row = height - kTextPx;
-  for (const Curve& curve : chart.curves) {
+  const std::vector<std::string> words = legend_words(chart, width);
+  for (std::size_t k = 0; k < chart.curves.size(); ++k) {
+    const Curve& curve = chart.curves[k];
     std::vector<render::Pixel> points;
     for (const std::size_t i :
          thinned(curve.y, static_cast<std::size_t>(std::max(2 * (right - left), 8.0)))) {
@@ -170,17 +209,12 @@ void draw_chart(const Chart& chart, const render::Style& style, render::Pixel or
     }
     sheet.polyline(points.data(), points.size(), curve.color, static_cast<float>(kCurvePx * scale));
     if (curve.name.empty()) continue;
-    char words[96];
-    if (chart.last_values && !curve.y.empty())
-      std::snprintf(words, sizeof words, "%s %.4g", curve.name.c_str(), curve.y.back());
-    else
-      std::snprintf(words, sizeof words, "%s", curve.name.c_str());
-    const double needs = 14 + width_of(words);
+    const double needs = kKeyPx + width_of(words[k]);
     if (legend + needs > width && legend > 0) continue;  // the caller chooses names that fit
     sheet.line(at(legend, row + 0.5 * kTextPx), at(legend + 10, row + 0.5 * kTextPx), curve.color,
                static_cast<float>(2.5 * scale));
-    text(legend + 14, row, style.text, words);
-    legend += needs + 16;
+    text(legend + kKeyPx, row, style.text, words[k]);
+    legend += needs + kApartPx;
   }
 }
 

@@ -34,6 +34,10 @@ struct Chart {
 void draw_chart(const Chart& chart, const render::Style& style, render::Pixel origin, double width,
                 double height, double scale, render::Sheet& sheet);
 
+/// A number in few characters: 17341, 1.734e7, -2.1e-12.
+/// @param digits that count, at least
+std::string short_number(double value, int digits);
+
 /// Positions of ticks at 1, 2 or 5 times a power of ten within [low, high], at most about `most` of them.
 std::vector<double> ticks(double low, double high, int most);
 

@@ -45,7 +45,7 @@ class PlantedRegression : public testing::TestWithParam<PlantScene> {
     painter_->start(*demo_, names);
     LoopCallbacks callbacks;
     callbacks.step = [this](Demo&) { history_->update(*demo_); };
-    run_loop(*demo_, {}, callbacks);
+    run_loop(*demo_, {.until = scene_.at}, callbacks);
     // The scene fills what header and footer leave of the picture's height.
     pixel_ = demo_->picture().view->height /
              (scene_.paint.height - (kHeaderPx + kFooterPx) * render::ui_scale(scene_.paint.height));
