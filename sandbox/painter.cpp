@@ -42,9 +42,11 @@ void Composer::show(const std::vector<std::string>& names, int width_px, int hei
 
 render::Camera Composer::camera(const Demo& demo) const {
   View view = demo.picture().view.value_or(fitted_view(demo.world()));
-  // A view without a width is meant for the whole picture: beside panels, what moves has to fit at least.
+  // A view without a width is meant for the whole of a 16:9 picture: beside panels and in narrower pictures,
+  // what moves has to fit at least.
   if (view.width <= 0) {
-    const double whole = view.height * width_px_ / height_px_;
+    const bool wide = 9 * width_px_ >= 16 * height_px_;
+    const double whole = wide ? view.height * width_px_ / height_px_ : view.height * 16 / 9;
     view.width = std::min(whole, moving_width(demo.world(), view.centre.x));
   }
   return place_camera(view, width_px_, height_px_, layout_.columns(), footer_, header_);
@@ -61,6 +63,7 @@ void Composer::scene(const Demo& demo, const History& history, const render::Cam
   draw_world(context, list);
   for (const Shown& shown : shown_)
     if (shown.overlay->draw) shown.overlay->draw(context, list);
+  legend_ = legend.boxes();
 }
 
 void Composer::panels(const Demo& demo, const History& history, const render::Camera& camera,
@@ -73,7 +76,7 @@ void Composer::panels(const Demo& demo, const History& history, const render::Ca
   Legend legend(camera, *style_, nowhere, 0);  // panels have none
   LabelPlacer labels(camera, *style_, nowhere);
   const OverlayContext scene{demo, demo.world(), history, *style_, camera, legend, labels, selection};
-  show_header({scene, ui, layout_, sheet_, scale}, speed, footer_);
+  note_top_ = show_header({scene, ui, layout_, sheet_, scale}, speed, footer_, legend_);
   for (const Shown& shown : shown_) {
     const bool fits = shown.place >= 0 || shown.overlay->panel_px <= 0;
     if (shown.overlay->panel && fits) shown.overlay->panel({scene, ui, layout_, sheet_, scale, shown.place});

@@ -41,6 +41,8 @@ class Composer {
               render::UiHost& ui, double speed);
   /// The marks of the last `panels`.
   const render::Sheet& sheet() const { return sheet_; }
+  /// Upper edge of the note of the last `panels`; without a note, of what stands below the scene [px].
+  float note_top() const { return note_top_; }
   /// Overlays whose panels found no room.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
@@ -56,6 +58,8 @@ class Composer {
   bool words_ = true;  ///< header, legends and panels; not in tiny pictures
   std::vector<Shown> shown_;
   std::vector<std::string> left_out_;
+  float note_top_ = 0;
+  std::vector<PixelBox> legend_;  ///< what the legend of the last `scene` covers
   PanelLayout layout_;
   render::Sheet sheet_;
 };

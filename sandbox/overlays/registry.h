@@ -4,6 +4,7 @@
 // [px of the style].
 #pragma once
 
+#include "sandbox/layout.h"
 #include "sandbox/overlays/overlay.h"
 #include "sandbox/overlays/plot.h"
 
@@ -58,6 +59,9 @@ Chart energy_chart(const OverlayContext& context);
 
 /// Title, lesson, time and the current note: part of every picture.
 /// @param footer height of what stands below the scene [px of the style]
-void show_header(const PanelContext& context, double speed, double footer);
+/// @param legend what it covers of the scene; the note stands above that
+/// @return the upper edge of the note, or of what stands below the scene [px]
+float show_header(const PanelContext& context, double speed, double footer,
+                  const std::vector<PixelBox>& legend);
 
 }  // namespace skerry::sandbox

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sandbox/window/gui.h"
 
+#include <algorithm>
 #include <imgui.h>
 
 #include "sandbox/layout.h"
@@ -19,9 +20,9 @@ void show_message(const Gui& gui) {
   const float wrap = 0.62f * gui.width;
   const ImVec2 size = font->CalcTextSizeA(font->FontSize, wrap, wrap, message.text.c_str());
   const float pad = 12 * gui.scale, bar = 4 * gui.scale;
-  const ImVec2 low(
-      0.5f * (gui.width - size.x) - pad,
-      gui.height - static_cast<float>(kToolbarPx + kFooterPx + kNotePx) * gui.scale - size.y - 2 * pad);
+  const float usual = gui.height - static_cast<float>(gui.fit.toolbar_px() + kFooterPx + kNotePx) * gui.scale;
+  const float bottom = std::min(usual, gui.note_top - 6 * gui.scale);
+  const ImVec2 low(0.5f * (gui.width - size.x) - pad, bottom - size.y - 2 * pad);
   const ImVec2 high(low.x + size.x + 2 * pad, low.y + size.y + 2 * pad);
   draw->AddRectFilled(low, high, pack(gui.style.panel), 6 * gui.scale);
   draw->AddRect(low, high, pack(gui.style.panel_border), 6 * gui.scale);
@@ -37,7 +38,7 @@ bool begin_side_panel(const Gui& gui, const char* title, float width_px) {
   const float margin = static_cast<float>(kMarginPx) * gui.scale;
   const float top = static_cast<float>(kHeaderPx) * gui.scale;
   // The legend stays readable below it.
-  const float bottom = gui.height - static_cast<float>(kToolbarPx + kFooterPx) * gui.scale;
+  const float bottom = gui.height - static_cast<float>(gui.fit.toolbar_px() + kFooterPx) * gui.scale;
   ImGui::SetNextWindowPos({margin, top});
   ImGui::SetNextWindowSize({width_px * gui.scale, bottom - top});
   ImGui::SetNextWindowBgAlpha(1);

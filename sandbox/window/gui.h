@@ -11,7 +11,16 @@
 
 namespace skerry::sandbox {
 
-inline constexpr double kToolbarPx = 54;  ///< height of the toolbar [px of the style]
+inline constexpr double kToolbarPx = 54;     ///< height of the toolbar's first row [px of the style]
+inline constexpr double kToolbarRowPx = 44;  ///< of each further one, in narrow windows
+
+/// The size of text and the toolbar that fit a window: the scene counts for 720 lines.
+struct WindowFit {
+  int rows = 1;      ///< of the toolbar
+  double scale = 1;  ///< pixels of the window per pixel of the style
+  double toolbar_px() const { return kToolbarPx + (rows - 1) * kToolbarRowPx; }
+};
+WindowFit fit_window(int width, int height);
 
 /// What the controls are drawn with.
 struct Gui {
@@ -19,7 +28,9 @@ struct Gui {
   render::UiHost& ui;
   const render::Style& style;
   float width, height;  ///< of the window [px]
-  float scale;          ///< pixels of the window per pixel of the style
+  WindowFit fit;
+  float note_top;  ///< messages stand above this [px]
+  float scale = static_cast<float>(fit.scale);
 };
 
 /// A colour as ImGui's draw lists take it.

@@ -170,79 +170,135 @@ void show_time(const Gui& gui, float width) {
                               : "time; every state is reached again bit by bit");
 }
 
-void centre(const Gui& gui, float height_px) {
-  ImGui::SetCursorPosY(0.5f * (static_cast<float>(kToolbarPx) - height_px) * gui.scale);
+/// To the middle line of a row of the toolbar, for something so high.
+void centre(const Gui& gui, double height_px, int row) {
+  ImGui::SetCursorPosY(static_cast<float>(0.5 * (kToolbarPx - height_px) + row * kToolbarRowPx) * gui.scale);
+}
+
+constexpr float kEdgePx = 12, kGapPx = 6, kTimePx = 136;
+// Room for the buttons at the right, and what is left for them in a narrow window.
+constexpr float kButtonsPx = 236, kTightButtonsPx = 190;
+
+void show_steps(const Gui& gui, int row) {
+  Workbench& bench = gui.bench;
+  centre(gui, 30, row);
+  if (icon_button(gui, "##first", Icon::First, 15, false, "to the beginning (Home)")) bench.scrub(0);
+  ImGui::SameLine();
+  centre(gui, 30, row);
+  if (icon_button(gui, "##back", Icon::Back, 15, false, "one step back (Left)")) bench.step(-1);
+  ImGui::SameLine();
+  centre(gui, 38, row);
+  const bool playing = bench.time().playing();
+  if (icon_button(gui, "##play", playing ? Icon::Pause : Icon::Play, 19, true, "play or pause (Space)"))
+    bench.time().toggle();
+  ImGui::SameLine();
+  centre(gui, 30, row);
+  if (icon_button(gui, "##next", Icon::Next, 15, false, "one step on (Right)")) bench.step(1);
+}
+
+void show_speed(const Gui& gui, int row) {
+  Workbench& bench = gui.bench;
+  centre(gui, 30, row);
+  if (text_button(gui, "\xE2\x88\x92", false, "half as fast (Down)")) bench.time().slower();
+  ImGui::SameLine(0, 2 * gui.scale);
+  centre(gui, 30, row);
+  const std::string speed = speed_text(bench.time().speed());
+  if (ImGui::Button((speed + "##speed").c_str(), {54 * gui.scale, 30 * gui.scale})) bench.time().normal();
+  tooltip("speed; a click makes it 1");
+  ImGui::SameLine(0, 2 * gui.scale);
+  centre(gui, 30, row);
+  if (text_button(gui, "+", false, "twice as fast (Up)")) bench.time().faster();
+}
+
+/// At the right edge.
+void show_buttons(const Gui& gui, int row) {
+  const float demos = ImGui::CalcTextSize("Demos").x, settings = ImGui::CalcTextSize("Settings").x,
+              help = ImGui::CalcTextSize("?").x, frame = 2 * ImGui::GetStyle().FramePadding.x;
+  ImGui::SetCursorPosX(gui.width - demos - settings - help - 3 * frame - (kEdgePx + 2 * kGapPx) * gui.scale);
+  centre(gui, 30, row);
+  Panels& panels = gui.bench.panels;
+  if (text_button(gui, "Demos", panels.demos, "all demos (Tab)")) {
+    panels.demos = panels.focus_search = !panels.demos;
+    panels.settings = false;
+  }
+  ImGui::SameLine();
+  centre(gui, 30, row);
+  if (text_button(gui, "Settings", panels.settings, "parameters, methods, overlays (Enter)")) {
+    panels.settings = !panels.settings;
+    panels.demos = false;
+  }
+  ImGui::SameLine();
+  centre(gui, 30, row);
+  if (text_button(gui, "?", panels.help, "keys (F1)")) panels.help = !panels.help;
+}
+
+/// The timeline up to so far from the right edge.
+void show_timeline_before(const Gui& gui, float right_px, int row) {
+  centre(gui, 34, row);
+  show_timeline(gui, gui.width - ImGui::GetCursorPosX() - right_px * gui.scale);
+}
+
+/// All in a row; in narrow windows in two, the timeline above the controls of time; in very narrow ones in
+/// three.
+void show_controls(const Gui& gui) {
+  const int rows = gui.fit.rows;
+  const float gap = kGapPx * gui.scale, apart = 2 * gap;
+  if (rows > 1) {
+    show_timeline_before(gui, rows == 2 ? kTightButtonsPx : kEdgePx, 0);
+    if (rows == 2) {
+      ImGui::SameLine();
+      show_buttons(gui, 0);
+    }
+  }
+  const int row = rows == 1 ? 0 : 1;
+  show_steps(gui, row);
+  ImGui::SameLine(0, apart);
+  show_speed(gui, row);
+  if (rows == 1) {
+    ImGui::SameLine(0, apart);
+    show_timeline_before(gui, kTimePx + kButtonsPx + 3 * kGapPx, 0);
+  }
+  if (rows < 3) {
+    ImGui::SameLine();
+    // At the right edge of its row.
+    if (rows == 2) ImGui::SetCursorPosX(gui.width - (kTimePx + kEdgePx) * gui.scale);
+  }
+  centre(gui, 30, rows - 1);
+  show_time(gui, kTimePx * gui.scale);
+  if (rows == 2) return;
+  ImGui::SameLine();
+  show_buttons(gui, rows - 1);
 }
 
 }  // namespace
 
+WindowFit fit_window(int width, int height) {
+  // What a row of all, and two rows, need.
+  constexpr double kLeastWidth[] = {760, 440, 0};
+  WindowFit fit;
+  for (fit.rows = 1;; ++fit.rows) {
+    fit.scale = std::max(0.6, height / (720 + fit.toolbar_px()));
+    if (width >= kLeastWidth[fit.rows - 1] * fit.scale) return fit;
+  }
+}
+
 void show_toolbar(const Gui& gui) {
-  Workbench& bench = gui.bench;
-  const float height = static_cast<float>(kToolbarPx) * gui.scale, gap = 6 * gui.scale;
+  const float height = static_cast<float>(gui.fit.toolbar_px()) * gui.scale;
   // Whole pixels, and its frame outside at three sides.
   const float top = std::floor(gui.height - height);
   ImGui::SetNextWindowPos({-1, top});
   ImGui::SetNextWindowSize({gui.width + 2, gui.height - top + 1});
   ImGui::SetNextWindowBgAlpha(1);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(12 * gui.scale, 0));
-  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(gap, 0));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(kEdgePx * gui.scale, 0));
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(kGapPx * gui.scale, 0));
   ImGui::Begin("##toolbar", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  if (bench.has_demo()) {
-    centre(gui, 30);
-    if (icon_button(gui, "##first", Icon::First, 15, false, "to the beginning (Home)")) bench.scrub(0);
-    ImGui::SameLine();
-    centre(gui, 30);
-    if (icon_button(gui, "##back", Icon::Back, 15, false, "one step back (Left)")) bench.step(-1);
-    ImGui::SameLine();
-    centre(gui, 38);
-    const bool playing = bench.time().playing();
-    if (icon_button(gui, "##play", playing ? Icon::Pause : Icon::Play, 19, true, "play or pause (Space)"))
-      bench.time().toggle();
-    ImGui::SameLine();
-    centre(gui, 30);
-    if (icon_button(gui, "##next", Icon::Next, 15, false, "one step on (Right)")) bench.step(1);
-    ImGui::SameLine(0, 2 * gap);
-    centre(gui, 30);
-    if (text_button(gui, "\xE2\x88\x92", false, "half as fast (Down)")) bench.time().slower();
-    ImGui::SameLine(0, 2 * gui.scale);
-    centre(gui, 30);
-    const std::string speed = speed_text(bench.time().speed());
-    if (ImGui::Button((speed + "##speed").c_str(), {54 * gui.scale, 30 * gui.scale})) bench.time().normal();
-    tooltip("speed; a click makes it 1");
-    ImGui::SameLine(0, 2 * gui.scale);
-    centre(gui, 30);
-    if (text_button(gui, "+", false, "twice as fast (Up)")) bench.time().faster();
-    ImGui::SameLine(0, 2 * gap);
-    centre(gui, 34);
-    const float time_width = 136 * gui.scale, buttons = 236 * gui.scale;
-    show_timeline(gui, gui.width - ImGui::GetCursorPosX() - time_width - buttons - 3 * gap);
-    ImGui::SameLine();
-    centre(gui, 30);
-    show_time(gui, time_width);
-    ImGui::SameLine();
-  }
-  // The last buttons stand at the right edge.
-  const float demos = ImGui::CalcTextSize("Demos").x, settings = ImGui::CalcTextSize("Settings").x,
-              help = ImGui::CalcTextSize("?").x, frame = 2 * ImGui::GetStyle().FramePadding.x;
-  ImGui::SetCursorPosX(gui.width - 12 * gui.scale - demos - settings - help - 3 * frame - 2 * gap);
-  centre(gui, 30);
-  Panels& panels = bench.panels;
-  if (text_button(gui, "Demos", panels.demos, "all demos (Tab)")) {
-    panels.demos = panels.focus_search = !panels.demos;
-    panels.settings = false;
-  }
-  ImGui::SameLine();
-  centre(gui, 30);
-  if (text_button(gui, "Settings", panels.settings, "parameters, methods, overlays (Enter)")) {
-    panels.settings = !panels.settings;
-    panels.demos = false;
-  }
-  ImGui::SameLine();
-  centre(gui, 30);
-  if (text_button(gui, "?", panels.help, "keys (F1)")) panels.help = !panels.help;
+  if (gui.bench.has_demo())
+    show_controls(gui);
+  else
+    show_buttons(gui, 0);
   ImGui::End();
   ImGui::PopStyleVar(3);
 }

@@ -40,11 +40,6 @@ void crop(render::Image& image, int width, int height) {
   image.rgba.resize(row * static_cast<std::size_t>(height));
 }
 
-/// The size of text that fits scene and toolbar: the scene counts for 720 lines.
-double scale_for(int height) {
-  return std::max(0.6, height / (720 + kToolbarPx));
-}
-
 }  // namespace
 
 struct WindowView::State {
@@ -90,7 +85,8 @@ bool WindowView::idle() const {
 
 /// Targets of the window's size; the overlays' places when they or the size changed.
 void WindowView::State::fit(int width, int height) {
-  const int bar = static_cast<int>(std::lround(kToolbarPx * scale_for(height)));
+  const WindowFit all = fit_window(width, height);
+  const int bar = static_cast<int>(std::lround(all.toolbar_px() * all.scale));
   const int scene_height = std::max(1, height - bar);
   bool changed = revision != bench.revision();
   if (!screen || screen->width() != width || screen->height() != height) {
@@ -147,7 +143,8 @@ void WindowView::frame(const render::WindowInput& input, int width, int height) 
   s.mouse_y = input.ui.mouse_y;
   s.quiet_frames = still ? s.quiet_frames + 1 : 0;
   s.fit(width, height);
-  const auto scale = static_cast<float>(scale_for(height));
+  const WindowFit fit = fit_window(width, height);
+  const auto scale = static_cast<float>(fit.scale);
   // A video has a clock of its own, so that it does not stutter when frames take long.
   const double seconds = s.video ? 1.0 / kVideoFps : input.seconds;
   s.ui.begin_frame(width, height, scale, std::clamp(input.seconds, 1e-3, 0.25), input.ui);
@@ -162,7 +159,8 @@ void WindowView::frame(const render::WindowInput& input, int width, int height) 
     s.composer.panels(player.demo(), player.history(), s.bench.camera, s.bench.selection, s.ui,
                       s.bench.time().speed());
   }
-  show_gui({s.bench, s.ui, s.style, static_cast<float>(width), static_cast<float>(height), scale});
+  show_gui({s.bench, s.ui, s.style, static_cast<float>(width), static_cast<float>(height), fit,
+            s.bench.has_demo() ? s.composer.note_top() : static_cast<float>(height)});
   s.screen->paste(*s.scene);
   s.ui.end_frame(*s.screen);
   s.after_drawing();
