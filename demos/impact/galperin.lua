@@ -2,13 +2,13 @@
 demo{
   title = "Counting pi",
   lesson = "A block 100 times as heavy as the other drives it against a wall: they collide 31 times, and with 10 000 times the mass 314 times.",
-  seconds = 8,
+  seconds = 6,
   gravity = {0, 0},
   friction = 0,
   restitution = 1,
   stepper = "event_driven",
   dt = 1 / 240,
-  view = { x = 2.6, y = 0.5, height = 3.2 },
+  view = { x = 2.3, y = 0.5, height = 3.2, width = 6 },
 }
 local digits = param("digits", 2, 1, 3)
 local ratio = 100 ^ (digits - 1)

@@ -19,7 +19,12 @@ local load = box{ at = { (place - 0.5) * span, 2.68 }, size = {0.6, 0.6}, mass =
 local left, right = contact(plank, edges[-1]), contact(plank, edges[1])
 show{ "islands", "contacts", "impulses", "checks" }
 at(0.1, function() note("three islands: two towers, and the plank with its load") end)
-at(0.6, function() note("one island") end)
+local joined = false
+on_step(function()
+  if joined or not (left.touching and right.touching) then return end
+  joined = true
+  note("one island")
+end)
 
 -- Moments about the other edge.
 expect("the left edge carries", function() return left.force end,

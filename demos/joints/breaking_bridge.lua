@@ -16,6 +16,7 @@ local function node(i)
   return radius * math.sin(a), y + radius * (math.cos(half) - math.cos(a))
 end
 local width = 2 * radius * math.sin(half / n)
+ground{ y = -3 }
 local banks = {}
 for i, side in ipairs{ -1, 1 } do
   banks[i] = box{ at = {side * (span / 2 + 1.5), -1.5}, size = {3, 3}, type = "static" }

@@ -2,8 +2,8 @@
 demo{
   title = "Car on bumps",
   lesson = "Springs and dampers let the wheels follow the road while the body goes on nearly straight.",
-  seconds = 8,
-  view = { x = 9, y = 1.5, height = 7.5 },
+  seconds = 6.2,
+  view = { x = 8.9, y = 1.5, height = 7.5, width = 21 },
   friction = 0.9,
 }
 local stiffness = param("stiffness", 6000, 500, 50000, "N/m")
