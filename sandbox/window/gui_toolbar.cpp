@@ -272,16 +272,6 @@ void show_controls(const Gui& gui) {
 
 }  // namespace
 
-WindowFit fit_window(int width, int height) {
-  // What a row of all, and two rows, need.
-  constexpr double kLeastWidth[] = {760, 440, 0};
-  WindowFit fit;
-  for (fit.rows = 1;; ++fit.rows) {
-    fit.scale = std::max(0.6, height / (720 + fit.toolbar_px()));
-    if (width >= kLeastWidth[fit.rows - 1] * fit.scale) return fit;
-  }
-}
-
 void show_toolbar(const Gui& gui) {
   const float height = static_cast<float>(gui.fit.toolbar_px()) * gui.scale;
   // Whole pixels, and its frame outside at three sides.

@@ -14,7 +14,7 @@
 #include "sandbox/overlays/plot.h"
 #include "sandbox/overlays/registry.h"
 #include "sandbox/painter.h"
-#include "sandbox/window/gui.h"
+#include "sandbox/window/window_fit.h"
 #include "tests/sandbox/temporary.h"
 
 namespace skerry::sandbox {
@@ -26,8 +26,8 @@ using testing::HasSubstr;
 /// A demo at a moment, and its picture as data.
 class Shot {
  public:
-  Shot(const std::string& path, double at, std::vector<std::string> names, PaintOptions paint = {},
-       LoopClock clock = {})
+  Shot(const std::string& path, double at, const std::vector<std::string>& names,
+       const PaintOptions& paint = {}, LoopClock clock = {})
       : demo_(path, {}), history_(demo_, needs_of(names).systems, kFlashSeconds), paint_(paint) {
     demo_.observe(needs_of(names));
     clock.until = at;
