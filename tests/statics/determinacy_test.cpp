@@ -168,6 +168,7 @@ TEST(SparseLu, SolvesLikeDenseLuBothWays) {
     const int n = 1 + seed % 40;
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
     std::vector<Entry> entries;
+    entries.reserve(6 * static_cast<std::size_t>(n));
     std::uniform_int_distribution<int> any(0, n - 1);
     for (int i = 0; i < n; ++i) entries.push_back({i, (i * 7 + 3) % n, unit(random)});
     for (int k = 0; k < 5 * n; ++k) entries.push_back({any(random), any(random), unit(random)});
