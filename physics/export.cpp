@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <ostream>
@@ -186,11 +187,17 @@ void write_matrix_market(std::ostream& out, const std::vector<double>& values) {
 std::vector<std::string> write_matrix_market_files(const std::string& stem, const IslandSystem& system,
                                                    const std::vector<double>& lambda) {
   std::vector<std::string> paths;
+  const auto path_of = [&stem](MatrixPart part) {
+    return stem + "_" + std::string(to_string(part)) + ".mtx";
+  };
+  // Whoever reads the files would take those of another system for parts of this one.
+  if (system.compliance.empty()) std::filesystem::remove(path_of(MatrixPart::compliance));
+  if (lambda.empty()) std::filesystem::remove(path_of(MatrixPart::lambda));
   for (const MatrixPart part : {MatrixPart::W, MatrixPart::J, MatrixPart::M, MatrixPart::b, MatrixPart::rows,
                                 MatrixPart::compliance, MatrixPart::lambda}) {
     if (part == MatrixPart::compliance && system.compliance.empty()) continue;
     if (part == MatrixPart::lambda && lambda.empty()) continue;
-    const std::string path = stem + "_" + std::string(to_string(part)) + ".mtx";
+    const std::string path = path_of(part);
     std::ofstream file(path);
     if (!file) throw std::runtime_error("cannot open " + path + " for writing");
     write_matrix_market(file, system, part, lambda);

@@ -60,8 +60,10 @@ class Words {
   void skip_line() {
     std::string rest;
     std::getline(in_, rest);
-    ++line_;
+    count_line();
   }
+  /// One was read by somebody else.
+  void count_line() { ++line_; }
 
   [[noreturn]] void fail(const std::string& reason) const {
     throw std::invalid_argument(name_ + ":" + std::to_string(line_) + ": " + reason);
@@ -231,7 +233,8 @@ Eigen::SparseMatrix<double> read_matrix_market(std::istream& in, const std::stri
     words.fail("unknown field \"" + field + '"');
   const bool symmetric = symmetry == "symmetric", skew = symmetry == "skew-symmetric";
   if (!symmetric && !skew && symmetry != "general") words.fail("unknown symmetry \"" + symmetry + '"');
-  while (in.peek() == '%') std::getline(in, line);
+  words.count_line();
+  while (in.peek() == '%') words.skip_line();
 
   const long rows = words.integer("rows", 0, kMaxRows), columns = words.integer("columns", 0, kMaxRows);
   Triplets entries;

@@ -581,10 +581,14 @@ bool try_small_states(const IslandSystem& system, std::span<const double> warm_s
   if (solution.lambda.capacity() == 0) solution.lambda = take_spare<std::vector<double>>();
   solution.lambda.assign(lambda.begin(), lambda.begin() + static_cast<std::ptrdiff_t>(system.rows.size()));
   solution.residual = clamp_and_judge(system, solution.lambda);
-  if (!(solution.residual <= options.tolerance)) return false;
-  solution.status = SolveStatus::Solved;
   solution.method = "small_states";
   solution.iterations = solution.work.factorisations;
+  if (!(solution.residual <= options.tolerance)) {
+    // Within rounding it is an answer all the same, which others may improve on.
+    conclude(system, options, solution);
+    return false;
+  }
+  solution.status = SolveStatus::Solved;
   solution.trace = std::move(trace);
   return true;
 }

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <gtest/gtest.h>
+#include <sstream>
 #include <utility>
 
+#include "physics/import.h"
 #include "physics/solver/body_space.h"
 #include "tests/support/island_scenes.h"
 
@@ -23,6 +25,32 @@ Solution solve(const IslandSystem& system, const SolveOptions& options = {}) {
 bool has_note(const Solution& solution, const char* text) {
   return solution.trace && std::any_of(solution.trace->notes.begin(), solution.trace->notes.end(),
                                        [&](const std::string& n) { return n.find(text) != n.npos; });
+}
+
+// Bodies of a milligram beside an idle motor: the answer of the first rung is exact but for rounding.
+TEST(Auto, AnswersWithinRoundingAreSolved) {
+  std::istringstream problem(R"({
+  "format": "skerry-island", "version": 1,
+  "bodies": [
+    {"inverse_mass": 906634.8154702601, "inverse_inertia": 43941.60665443816, "position": [1.0570223782971033, 0.6836643565976916]}],
+  "rows": [
+    {"kind": "motor", "a": -1, "b": 0, "Ja": [0, 0, 0], "Jb": [0, 0, 1], "lower": -0.5971653522274031, "upper": 0.5971653522274031, "normal": -1, "mu": 0, "source": "4"},
+    {"kind": "joint", "a": -1, "b": 0, "Ja": [0, 0, 0], "Jb": [-0.5141084115309649, -0.6867548641333694, -0.4211282423784608], "lower": "-inf", "upper": "inf", "normal": -1, "mu": 0, "source": "8"},
+    {"kind": "normal", "a": -1, "b": 0, "Ja": [0, 0, 0], "Jb": [0, 1, -0.30407319015553425], "lower": 0, "upper": "inf", "normal": -1, "mu": 0, "source": "12"},
+    {"kind": "normal", "a": 0, "b": -1, "Ja": [-0, 1, 0.8730774755645305], "Jb": [0, 0, 0], "lower": 0, "upper": "inf", "normal": -1, "mu": 0, "source": "16"},
+    {"kind": "friction", "a": 0, "b": -1, "Ja": [-1, -0, 0.475146133384317], "Jb": [0, 0, 0], "lower": 0, "upper": "inf", "normal": 3, "mu": 0, "source": "17"},
+    {"kind": "normal", "a": 0, "b": -1, "Ja": [-0, 1, 0.8730774755645305], "Jb": [0, 0, 0], "lower": 0, "upper": "inf", "normal": -1, "mu": 0, "source": "100016"},
+    {"kind": "friction", "a": 0, "b": -1, "Ja": [-1, -0, 0.475146133384317], "Jb": [0, 0, 0], "lower": 0, "upper": "inf", "normal": 5, "mu": 0, "source": "100017"},
+    {"kind": "normal", "a": 0, "b": -1, "Ja": [0.6504321480339561, -0.7595643625157342, 0.2741458723120827], "Jb": [0, 0, 0], "lower": 0, "upper": "inf", "normal": -1, "mu": 0, "source": "20"},
+    {"kind": "friction", "a": 0, "b": -1, "Ja": [0.7595643625157342, 0.6504321480339561, -0.8658117252222552], "Jb": [0, 0, 0], "lower": 0, "upper": "inf", "normal": 7, "mu": 0, "source": "21"}],
+  "b": [0.7044814175161036, -0, 0, 0, 0, 0, 0, 0, 0]
+})");
+  const ImportedIsland island = read_json(problem);
+  const Solution solution = solve(island.system);
+  EXPECT_EQ(solution.status, SolveStatus::Solved) << solution.residual;
+  EXPECT_FALSE(solution.method.empty());
+  EXPECT_GT(solution.iterations, 0);
+  EXPECT_LE(solution.residual, 1e-9);
 }
 
 TEST(Auto, TakesTheRungThatFits) {

@@ -194,6 +194,19 @@ TEST(Export, MatrixMarketSetReadsBackAsTheSameIsland) {
   }
 }
 
+TEST(Export, LeavesNoPartsOfAnotherSystemInItsPlace) {
+  const std::string stem = testing::TempDir() + "used";
+  IslandSystem system = mixed_island(1);
+  system.compliance.assign(system.rows.size(), 0.5);
+  write_matrix_market_files(stem, system, std::vector<double>(system.rows.size(), 0.1));
+  system.compliance.clear();
+  const auto paths = write_matrix_market_files(stem, system, {});
+  const ImportedProblem read = read_problem(paths.front());
+  for (const std::string& path : paths) std::remove(path.c_str());
+  EXPECT_TRUE(read.island.compliance.empty());
+  EXPECT_TRUE(read.lambda.empty());
+}
+
 TEST(Import, SaysFileAndLineOfWhatItCannotRead) {
   const auto message = [](auto&& read, const char* text) -> std::string {
     std::istringstream in(text);
@@ -212,6 +225,9 @@ TEST(Import, SaysFileAndLineOfWhatItCannotRead) {
   EXPECT_THAT(message(read_json, "{\n\"format\": [}"), testing::HasSubstr("file.dat:2"));
   EXPECT_THAT(message(read_json, "{\"format\": \"other\"}"), testing::HasSubstr("other"));
   EXPECT_THAT(message(read_json, std::string(100000, '[').c_str()), testing::HasSubstr("nested"));
+  EXPECT_THAT(
+      message(read_matrix_market, "%%MatrixMarket matrix array real general\n% a\n% b\n2 1\n0.1\nzz\n"),
+      testing::HasSubstr("file.dat:6"));
   EXPECT_THAT(message(read_matrix_market, "%%MatrixMarket matrix coordinate complex general\n1 1 0\n"),
               testing::HasSubstr("complex"));
 }
