@@ -215,9 +215,6 @@ const std::vector<Note>& Demo::notes() const {
 const World& Demo::world() const {
   return *script_->world;
 }
-ForceField Demo::force_field() const {
-  return script_->world->callbacks().field;
-}
 const RunTotals& Demo::totals() const {
   return script_->totals;
 }
@@ -348,22 +345,16 @@ bool given_methods(const DemoOptions& options) {
          options.budget || options.flow_work || options.sleep_speed;
 }
 
-/// Whether a body is what it is in the other world, wherever it is.
-bool is_same_body(const World& x, const World& y, BodyId body) {
-  if (x.bodies().type[body.index] != y.bodies().type[body.index] || x.mass(body) != y.mass(body) ||
-      x.inertia(body) != y.inertia(body))
-    return false;
-  const auto shapes_of = [body](const World& world) {
-    std::vector<const Shape*> shapes;
-    for (const ShapeRecord& record : world.shapes())
-      if (record.alive && record.body == body) shapes.push_back(&*record.shape);
-    return shapes;
+/// Whether there are the same bodies with the same shapes, wherever they are.
+bool are_same_bodies(const World& x, const World& y) {
+  const BodyArrays &a = x.bodies(), &b = y.bodies();
+  const auto same = [](const ShapeRecord& one, const ShapeRecord& other) {
+    if (!one.alive || !other.alive) return one.alive == other.alive;
+    return one.body == other.body && one.shape->kind == other.shape->kind &&
+           one.shape->radius == other.shape->radius && one.shape->vertices == other.shape->vertices;
   };
-  const auto same = [](const Shape* a, const Shape* b) {
-    return a->kind == b->kind && a->radius == b->radius && a->vertices == b->vertices;
-  };
-  const std::vector<const Shape*> a = shapes_of(x), b = shapes_of(y);
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+  return a.alive == b.alive && a.type == b.type && a.mass == b.mass && a.inertia == b.inertia &&
+         std::equal(x.shapes().begin(), x.shapes().end(), y.shapes().begin(), y.shapes().end(), same);
 }
 
 }  // namespace
@@ -418,13 +409,7 @@ World& Demo::world_for_input() {
 void Demo::adopt(World world) {
   Script& script = *script_;
   world.adopt(script.world->callbacks());
-  bool same = world.bodies().alive == script.world->bodies().alive;
-  for (std::size_t i = 0; same && i < world.bodies().size(); ++i) {
-    if (!world.bodies().alive[i]) continue;
-    const BodyId body = world.body_id(i);
-    same = script.world->alive(body) && is_same_body(world, *script.world, body);
-  }
-  if (!same)
+  if (!are_same_bodies(world, *script.world))
     throw std::invalid_argument("the snapshot has other bodies than " + script.name +
                                 " (other script, or other values of --set)");
   const std::uint64_t steps = world.report().step;

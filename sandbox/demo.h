@@ -147,7 +147,6 @@ class Demo {
   const std::vector<Note>& notes() const;
 
   const World& world() const;
-  ForceField force_field() const;  ///< that of the world; empty without one
   const std::vector<BridgeView>& bridges() const;
   /// Turns observers on for overlays; those that the script needs stay on.
   void observe(Observe what);

@@ -85,12 +85,12 @@ struct RestOptions {
   std::string solver = "auto";
   bool last_step = true;   ///< begin with the forces of the world's last step where they are in equilibrium
   bool uniqueness = true;  ///< find which forces are the only possible ones: a rank-revealing factorisation
-  ForceField field{};      ///< of the world; it does not tell, and without this its field is left out
 };
 
 /// Finds the touching points of all dynamic bodies at their present poses and solves for their forces. Loads
-/// are gravity, springs, the forces that wait for the next step, and `RestOptions::field` for bodies at rest.
-/// @throws std::invalid_argument for an unknown solver, or a dynamic body without mass
+/// are gravity, springs, the forces that wait for the next step, and the world's force field for bodies at
+/// rest. @throws std::invalid_argument for an unknown solver, a dynamic body without mass, or a field that is
+/// not finite; what the field throws
 RestAnalysis analyse_rest(const World& world, const RestOptions& options = {});
 
 /// A world at rest under many loads: contacts, joints, order and factor are found once and kept. While the

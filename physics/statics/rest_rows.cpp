@@ -12,6 +12,7 @@
 #include "physics/contact.h"
 #include "physics/joint_rows.h"
 #include "physics/narrowphase/chain.h"
+#include "physics/text.h"
 
 namespace skerry::statics {
 namespace {
@@ -19,7 +20,11 @@ namespace {
 class Builder {
  public:
   Builder(const World& world, const RestOptions& options, RestAnalysis& out)
-      : world_(world), options_(options), out_(out), local_(world.bodies().size(), -1) {}
+      : world_(world),
+        options_(options),
+        field_(world.callbacks().field),
+        out_(out),
+        local_(world.bodies().size(), -1) {}
 
   RestRows run() {
     add_bodies();
@@ -53,16 +58,20 @@ class Builder {
 
   /// The field's force on a body that rests.
   Wrench field(std::size_t i) const {
-    if (!options_.field) return {};
+    if (!field_) return {};
     const BodyArrays& b = world_.bodies();
-    return options_.field({.body = world_.body_id(i),
-                           .position = b.position[i],
-                           .angle = b.angle[i],
-                           .velocity = {},
-                           .omega = 0,
-                           .mass = b.mass[i],
-                           .inertia = b.inertia[i],
-                           .time = world_.time()});
+    const Wrench wrench = field_({.body = world_.body_id(i),
+                                  .position = b.position[i],
+                                  .angle = b.angle[i],
+                                  .velocity = {},
+                                  .omega = 0,
+                                  .mass = b.mass[i],
+                                  .inertia = b.inertia[i],
+                                  .time = world_.time()});
+    if (!is_finite(wrench.force) || !std::isfinite(wrench.torque))
+      throw std::invalid_argument("force field: not finite for body " + std::to_string(i) + ": " +
+                                  to_text(wrench.force) + ", " + to_text(wrench.torque));
+    return wrench;
   }
 
   int local(BodyId body) const { return body ? local_[body.index] : -1; }
@@ -283,6 +292,7 @@ class Builder {
 
   const World& world_;
   const RestOptions& options_;
+  const ForceField field_;
   RestAnalysis& out_;
   RestRows rows_;
   std::vector<int> local_;

@@ -66,7 +66,7 @@ Json pair_json(Vec2 v) {
 
 void analyse_bodies(const Demo& demo, bool pushed, Json& json, std::ostream& text) {
   const World& world = demo.world();
-  const RestAnalysis rest = analyse_rest(world, {.field = demo.force_field()});
+  const RestAnalysis rest = analyse_rest(world);
   if (rest.bodies.empty()) return;
   const Fate fate = fate_of(rest);
   json["fate"] = to_string(fate);
@@ -79,7 +79,7 @@ void analyse_bodies(const Demo& demo, bool pushed, Json& json, std::ostream& tex
   if (rest.indeterminacy > 0) text << ", " << rest.indeterminacy << " times statically indeterminate";
   text << ")\n";
   std::vector<std::string> more;
-  if (demo.force_field()) more.emplace_back("the force field, as it acts on what rests");
+  if (world.callbacks().field) more.emplace_back("the force field, as it acts on what rests");
   if (pushed) more.emplace_back("the forces of on_step at this moment");
   json["loads_of_the_script"] = more;
   if (!more.empty()) text << "  among the loads: " << join(more, "; ") << '\n';

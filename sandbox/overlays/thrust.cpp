@@ -65,8 +65,7 @@ void draw_mechanism(const OverlayContext& context, const statics::RestAnalysis& 
 void draw_thrust(const OverlayContext& context, render::DrawList& list) {
   const render::Style& style = context.style;
   render::DrawLayer& layer = list[render::Layer::Contacts];
-  const statics::RestAnalysis rest =
-      statics::analyse_rest(context.world, {.uniqueness = false, .field = context.demo.force_field()});
+  const statics::RestAnalysis rest = statics::analyse_rest(context.world, {.uniqueness = false});
   const std::vector<statics::ThrustSegment> line = statics::thrust_line(rest);
   double largest = 0;
   for (const statics::ThrustSegment& segment : line) largest = std::max(largest, segment.force);

@@ -293,17 +293,18 @@ TEST(Rest, AFieldActsOnWhatRestsInIt) {
   World world(skerry::test::weightless());
   add_ground(world, rough(make_disc(1), 0.5));
   add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5), 2);
-  const ForceField field = [](const FieldSample& s) {
+  world.set_force_field([](const FieldSample& s) {
     return Wrench{{3 - s.velocity.x, -9.81 * s.mass}, 0.25};
-  };
-  world.set_force_field(field);
-  const RestAnalysis rest = analyse_rest(world, {.field = field});
+  });
+  const RestAnalysis rest = analyse_rest(world);
   EXPECT_TRUE(rest.stands);
   const std::vector<PairForce> pairs = pair_forces(rest);
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_NEAR(pairs[0].normal, 2 * 9.81, 1e-9);
   EXPECT_NEAR(pairs[0].friction, 3, 1e-9);
   EXPECT_NEAR(pairs[0].at.x, (3 * 0.5 - 0.25) / (2 * 9.81), 1e-9);
+  world.set_force_field([](const FieldSample&) { return Wrench{{NAN, 0}, 0}; });
+  EXPECT_THROW(analyse_rest(world), std::invalid_argument);
 }
 
 TEST(RestSolver, AColumnIsFactorisedOnceForAThousandLoads) {
