@@ -355,7 +355,6 @@ void World::destroy(BodyId id) {
   std::erase(s.awake, i);
   std::erase(s.kinematic, i);
   s.local_index[i] = -1;
-  s.graph_known = false;
   BodyArrays& b = s.bodies;
   s.kept[i] = 1;
   b.alive[i] = 0;

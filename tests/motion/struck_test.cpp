@@ -76,9 +76,25 @@ TEST_P(StruckBy, WhatIsThrownOverACornerOfTerrainMeetsTheNextSegment) {
 
 // A light box under a heavy one is a wedge: friction that comes along with a correction can outgrow it.
 TEST_P(StruckBy, AWedgedBoxGainsNoEnergy) {
+  struct Scene {
+    double x, vx, omega, light_angle, heavy_angle;
+  };
+  for (const Scene& scene : {Scene{-0.1, 0, -8, 0.5, 2.5}, Scene{-0.3, 2, -4, 0, 2}}) {
+    World world = make_world();
+    add_ground(world, rough(make_disc(1), 0.5));
+    add(world, {0, 0.3}, rough(make_box({0.3, 0.15}), 0.5), 1, {}, 0, scene.light_angle);
+    add(world, {scene.x, 1}, rough(make_box({0.4, 0.2}), 0.5), 50, {scene.vx, -3}, scene.omega,
+        scene.heavy_angle);
+    for (int i = 0; i < 24; ++i) {
+      const double before = energy_of(world);
+      world.step(kStep);
+      ASSERT_LT(energy_of(world), 1.01 * before + 0.01) << scene.x << " at " << world.time();
+    }
+  }
   const int pairs = test_scale(200);
   for (const double h : {kStep, kStep / 16}) {
-    for (int seed = 0; seed < (h < kStep ? pairs / 4 : pairs); ++seed) {
+    for (int k = 0; k < (h < kStep ? pairs / 4 : pairs); ++k) {
+      const int seed = 290 + k;
       std::mt19937_64 random(static_cast<unsigned>(seed));
       const auto uniform = [&random](double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(random);
