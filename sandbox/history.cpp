@@ -216,7 +216,10 @@ void History::look_at_systems(const World& world) {
   for (const IslandTrace& trace : world.report().traces) {
     if (followed >= 0 && trace.island != followed) continue;
     const IslandTrace*& best = trace.impact ? impact : resting;
-    if (!best || trace.system.size() > best->system.size()) best = &trace;
+    // Of one island the last of the step.
+    if (!best || trace.system.size() > best->system.size() ||
+        (trace.system.size() == best->system.size() && trace.island == best->island))
+      best = &trace;
   }
   if (impact) impact_ = record(world, *impact);
   if (resting) resting_ = record(world, *resting);

@@ -114,6 +114,8 @@ class History {
   const SystemRecord* system() const;
   /// The system of forces of the last step that solved one; null before that.
   const SystemRecord* resting() const { return resting_ ? &*resting_ : nullptr; }
+  /// The system of the last impact; null before one.
+  const SystemRecord* impact() const { return impact_ ? &*impact_ : nullptr; }
   /// Samples at equal distances from the start, and the last one: at most 4097, whatever the length of the
   /// run.
   const std::vector<LedgerSample>& ledger() const { return ledger_; }

@@ -472,20 +472,20 @@ void AccelerationProblem::derivative(const State& y, const ModeForces& forces, S
   for (const double force : forces.row_force) dy[at++] = force;
 }
 
-bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State& y) const {
-  ++result_.force_solves;
-  Geometry& g = scratch_->geometry;
-  if (!geometry(mode, elapsed, y, g)) return false;
-  std::vector<Block> free;
-  apply(mode, elapsed, g, free);
-  IslandSystem system;
-  double largest = 0;
-  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
-    const std::uint32_t body = island_.bodies[k];
+/// Rows of a contact problem, and what of a mode they stand for.
+struct AccelerationProblem::Places {
+  struct Place {
+    int row = -1;
+    std::size_t index = 0;
+  };
+  std::vector<Place> held, limits, motors, normals, frictions;
+};
+
+void AccelerationProblem::set_up(const ContactMode& mode, const Geometry& g, const std::vector<Block>& free,
+                                 IslandSystem& system, Places& places) const {
+  for (const std::uint32_t body : island_.bodies) {
     system.bodies.push_back({state_.bodies.inverse_mass[body], state_.bodies.inverse_inertia[body]});
     system.positions.push_back(state_.bodies.position[body]);
-    largest =
-        std::max({largest, std::hypot(free[k][0], free[k][1]), std::abs(free[k][2]) * state_.radius[body]});
   }
   const auto add = [&](const AccelerationRow& from, RowKind kind) -> Row& {
     Row row;
@@ -498,50 +498,102 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
     row.source = static_cast<std::uint64_t>(system.rows.size());
     system.rows.push_back(row);
     system.b.push_back(-(from.bias + along_row(from.a, from.Ja, from.b, from.Jb, free)));
-    largest = std::max(largest, std::abs(system.b.back()));
     return system.rows.back();
   };
-  struct Place {
-    int row = -1;
-    std::size_t index = 0;
-  };
-  std::vector<Place> held, limits, motors, normals, frictions;
   for (std::size_t i = 0; i < mode.rows.size(); ++i) {
     if (mode.rows[i].state != JointRowState::Holds) continue;
     const int at = system.size();
     switch (mode.rows[i].kind) {
       case JointRowKind::Limit:
-        limits.push_back({at, i});
+        places.limits.push_back({at, i});
         add(g.rows[i], RowKind::Limit);
         break;
       case JointRowKind::Motor: {
-        motors.push_back({at, i});
+        places.motors.push_back({at, i});
         Row& row = add(g.rows[i], RowKind::Motor);
         row.upper = g.joint_rows[i].most;
         row.lower = -row.upper;
         break;
       }
       default:
-        held.push_back({at, i});
+        places.held.push_back({at, i});
         add(g.rows[i], RowKind::Joint);
     }
   }
   for (std::size_t p = 0; p < mode.points.size(); ++p) {
     const int normal = system.size();
-    normals.push_back({normal, p});
+    places.normals.push_back({normal, p});
     add(g.normals[p], RowKind::Normal);
     for (std::size_t k = 0; k < mode.grips.size(); ++k) {
       const Grip& grip = mode.grips[k];
       if (grip.contact != mode.points[p].contact) continue;
-      frictions.push_back({system.size(), k});
+      places.frictions.push_back({system.size(), k});
       Row& row = add(g.grips[k], grip.rolling ? RowKind::Rolling : RowKind::Friction);
       row.normal = normal;
       row.mu = grip.sign == 0 ? grip.hold : grip.mu;
     }
   }
+}
+
+void AccelerationProblem::equations(const ContactMode& mode, double elapsed, const State& y,
+                                    const ModeForces& forces, double h, IslandSystem& system,
+                                    std::vector<double>& lambda) const {
+  Geometry& g = scratch_->geometry;
+  if (!geometry(mode, elapsed, y, g)) return;
+  std::vector<Block> free;
+  apply(mode, elapsed, g, free);
+  Places places;
+  set_up(mode, g, free, system, places);
+  for (double& b : system.b) b *= h;
+  lambda.assign(system.rows.size(), 0);
+  const auto impulse = [&](const Places::Place& place) -> double& {
+    return lambda[static_cast<std::size_t>(place.row)];
+  };
+  for (const auto* rows : {&places.held, &places.limits, &places.motors})
+    for (const Places::Place& place : *rows) impulse(place) = h * forces.row_force[place.index];
+  for (const Places::Place& place : places.motors) {
+    Row& row = system.rows[static_cast<std::size_t>(place.row)];
+    row.upper *= h;
+    row.lower *= h;
+  }
+  for (const Places::Place& place : places.normals) impulse(place) = h * forces.point_force[place.index];
+  for (const Places::Place& place : places.frictions) {
+    const Grip& grip = mode.grips[place.index];
+    const Row& row = system.rows[static_cast<std::size_t>(place.row)];
+    // Two points share the friction by their loads.
+    double load = 0;
+    for (int i = 0; i < grip.count; ++i)
+      load += h * forces.point_force[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])];
+    const double own = lambda[static_cast<std::size_t>(row.normal)];
+    if (load > 0) impulse(place) = h * forces.grip_force[place.index] * own / load;
+    if (grip.sign != 0) system.b[static_cast<std::size_t>(place.row)] -= g.grip_speed[place.index];
+  }
+  const std::vector<double> w = row_velocities(system, lambda);
+  for (const Places::Place& place : places.frictions) {
+    const auto row = static_cast<std::size_t>(place.row);
+    if (mode.grips[place.index].sign * w[row] < 0) system.b[row] += w[row];
+  }
+}
+
+bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State& y) const {
+  ++result_.force_solves;
+  Geometry& g = scratch_->geometry;
+  if (!geometry(mode, elapsed, y, g)) return false;
+  std::vector<Block> free;
+  apply(mode, elapsed, g, free);
+  IslandSystem system;
+  Places places;
+  set_up(mode, g, free, system, places);
+  const auto& [held, limits, motors, normals, frictions] = places;
+  double largest = 0;
+  for (std::size_t k = 0; k < island_.bodies.size(); ++k) {
+    const double turn = std::abs(free[k][2]) * state_.radius[island_.bodies[k]];
+    largest = std::max({largest, std::hypot(free[k][0], free[k][1]), turn});
+  }
+  for (const double b : system.b) largest = std::max(largest, std::abs(b));
   // A contact that slides has its friction at the bound whatever the accelerations: it is asked for one that
   // no force within the bounds can give.
-  for (const Place& place : frictions) {
+  for (const Places::Place& place : frictions) {
     const int sign = mode.grips[place.index].sign;
     if (sign != 0) system.b[static_cast<std::size_t>(place.row)] = -sign * 1e3 * (1 + largest);
   }
@@ -560,29 +612,29 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
   mode.point_force.assign(mode.points.size(), 0);
   mode.grip_force.assign(mode.grips.size(), 0);
   mode.row_force.assign(mode.rows.size(), 0);
-  const auto force_of = [&](const Place& place) {
+  const auto force_of = [&](const Places::Place& place) {
     return solution.lambda[static_cast<std::size_t>(place.row)];
   };
-  for (const Place& place : held) mode.row_force[place.index] = force_of(place);
-  for (const Place& place : limits) mode.row_force[place.index] = force_of(place);
-  for (const Place& place : motors) mode.row_force[place.index] = force_of(place);
-  for (const Place& place : normals) mode.point_force[place.index] = force_of(place);
-  for (const Place& place : frictions) mode.grip_force[place.index] += force_of(place);
+  for (const Places::Place& place : held) mode.row_force[place.index] = force_of(place);
+  for (const Places::Place& place : limits) mode.row_force[place.index] = force_of(place);
+  for (const Places::Place& place : motors) mode.row_force[place.index] = force_of(place);
+  for (const Places::Place& place : normals) mode.point_force[place.index] = force_of(place);
+  for (const Places::Place& place : frictions) mode.grip_force[place.index] += force_of(place);
 
   const std::vector<double> w = row_velocities(system, solution.lambda);
   double load = 0;
   for (const double lambda : solution.lambda) load = std::max(load, std::abs(lambda));
   const auto carries = [&](int row) { return solution.lambda[static_cast<std::size_t>(row)] > 1e-11 * load; };
-  for (const Place& place : limits)
+  for (const Places::Place& place : limits)
     mode.rows[place.index].state = carries(place.row) ? JointRowState::Holds : JointRowState::Off;
-  for (const Place& place : motors) {
+  for (const Places::Place& place : motors) {
     const double force = solution.lambda[static_cast<std::size_t>(place.row)];
     if (std::abs(force) < system.rows[static_cast<std::size_t>(place.row)].upper * (1 - 1e-12)) continue;
     mode.rows[place.index].state = force > 0 ? JointRowState::Forward : JointRowState::Backward;
   }
-  for (const Place& place : normals) mode.points[place.index].closed = carries(place.row);
+  for (const Places::Place& place : normals) mode.points[place.index].closed = carries(place.row);
   bool weaker = false;
-  for (const Place& place : frictions) {
+  for (const Places::Place& place : frictions) {
     Grip& grip = mode.grips[place.index];
     if (grip.sign != 0 || !carries(system.rows[static_cast<std::size_t>(place.row)].normal)) continue;
     // Where even the largest friction cannot hold, the acceleration tells which way it begins to slide.

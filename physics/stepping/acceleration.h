@@ -58,6 +58,13 @@ class AccelerationProblem {
   /// @return false if the solver found no answer
   bool choose(ContactMode& mode, double elapsed, const State& y) const;
 
+  /// The contact problem that `forces` solve, for an observer. They act for `h`: b is in m/s and lambda in N
+  /// s, as in the problems of other steppers, and `b = -h (J a + bias)` of the motion without them. Where a
+  /// contact slides, b also counts the speed that would have to go for it to stick, or as much as is needed
+  /// for friction to stay at its bound.
+  void equations(const ContactMode& mode, double elapsed, const State& y, const ModeForces& forces, double h,
+                 IslandSystem& system, std::vector<double>& lambda) const;
+
   /// What the evaluations so far cost, in unknown forces of body space (about 0.3 us each): a dense
   /// elimination of n counts as n^3 / 100, one of n rows of joints alone as n / 4.
   double work() const { return work_; }
@@ -71,11 +78,15 @@ class AccelerationProblem {
   struct Geometry;
   struct Unknown;
   struct Scratch;
+  struct Places;
 
   bool geometry(const ContactMode& mode, double elapsed, const State& y, Geometry& out) const;
   /// Accelerations by everything that is known: external forces, springs, motors at their largest force.
   void apply(const ContactMode& mode, double elapsed, const Geometry& g,
              std::vector<std::array<double, 3>>& acceleration) const;
+  /// The complementarity problem of the accelerations of all that a mode may hold. @pre `system` is empty
+  void set_up(const ContactMode& mode, const Geometry& g, const std::vector<std::array<double, 3>>& free,
+              IslandSystem& system, Places& places) const;
   /// What the acceleration of ground that moves as told adds to a row's bias.
   double ground_bias(std::uint32_t body, const std::array<double, 3>& J, double elapsed) const;
   std::array<double, 3> inverse_mass(int k) const;

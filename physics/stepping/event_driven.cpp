@@ -152,6 +152,18 @@ class EventStep {
            joints_are_off(state_, island_, elapsed_, kJoined);
   }
 
+  /// The forces of the mode as the answer to a contact problem, for an observer.
+  void keep_equations(const State& y) {
+    if (!state_.observe.systems) return;
+    IslandSystem system;
+    std::vector<double> lambda;
+    problem_.equations(mode_, elapsed_, y, forces_, h_, system, lambda);
+    if (system.rows.empty()) return;
+    const double residual = natural_map_residual(system, lambda);
+    keep_trace(state_, island_, elapsed_, std::move(system), std::move(lambda), SolveStatus::Solved,
+               result_.report.method, residual, false, nullptr, result_);
+  }
+
   /// Nothing moves and nothing will: the rest of the step is known.
   bool rest() {
     if (mode_.free() || !parabolic_) return false;
@@ -178,6 +190,7 @@ class EventStep {
                      result_);
     State y = problem_.gather(mode_);
     State dy;
+    keep_equations(y);
     problem_.derivative(y, forces_, dy);
     for (std::size_t i = 6 * island_.bodies.size(); i < y.size(); ++i) y[i] = (h_ - elapsed_) * dy[i];
     store_forces(state_, island_, h_, mode_, forces_, y);
@@ -228,6 +241,7 @@ class EventStep {
     State y = problem_.gather(mode_), dy, at_event;
     if (!forces_known_ && !problem_.evaluate(mode_, elapsed_, y, forces_)) return false;
     forces_known_ = false;
+    keep_equations(y);
     problem_.derivative(y, forces_, dy);
     ModeForces latest, end;
     RungeKutta method(
