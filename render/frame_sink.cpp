@@ -13,6 +13,7 @@
 #include "render/bounded_queue.h"
 #include "render/error.h"
 #include "render/sink_base.h"
+#include "render/utf8.h"
 
 namespace skerry::render {
 
@@ -27,6 +28,9 @@ void SinkBase::begin(const StreamInfo& info) {
                                 std::to_string(info.fps) + " frames/s");
   }
   info_ = info;
+  info_.title = valid_utf8(info.title);
+  info_.comment = valid_utf8(info.comment);
+  for (Chapter& chapter : info_.chapters) chapter.title = valid_utf8(chapter.title);
   open();
   phase_ = Phase::Open;
 }
@@ -56,7 +60,7 @@ void SinkBase::repeat() {
 }
 
 void SinkBase::chapter(const std::string& title) {
-  info_.chapters.push_back({static_cast<double>(frames_) / info_.fps, title});
+  info_.chapters.push_back({static_cast<double>(frames_) / info_.fps, valid_utf8(title)});
 }
 
 SinkReport SinkBase::end() {

@@ -4,13 +4,14 @@
 #include <algorithm>
 
 #include "render/html_report_page.h"
+#include "render/utf8.h"
 
 namespace skerry::render {
 namespace {
 
 std::string escaped(const std::string& text) {
   std::string out;
-  for (const char c : text) {
+  for (const char c : valid_utf8(text)) {
     switch (c) {
       case '&':
         out += "&amp;";

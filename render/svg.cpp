@@ -11,6 +11,7 @@
 #include "render/glyphs.h"
 #include "render/shape_batch.h"
 #include "render/style.h"
+#include "render/utf8.h"
 
 namespace skerry::render {
 namespace {
@@ -44,7 +45,7 @@ class Writer {
     return *this;
   }
   Writer& escaped(std::string_view plain) {
-    for (const char c : plain) {
+    for (const char c : valid_utf8(plain)) {
       switch (c) {
         case '&':
           raw("&amp;");

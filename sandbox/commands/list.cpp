@@ -70,7 +70,7 @@ int list(const SharedOptions& shared, bool json, const Io& io) {
       code = kScriptOrFile;
     }
   }
-  if (json) io.out << all.dump(2) << '\n';
+  if (json) io.out << all.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
   return code;
 }
 
