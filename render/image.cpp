@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "render/image.h"
 
-#include <algorithm>
-#include <cerrno>
-#include <fcntl.h>
 #include <stdexcept>
-#include <unistd.h>
 
-#include "render/error.h"
+#include "render/output_file.h"
 
 namespace skerry::render {
 namespace {
@@ -59,29 +55,9 @@ std::uint64_t digest(const Image& image) {
 }
 
 void write_file(const std::filesystem::path& path, const void* bytes, std::size_t size) {
-  const std::string part = path.string() + ".part";
-  const auto fail = [&](const char* what, int error) {
-    throw EnvironmentError(path.string() + ": cannot " + what + ": " + system_message(error));
-  };
-  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) fail("create", errno);
-  const char* from = static_cast<const char*>(bytes);
-  int error = 0;
-  while (size > 0 && error == 0) {
-    const ssize_t written = ::write(file, from, std::min<std::size_t>(size, 1 << 30));
-    if (written > 0) {
-      from += written;
-      size -= static_cast<std::size_t>(written);
-    } else if (written == 0 || errno != EINTR) {
-      error = written == 0 ? ENOSPC : errno;
-    }
-  }
-  if (::close(file) != 0 && error == 0) error = errno;
-  if (error == 0 && ::rename(part.c_str(), path.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(part.c_str());
-    fail("write", error);
-  }
+  OutputFile file(path);
+  file.write(bytes, size);
+  file.finish();
 }
 
 }  // namespace skerry::render

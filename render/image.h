@@ -46,7 +46,7 @@ struct Image {
 /// @throws std::invalid_argument for an empty image
 [[nodiscard]] std::vector<std::uint8_t> encode_small_png(const Image& image, bool quantise = false);
 
-/// Writes `path` whole or not at all: the bytes go to "PATH.part", which is renamed at the end.
+/// Writes `path` whole or not at all (render/output_file.h); FIFOs and devices get the bytes as they come.
 /// @throws EnvironmentError with the file's name and the system's reason; no file is left behind
 void write_png(const std::filesystem::path& path, const Image& image);
 

@@ -7,12 +7,11 @@ extern "C" {
 }
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -20,6 +19,7 @@ extern "C" {
 
 #include "render/bounded_queue.h"
 #include "render/error.h"
+#include "render/output_file.h"
 #include "render/palette.h"
 #include "render/sink_base.h"
 #include "render/yuv.h"
@@ -122,19 +122,15 @@ void convert(const Image& image, AVFrame& frame) {
 class VideoSink final : public SinkBase {
  public:
   VideoSink(const std::string& path, VideoKind kind, const SinkOptions& options)
-      : SinkBase(path),
-        kind_(kind),
-        options_(options),
-        recipe_(choose(kind, options)),
-        part_(path + ".part") {}
+      : SinkBase(path), kind_(kind), options_(options), recipe_(choose(kind, options)) {}
 
   ~VideoSink() override {
     filled_.abandon();
     if (encoder_.joinable()) encoder_.join();
     // The GIF writer of FFmpeg 5.1 frees the frame it holds back only here.
     if (header_written_ && kind_ == VideoKind::Gif) av_write_trailer(format_.get());
+    // Closed before it is removed.
     format_.reset();
-    if (part_exists_) std::remove(part_.c_str());
   }
 
  private:
@@ -158,8 +154,7 @@ class VideoSink final : public SinkBase {
   const VideoKind kind_;
   const SinkOptions options_;
   const Recipe recipe_;
-  const std::string part_;
-  bool part_exists_ = false;
+  std::optional<OutputFile> file_;
   bool header_written_ = false;  // and no trailer yet
 
   std::unique_ptr<AVFormatContext, FreeFormat> format_;
@@ -268,8 +263,14 @@ void VideoSink::open_encoder() {
 }
 
 void VideoSink::open_file() {
+  file_.emplace(name());
+  if (kind_ == VideoKind::Mp4 && file_->in_place())
+    throw std::invalid_argument(name() +
+                                ": MP4 is completed at its beginning, which a FIFO or device does not "
+                                "allow; use .mkv, .webm or .gif");
+  const char* target = file_->target().c_str();
   AVFormatContext* format = nullptr;
-  int error = avformat_alloc_output_context2(&format, nullptr, recipe_.container, part_.c_str());
+  int error = avformat_alloc_output_context2(&format, nullptr, recipe_.container, target);
   if (error < 0) fail((std::string("no container ") + recipe_.container).c_str(), error);
   format_.reset(format);
   format->flags |= AVFMT_FLAG_BITEXACT;  // no random identifiers: same frames, same file
@@ -281,9 +282,8 @@ void VideoSink::open_file() {
   if (error < 0) fail("cannot describe the stream", error);
   if (!info().title.empty()) av_dict_set(&format->metadata, "title", info().title.c_str(), 0);
   if (!info().comment.empty()) av_dict_set(&format->metadata, "comment", info().comment.c_str(), 0);
-  error = avio_open(&format->pb, part_.c_str(), AVIO_FLAG_WRITE);
+  error = avio_open(&format->pb, target, AVIO_FLAG_WRITE);
   if (error < 0) fail("cannot create", error);
-  part_exists_ = true;
   AVDictionary* dictionary = nullptr;
   if (kind_ == VideoKind::Mp4) av_dict_set(&dictionary, "movflags", "+faststart", 0);
   if (kind_ == VideoKind::Gif) av_dict_set(&dictionary, "loop", "0", 0);
@@ -429,13 +429,11 @@ void VideoSink::finish(SinkReport& report) {
   int error = av_write_trailer(format_.get());
   if (error >= 0) error = format_->pb->error;
   if (error < 0) fail("cannot write", error);
-  report.bytes = static_cast<std::uint64_t>(avio_size(format_->pb));
+  report.bytes =
+      static_cast<std::uint64_t>(file_->in_place() ? avio_tell(format_->pb) : avio_size(format_->pb));
   error = avio_closep(&format_->pb);
   if (error < 0) fail("cannot write", error);
-  if (std::rename(part_.c_str(), name().c_str()) != 0) {
-    throw EnvironmentError(name() + ": cannot rename " + part_ + ": " + system_message(errno));
-  }
-  part_exists_ = false;
+  file_->finish();
   const char* pixels = recipe_.format == AV_PIX_FMT_PAL8      ? "256 colours"
                        : recipe_.format == AV_PIX_FMT_YUV420P ? "yuv420p"
                        : recipe_.format == AV_PIX_FMT_YUV444P ? "yuv444p"
