@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <ostream>
+#include <sstream>
 #include <stdexcept>
 
 namespace skerry {
@@ -184,26 +185,40 @@ void write_matrix_market(std::ostream& out, const std::vector<double>& values) {
   if (!out) throw std::runtime_error("cannot write vector");
 }
 
+std::vector<MatrixMarketFile> matrix_market_files(const std::string& stem, const IslandSystem& system,
+                                                  const std::vector<double>& lambda) {
+  std::vector<MatrixMarketFile> files;
+  for (const MatrixPart part : {MatrixPart::W, MatrixPart::J, MatrixPart::M, MatrixPart::b, MatrixPart::rows,
+                                MatrixPart::compliance, MatrixPart::lambda}) {
+    MatrixMarketFile& file = files.emplace_back();
+    file.path = stem + "_" + std::string(to_string(part)) + ".mtx";
+    if (part == MatrixPart::compliance && system.compliance.empty()) continue;
+    if (part == MatrixPart::lambda && lambda.empty()) continue;
+    std::ostringstream text;
+    write_matrix_market(text, system, part, lambda);
+    file.text = std::move(text).str();
+  }
+  return files;
+}
+
 std::vector<std::string> write_matrix_market_files(const std::string& stem, const IslandSystem& system,
                                                    const std::vector<double>& lambda) {
   std::vector<std::string> paths;
-  const auto path_of = [&stem](MatrixPart part) {
-    return stem + "_" + std::string(to_string(part)) + ".mtx";
-  };
-  // Whoever reads the files would take those of another system for parts of this one.
-  if (system.compliance.empty()) std::filesystem::remove(path_of(MatrixPart::compliance));
-  if (lambda.empty()) std::filesystem::remove(path_of(MatrixPart::lambda));
-  for (const MatrixPart part : {MatrixPart::W, MatrixPart::J, MatrixPart::M, MatrixPart::b, MatrixPart::rows,
-                                MatrixPart::compliance, MatrixPart::lambda}) {
-    if (part == MatrixPart::compliance && system.compliance.empty()) continue;
-    if (part == MatrixPart::lambda && lambda.empty()) continue;
-    const std::string path = path_of(part);
-    std::ofstream file(path);
-    if (!file) throw std::runtime_error("cannot open " + path + " for writing");
-    write_matrix_market(file, system, part, lambda);
-    file.close();
-    if (!file) throw std::runtime_error("cannot write " + path);
-    paths.push_back(path);
+  for (const MatrixMarketFile& file : matrix_market_files(stem, system, lambda)) {
+    if (file.text.empty()) {
+      std::filesystem::remove(file.path);
+      continue;
+    }
+    std::ofstream out(file.path, std::ios::binary);
+    if (!out) throw std::runtime_error("cannot open " + file.path + " for writing");
+    out << file.text;
+    out.close();
+    if (!out) {
+      std::error_code error;
+      if (std::filesystem::is_regular_file(file.path, error)) std::filesystem::remove(file.path, error);
+      throw std::runtime_error("cannot write " + file.path);
+    }
+    paths.push_back(file.path);
   }
   return paths;
 }

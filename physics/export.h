@@ -36,10 +36,18 @@ void write_matrix_market(std::ostream& out, const IslandSystem& system, MatrixPa
 /// @throws std::runtime_error when writing fails
 void write_matrix_market(std::ostream& out, const std::vector<double>& values);
 
-/// Writes STEM_W.mtx, STEM_J.mtx, STEM_M.mtx, STEM_b.mtx, STEM_rows.mtx, and STEM_compliance.mtx and
-/// STEM_lambda.mtx where they are not empty.
+/// A file of a contact problem.
+struct MatrixMarketFile {
+  std::string path;
+  std::string text;  ///< empty: there is no such part, and a file of that name would be one of another system
+};
+/// STEM_W.mtx, STEM_J.mtx, STEM_M.mtx, STEM_b.mtx, STEM_rows.mtx, STEM_compliance.mtx and STEM_lambda.mtx.
+std::vector<MatrixMarketFile> matrix_market_files(const std::string& stem, const IslandSystem& system,
+                                                  const std::vector<double>& lambda = {});
+
+/// Writes `matrix_market_files` one by one, and removes those that have no text.
 /// @return the paths written
-/// @throws std::runtime_error with the path that cannot be written
+/// @throws std::runtime_error with the path that cannot be written; no half of that file is left
 std::vector<std::string> write_matrix_market_files(const std::string& stem, const IslandSystem& system,
                                                    const std::vector<double>& lambda = {});
 

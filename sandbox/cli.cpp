@@ -45,7 +45,8 @@ std::string examples() {
   std::string text = "Examples:\n";
   for (const Command& command : commands()) text += "  " + std::string(command.example) + '\n';
   return text +
-         "\nExit codes: 0 good, 1 a check failed, 2 usage, 3 script or file error, 4 environment.\n"
+         "\nExit codes: 0 good, 1 a check failed, 2 usage, 3 script or file error, 4 environment, 130 "
+         "Ctrl-C.\n"
          "`skerry COMMAND --help` lists the options of a command.\n";
 }
 
@@ -86,7 +87,7 @@ int run_command_line(const std::vector<std::string>& arguments, std::ostream& ou
                      bool terminal) {
   Io io{out, err, terminal, "skerry"};
   for (const std::string& word : arguments) io.command_line += ' ' + quoted(word);
-  const auto complain = [&](const std::exception& error, ExitCode code) {
+  const auto complain = [&](const std::exception& error, int code) {
     err << "skerry: " << error.what() << '\n';
     return code;
   };
@@ -96,6 +97,8 @@ int run_command_line(const std::vector<std::string>& arguments, std::ostream& ou
     return complain(error, kUsage);
   } catch (const ScriptError& error) {
     return complain(error, kScriptOrFile);
+  } catch (const Interrupted& error) {
+    return complain(error, error.code);
   } catch (const render::EnvironmentError& error) {
     return complain(error, kEnvironmentError);
   } catch (const std::invalid_argument& error) {

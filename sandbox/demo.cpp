@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include "physics/snapshot.h"
 #include "physics/stepping/root.h"
@@ -76,6 +77,17 @@ double measure_crossing(Script& script, std::size_t i, double back) {
   const Asking asking(script, "on_event");
   if (back > 0) script.look_back = back;
   return measure(script.host, script.crossings[i].function, script.crossings[i].place, "on_event");
+}
+
+/// Whether what was highlighted since the last call is there. The script names bodies before it makes them.
+void check_highlight(Script& script) {
+  if (script.highlight_place.empty()) return;
+  const std::string place = std::exchange(script.highlight_place, {});
+  try {
+    resolve(script.picture.selection, *script.world, "highlight");
+  } catch (const UsageError& error) {
+    throw ScriptError(place + ": " + error.what());
+  }
 }
 
 bool changes_sign(double before, double after) {
@@ -174,6 +186,10 @@ Demo::Demo(const std::string& path, const DemoOptions& options)
   script.full_seconds = script.seconds;
   if (options.seconds) script.seconds = *options.seconds;
   if (options.steps) script.seconds = static_cast<double>(*options.steps) * script.dt;
+  if (!(script.seconds / script.dt <= static_cast<double>(kMostSteps)))
+    throw UsageError(script.name + ": " + format_number(script.seconds) + " s in steps of " +
+                     format_number(script.dt) + " s; at most " + std::to_string(kMostSteps) + " steps");
+  check_highlight(script);
 }
 
 Demo::~Demo() = default;
@@ -233,7 +249,8 @@ double Demo::time() const {
 }
 
 std::uint64_t Demo::total_steps() const {
-  return steps_until(script_->seconds, script_->dt);
+  // A step may be longer than the whole run.
+  return std::max<std::uint64_t>(1, steps_until(script_->seconds, script_->dt));
 }
 
 void Demo::keep_paths() {
@@ -288,6 +305,7 @@ void Demo::step() {
     script.host.call(script.appointments[i].function, 0);
   }
   call_before_step();
+  check_highlight(script);
   // From here on they are looked for.
   for (std::size_t i = 0; i < script.crossings.size(); ++i) {
     if (script.crossings[i].known) continue;
@@ -299,6 +317,7 @@ void Demo::step() {
   ++script.steps;
   advance_bridges(script);
   watch_crossings(script);
+  check_highlight(script);
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {
     const Check& due = script.checks[i];

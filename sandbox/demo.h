@@ -106,6 +106,11 @@ struct Picture {
   SelectionText selection;              ///< of `highlight`
 };
 
+/// What runs may be: beyond these a number is a slip of the hand, and counts of steps would not be exact.
+inline constexpr double kShortestStep = 1e-9, kLongestStep = 1e6;  // [s]
+inline constexpr double kLongestRun = 1e9;                         // [s]
+inline constexpr std::uint64_t kMostSteps = 1'000'000'000'000;
+
 /// Steps of `dt` up to `time` [s]: 4 s in steps of 1/60 s are 240, though 4 * 60 may round to
 /// 240.00000000000003.
 std::uint64_t steps_until(double time, double dt);

@@ -14,6 +14,7 @@ enum ExitCode : int {
   kUsage = 2,             ///< unknown option, value, command or demo parameter
   kScriptOrFile = 3,      ///< a demo that is not there or has an error; a file that cannot be read or written
   kEnvironmentError = 4,  ///< no EGL, no encoder, disk full
+  kInterrupted = 130,     ///< Ctrl-C; SIGTERM is 143: 128 and the number of the signal
 };
 
 /// Wrong words on the command line; exit code 2.
@@ -26,6 +27,13 @@ class UsageError : public std::runtime_error {
 class ScriptError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// A signal asked the command to end before it was done.
+class Interrupted : public std::runtime_error {
+ public:
+  Interrupted(const std::string& what, int exit_code) : std::runtime_error(what), code(exit_code) {}
+  const int code;
 };
 
 }  // namespace skerry::sandbox

@@ -49,7 +49,7 @@ GoldenScene golden_scene(const std::string& name, const std::string& words) {
   scene.picture.size = kSize;
   const auto describe = [&](OptionTable& table) {
     add_shared_options(table, shared, DemoCount::One);
-    table.add("--at", scene.at, "").required().non_negative();
+    table.add("--at", scene.at, "").required().range(0, kLongestRun);
     add_picture_options(table, scene.picture);
   };
   bool sized = false;

@@ -40,11 +40,14 @@ int demo(lua_State* L) {
   if (script.title.empty()) throw std::invalid_argument("demo: title expected a string, got nothing");
   script.lesson = args.text("lesson").value_or("");
   script.seconds = args.number("seconds", script.seconds);
-  if (script.seconds <= 0)
-    throw std::invalid_argument("demo: seconds must be positive, got " + format_number(script.seconds));
+  if (script.seconds < kShortestStep || script.seconds > kLongestRun)
+    throw std::invalid_argument("demo: seconds expected a number from " + format_number(kShortestStep) +
+                                " to " + format_number(kLongestRun) + ", got " +
+                                format_number(script.seconds));
   script.dt = args.number("dt", script.dt);
-  if (script.dt <= 0)
-    throw std::invalid_argument("demo: dt must be positive, got " + format_number(script.dt));
+  if (script.dt < kShortestStep || script.dt > kLongestStep)
+    throw std::invalid_argument("demo: dt expected a number from " + format_number(kShortestStep) + " to " +
+                                format_number(kLongestStep) + ", got " + format_number(script.dt));
   if (args.has("view")) script.picture.view = read_view(L, args);
   script.material.friction = args.number_from("friction", 0).value_or(script.material.friction);
   script.material.restitution = args.number_from("restitution", 0).value_or(script.material.restitution);
@@ -207,6 +210,7 @@ int highlight(lua_State* L) {
   if (!selection.other.empty() && selection.body.empty())
     throw std::invalid_argument("highlight: other needs body");
   script.picture.selection = selection;
+  script.highlight_place = script_place(L);
   return 0;
 }
 

@@ -2,6 +2,8 @@
 #include "sandbox/option_table.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
 
 #include "physics/text.h"
 #include "sandbox/errors.h"
@@ -37,30 +39,41 @@ CLI::Validator number_that(const std::string& what, const std::string& name, con
   return {check, name};
 }
 
-template <class Number>
-CLI::Validator number_within(Number least, Number most) {
+CLI::Validator number_within(double least, double most) {
   const std::string low = to_text(least), high = to_text(most);
   return number_that("a number from " + low + " to " + high, "in [" + low + " - " + high + "]",
-                     [least, most](double value) {
-                       return value >= static_cast<double>(least) && value <= static_cast<double>(most);
-                     });
+                     [least, most](double value) { return value >= least && value <= most; });
+}
+
+/// CLI11 takes "-1" for the largest number there is, and cuts off what is too large.
+CLI::Validator whole_within(std::uint64_t least, std::uint64_t most) {
+  const std::string low = std::to_string(least), high = std::to_string(most);
+  const auto check = [low, high, least, most](const std::string& word) -> std::string {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    const bool read = error == std::errc() && end == word.data() + word.size();
+    if (read && value >= least && value <= most) return {};
+    return "expected a whole number from " + low + " to " + high + ", got " + word;
+  };
+  return {check, "in [" + low + " - " + high + "]"};
 }
 
 }  // namespace
 
 OptionRow& OptionRow::positive() {
-  option_->check(number_that("a number above 0", "POSITIVE", [](double value) { return value > 0; }));
+  option_->check(number_that("a number above 0", "POSITIVE",
+                             [](double value) { return value > 0 && std::isfinite(value); }));
   return *this;
 }
 
 OptionRow& OptionRow::non_negative() {
-  option_->check(
-      number_that("a number of at least 0", "NONNEGATIVE", [](double value) { return value >= 0; }));
+  option_->check(number_that("a number of at least 0", "NONNEGATIVE",
+                             [](double value) { return value >= 0 && std::isfinite(value); }));
   return *this;
 }
 
-OptionRow& OptionRow::range(int least, int most) {
-  option_->check(number_within(least, most));
+OptionRow& OptionRow::whole(std::uint64_t least, std::uint64_t most) {
+  option_->check(whole_within(least, most));
   return *this;
 }
 

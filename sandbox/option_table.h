@@ -26,9 +26,10 @@ class OptionRow {
   /// The heading under which --help lists it.
   OptionRow& group(const std::string& name);
   OptionRow& required();
+  /// Numbers are finite; whole ones are written in digits alone.
   OptionRow& positive();
   OptionRow& non_negative();
-  OptionRow& range(int least, int most);
+  OptionRow& whole(std::uint64_t least, std::uint64_t most);
   OptionRow& range(double least, double most);
   OptionRow& needs(const OptionRow& other);
   OptionRow& excludes(const OptionRow& other);

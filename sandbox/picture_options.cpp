@@ -2,20 +2,53 @@
 #include "sandbox/picture_options.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <charconv>
+#include <cstdint>
+#include <tuple>
 
 #include "sandbox/errors.h"
 #include "sandbox/names.h"
 
 namespace skerry::sandbox {
 
+namespace {
+
+constexpr int kMostSide = 16384;
+constexpr std::int64_t kMostPoints = std::int64_t{kMostSide} * kMostSide;
+
+}  // namespace
+
+std::pair<int, int> parse_size(const std::string& text, int least_width, int least_height) {
+  int width = 0, height = 0;
+  const char* const last = text.data() + text.size();
+  const auto [middle, error] = std::from_chars(text.data(), last, width);
+  if (error == std::errc() && middle != last && *middle == 'x') {
+    const auto [end, other] = std::from_chars(middle + 1, last, height);
+    if (other == std::errc() && end == last && width >= least_width && height >= least_height &&
+        width <= kMostSide && height <= kMostSide)
+      return {width, height};
+  }
+  const auto by = [](int w, int h) { return std::to_string(w) + 'x' + std::to_string(h); };
+  throw UsageError("--size expected WIDTHxHEIGHT from " + by(least_width, least_height) + " to " +
+                   by(kMostSide, kMostSide) + " pixels, got \"" + text + '"');
+}
+
+std::string PictureOptions::needs_picture() const {
+  const PictureOptions usual;
+  if (size != usual.size) return "--size";
+  if (renderer != usual.renderer) return "--renderer";
+  if (ssaa != usual.ssaa) return "--ssaa";
+  if (!overlays.empty()) return "--overlay";
+  if (matrix) return "--matrix";
+  return select.empty() ? "" : "--select";
+}
+
 PaintOptions PictureOptions::paint() const {
   PaintOptions paint;
-  int used = 0;
-  const bool read = std::sscanf(size.c_str(), "%dx%d%n", &paint.width, &paint.height, &used) == 2;
-  if (!read || used != static_cast<int>(size.size()) || paint.width < 16 || paint.height < 16 ||
-      paint.width > 16384 || paint.height > 16384)
-    throw UsageError("--size expected WIDTHxHEIGHT from 16x16 to 16384x16384 pixels, got \"" + size + '"');
+  std::tie(paint.width, paint.height) = parse_size(size, 16, 16);
+  if (static_cast<std::int64_t>(paint.width) * ssaa * paint.height * ssaa > kMostPoints)
+    throw UsageError("--ssaa " + std::to_string(ssaa) + " makes " + size + " pixels too many; at most " +
+                     std::to_string(kMostPoints) + " finer ones");
   const std::optional<render::Theme> chosen = render::parse_theme(theme);
   if (!chosen) throw UsageError("--theme expected light or dark, got \"" + theme + '"');
   paint.theme = *chosen;
@@ -67,7 +100,7 @@ void add_picture_options(OptionTable& table, PictureOptions& options) {
   table.add("--select", options.select, "Lights up row=3,col=5, body=A, body=A,other=B or island=2")
       .type("NAME=VALUE,...")
       .group(group);
-  table.add("--ssaa", options.ssaa, "Draws the scene so many times finer, 1 to 4").range(1, 4).group(group);
+  table.add("--ssaa", options.ssaa, "Draws the scene so many times finer, 1 to 4").whole(1, 4).group(group);
   table
       .add("--renderer", options.renderer,
            "Who draws: gl (OpenGL), cpu (the built-in rasteriser), or auto: gl where there is a graphics "

@@ -64,6 +64,7 @@ struct Script : ScriptProgress {
   Observe wanted;                    ///< by the overlays
   std::optional<double> shown_time;  ///< of pictures, if it is not that of the last step
   std::optional<double> look_back;   ///< bodies are as so long before the end of the last step [s]
+  std::string highlight_place;       ///< of a `highlight` whose labels nobody has looked up yet
   std::string usage_error;           ///< a `--set` value that the script refused
   const char* asked = nullptr;       ///< whose function is asked for an answer now, and may change nothing
   LuaHost host;

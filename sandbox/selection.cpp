@@ -28,7 +28,7 @@ std::string label(const World& world, BodyId body, int rank) {
   return rank < 26 ? std::string(1, static_cast<char>('A' + rank)) : std::to_string(rank + 1);
 }
 
-BodyId find_body(const World& world, const SelectedBody& selected) {
+BodyId find_body(const World& world, const SelectedBody& selected, const char* who) {
   if (selected.empty() || selected.id)
     return selected.id && world.alive(selected.id) ? selected.id : BodyId{};
   const std::string& name = selected.label;
@@ -43,7 +43,7 @@ BodyId find_body(const World& world, const SelectedBody& selected) {
     }
     rank += dynamic;
   }
-  throw UsageError("select: no body \"" + name + '"' + suggestion(name, names));
+  throw UsageError(std::string(who) + ": no body \"" + name + '"' + suggestion(name, names));
 }
 
 }  // namespace
@@ -90,13 +90,13 @@ SelectionText merged(const SelectionText& base, const SelectionText& over) {
   return result;
 }
 
-Selection resolve(const SelectionText& text, const World& world) {
+Selection resolve(const SelectionText& text, const World& world, const char* who) {
   Selection result;
   result.row = text.row.value_or(0) - 1;
   result.column = text.column.value_or(0) - 1;
   result.island = text.island.value_or(0) - 1;
-  result.body = find_body(world, text.body);
-  result.other = find_body(world, text.other);
+  result.body = find_body(world, text.body, who);
+  result.other = find_body(world, text.other, who);
   return result;
 }
 

@@ -52,7 +52,8 @@ SelectionText merged(const SelectionText& base, const SelectionText& over);
 
 /// Finds the bodies; what is no more is not selected. @throws UsageError for a name that no live body has,
 /// with the nearest ones
-Selection resolve(const SelectionText& text, const World& world);
+/// @param who  asks, for the message
+Selection resolve(const SelectionText& text, const World& world, const char* who = "select");
 
 /// A short name of a body for labels: its own, else a letter for the first 26 dynamic ones, else its number
 /// among them.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The flags that `run`, `capture` and `test` have in common.
+#include <limits>
 #include <ostream>
 
 #include "physics/broadphase/broadphase.h"
@@ -43,11 +44,17 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
   DemoOptions& demo = options.demo;
   add_folder_option(table, options);
   const std::string group = "Simulation";
-  table.add("--seed", demo.seed, "Seed of math.random in the script (default 1)").group(group);
-  table.add("--dt", demo.dt, "Length of a step [s]").positive().group(group);
-  const OptionRow seconds =
-      table.add("--seconds", demo.seconds, "Length of the run [s]").positive().group(group);
-  table.add("--steps", demo.steps, "Length of the run in steps").positive().excludes(seconds).group(group);
+  table.add("--seed", demo.seed, "Seed of math.random in the script (default 1)")
+      .whole(0, std::numeric_limits<std::uint64_t>::max())
+      .group(group);
+  table.add("--dt", demo.dt, "Length of a step [s]").range(kShortestStep, kLongestStep).group(group);
+  const OptionRow seconds = table.add("--seconds", demo.seconds, "Length of the run [s]")
+                                .range(kShortestStep, kLongestRun)
+                                .group(group);
+  table.add("--steps", demo.steps, "Length of the run in steps")
+      .whole(1, kMostSteps)
+      .excludes(seconds)
+      .group(group);
   // Each registry gives an option its values; with a single row there is nothing to choose.
   const auto add_choice = [&](const char* flag, std::optional<std::string>& value, const char* what,
                               const std::vector<std::string>& names) {
@@ -84,7 +91,7 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
       .non_negative()
       .group(group);
   table.add("--threads", demo.threads, "Threads, 1 to 256 (default 1); results do not depend on it")
-      .range(1, 256)
+      .whole(1, 256)
       .group(group);
   table
       .add(

@@ -21,6 +21,7 @@
 #include "sandbox/loop.h"
 #include "sandbox/lua_args.h"
 #include "sandbox/names.h"
+#include "sandbox/output.h"
 #include "sandbox/overlays/plot.h"
 #include "sandbox/picture_options.h"
 #include "sandbox/progress.h"
@@ -229,15 +230,14 @@ void write_influence(const Options& options, const Demo& demo, const Io& io) {
     for (std::size_t i = 0; i < line.x.size(); ++i)
       text += to_text(line.x[i]) + ',' + to_text(line.value[i]) + '\n';
   }
-  render::write_file(options.influence_csv, text.data(), text.size());
-  io.err << options.influence_csv << ": " << format_bytes(text.size()) << '\n';
+  const Output output{options.influence_csv, std::move(text)};
+  write_outputs(io, {&output, 1});
+  io.err << options.influence_csv << ": " << format_bytes(output.bytes.size()) << '\n';
 }
 
 // The force diagram: line of thrust, stresses, contact forces.
 void write_picture(const Options& options, const Demo& demo, const History& history, const Io& io) {
   const bool svg = ends_with(options.output, ".svg");
-  if (!svg && !ends_with(options.output, ".png"))
-    throw UsageError("-o expected a .svg or .png file, got \"" + options.output + '"');
   std::vector<std::string> names = options.picture.overlays_for(demo);
   const auto want = [&](const char* name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
@@ -245,19 +245,27 @@ void write_picture(const Options& options, const Demo& demo, const History& hist
   want(demo.bridges().empty() ? "thrust" : "stresses");
   Painter painter(options.picture.paint());
   painter.start(demo, names);
+  painter.select(options.picture.selection_for(demo));
   render::Image image;
   painter.paint(demo, history, image);
+  Output output{options.output, {}};
   if (svg) {
-    const std::string text = painter.svg(demo.title());
-    render::write_file(options.output, text.data(), text.size());
+    output.bytes = painter.svg(demo.title());
   } else {
-    render::write_png(options.output, image);
+    const std::vector<std::uint8_t> bytes = render::encode_png(image);
+    output.bytes.assign(bytes.begin(), bytes.end());
   }
+  write_outputs(io, {&output, 1});
   io.err << options.output << " written\n";
 }
 
 int analyze(const Options& options, const Io& io) {
   options.picture.check();
+  if (!options.output.empty() && !ends_with(options.output, ".svg") && !ends_with(options.output, ".png"))
+    throw UsageError("-o expected a .svg or .png file, got \"" + options.output + '"');
+  const std::string unused = options.output.empty() ? options.picture.needs_picture() : "";
+  if (!unused.empty()) throw UsageError("analyze: " + unused + " needs -o FILE");
+  check_outputs({{"-o", options.output}, {"--influence", options.influence_csv}});
   const DemoFile file = find_demo(options.shared.demos.front(), options.shared.folder);
   Demo demo(file.path, options.shared.checked(io));
   demo.observe({.contacts = true});
@@ -266,7 +274,7 @@ int analyze(const Options& options, const Io& io) {
   callbacks.step = [&](Demo& running) { history.update(running); };
   catch_interrupts();
   // At 0 the world is looked at as the script made it, before any step.
-  if (options.at > 0 && !run_loop(demo, {.until = options.at}, callbacks)) return kGood;
+  if (options.at > 0) run_loop(demo, {.until = options.at}, callbacks);
 
   // The next step would begin with it.
   const bool pushed = demo.call_before_step();
@@ -278,6 +286,7 @@ int analyze(const Options& options, const Io& io) {
   analyse_bridges(demo, json, text);
   analyse_bodies(demo, pushed, json, text);
   if (text.str().empty()) text << demo.name() << ": nothing that could move\n";
+  stop_if_interrupted("nothing is written");
   if (options.json)
     io.out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
   else
@@ -294,7 +303,7 @@ Action setup_analyze(OptionTable& table) {
   add_shared_options(table, options->shared, DemoCount::One);
   const std::string group = "Analysis";
   table.add("--at", options->at, "The moment [s] (default 0: as the script made it)")
-      .non_negative()
+      .range(0, kLongestRun)
       .group(group);
   table.add_flag("--json", options->json, "Prints everything as JSON").group(group);
   table.add("-o,--out", options->output, "Writes the force diagram, .svg or .png").type("FILE").group(group);

@@ -2,16 +2,18 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <ostream>
 
-#include "render/error.h"
 #include "render/frame_sink.h"
+#include "render/output_file.h"
 #include "sandbox/commands/commands.h"
 #include "sandbox/demo_files.h"
 #include "sandbox/errors.h"
 #include "sandbox/loop.h"
 #include "sandbox/names.h"
+#include "sandbox/output.h"
 #include "sandbox/painter.h"
 #include "sandbox/picture_options.h"
 #include "sandbox/progress.h"
@@ -26,15 +28,16 @@ struct Options {
   SharedOptions shared;
   PictureOptions picture;
   std::string out;
-  int fps = 60;
+  std::optional<int> fps_given;
   double speed = 1;
   bool small = false;
   std::optional<double> at;
   render::SinkOptions sink;
 
+  int fps() const { return fps_given.value_or(60); }
   PaintOptions paint() const {
     PaintOptions paint = picture.paint();
-    paint.fps = fps;
+    paint.fps = fps();
     paint.speed = speed;
     return paint;
   }
@@ -44,15 +47,38 @@ bool is_folder(const std::string& path) {
   return path.empty() || path.back() == '/' || fs::is_directory(path);
 }
 
-// A picture of one moment: a PNG without a counter in its name.
-bool is_still(const fs::path& path) {
-  return path.extension() == ".png" && path.string().find('%') == std::string::npos;
+std::string extension_of(const fs::path& path) {
+  std::string text = path.extension().string();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+  return text;
+}
+
+// A picture of one moment: a PNG without a counter in its name, or what has no ending to tell.
+bool is_still(const Options& options, const std::string& path) {
+  if (options.at && (is_standard_output(path) || render::is_special(path))) return true;
+  return extension_of(path) == ".png" && path.find('%') == std::string::npos;
 }
 
 std::string output_path(const Options& options, const DemoFile& file) {
   if (!is_folder(options.out)) return options.out;
   const std::string name = file.name + (options.at ? ".png" : ".mp4");
   return (fs::path(options.out) / name).string();
+}
+
+// Options that would do nothing to this output. What a sink does not know it refuses itself.
+void check_options(const Options& options, const std::string& path) {
+  const auto refuse = [&](const char* option, const char* what) {
+    throw UsageError(std::string(option) + " is for " + what + ", got \"" + path + '"');
+  };
+  const std::string ending = extension_of(path);
+  const bool still = is_still(options, path),
+             video = ending == ".mp4" || ending == ".mkv" || ending == ".webm";
+  if (options.small && !still) refuse("--small", "one picture (.png)");
+  if (options.fps_given && still) refuse("--fps", "videos and pictures of all frames");
+  if (options.sink.sharp && !video) refuse("--sharp", "videos (.mp4 .mkv .webm)");
+  if (options.sink.lossless && !video) refuse("--lossless", "videos (.mp4 .mkv .webm)");
+  if (!options.sink.encoder.empty() && !video) refuse("--encoder", "videos (.mp4 .mkv .webm)");
 }
 
 /// A demo on its way to a file.
@@ -62,7 +88,7 @@ class Recording {
       : options_(options),
         io_(io),
         painter_(painter),
-        clock_{static_cast<double>(options.fps), options.speed},
+        clock_{static_cast<double>(options.fps()), options.speed},
         demo_(file.path, options.shared.checked(io)),
         names_(options.picture.overlays_for(demo_)),
         history_(demo_, needs_of(names_).systems, kFlashSeconds * options.speed) {
@@ -79,16 +105,16 @@ class Recording {
     LoopCallbacks callbacks;
     callbacks.step = [&](Demo&) { history_.update(demo_); };
     run_loop(demo_, {.until = options_.at}, callbacks);
+    stop_if_interrupted(path + " not written");
     paint_frame();
-    if (options_.small) {
-      const std::vector<std::uint8_t> bytes = render::encode_small_png(image_, true);
-      render::write_file(path, bytes.data(), bytes.size());
-    } else {
-      render::write_png(path, image_);
-    }
-    io_.out << path << ": " << format_number_of(demo_.time()) << " s, " << format_bytes(fs::file_size(path))
-            << '\n';
-    return true;
+    const std::vector<std::uint8_t> bytes =
+        options_.small ? render::encode_small_png(image_, true) : render::encode_png(image_);
+    stop_if_interrupted(path + " not written");
+    const Output output{path, {bytes.begin(), bytes.end()}};
+    write_outputs(io_, {&output, 1});
+    words_beside(io_, path) << path << ": " << format_number_of(demo_.time()) << " s, "
+                            << format_bytes(bytes.size()) << '\n';
+    return passed();
   }
 
   bool video(const std::string& path) {
@@ -96,7 +122,7 @@ class Recording {
     const PaintOptions paint = options_.paint();
     sink->begin({.width = paint.width,
                  .height = paint.height,
-                 .fps = options_.fps,
+                 .fps = options_.fps(),
                  .title = demo_.title(),
                  .comment = io_.command_line,
                  .chapters = {}});
@@ -115,16 +141,21 @@ class Recording {
     const bool whole = run_loop(demo_, clock_, callbacks);
     const render::SinkReport report = sink->end();
     const double rate = static_cast<double>(frames) / std::max(progress.elapsed(), 1e-9);
-    io_.out << report.path << ": " << format_number_of(static_cast<double>(frames) / options_.fps) << " s, "
-            << frames << " frames, ";
-    if (report.repeats > 0) io_.out << report.repeats << " of them unchanged, ";
-    io_.out << std::lround(rate) << " frames/s, " << format_bytes(report.bytes) << '\n';
-    if (!whole) return true;
+    const std::string seconds = format_number_of(static_cast<double>(frames) / options_.fps());
+    std::ostream& out = words_beside(io_, path);
+    out << report.path << ": " << seconds << " s, " << frames << " frames, ";
+    if (report.repeats > 0) out << report.repeats << " of them unchanged, ";
+    out << std::lround(rate) << " frames/s, " << format_bytes(report.bytes) << '\n';
+    if (!whole) stop_if_interrupted(report.path + " ends after " + seconds + " s");
+    return passed();
+  }
+
+ private:
+  bool passed() const {
     if (demo_.failed()) print_checks(io_.err, demo_);
     return !demo_.failed();
   }
 
- private:
   // Scripts may move their highlight while they run.
   bool paint_frame() {
     if (!(demo_.picture().selection == selected_)) select();
@@ -164,23 +195,28 @@ int capture(const Options& options, const Io& io) {
   if (files.size() > 1 && !is_folder(options.out))
     throw UsageError("-o: " + std::to_string(files.size()) + " demos need a folder (ending in /), got \"" +
                      options.out + '"');
-  if (options.at && !options.out.empty() && !is_folder(options.out) && !is_still(options.out))
+  if (options.at && !is_folder(options.out) && !is_still(options, options.out))
     throw UsageError("--at makes one picture: -o expected a .png file or a folder, got \"" + options.out +
                      '"');
-  if (!options.out.empty() && options.out.back() == '/') {
-    std::error_code error;
-    fs::create_directories(options.out, error);
-    if (error) throw render::EnvironmentError(options.out + ": cannot be made: " + error.message());
+  std::map<std::string, std::string> sources;
+  for (const DemoFile& file : files) {
+    const std::string path = output_path(options, file);
+    check_options(options, path);
+    const auto [first, added] = sources.emplace(path, file.path);
+    if (!added)
+      throw UsageError(first->second + " and " + file.path + " would both become " + path +
+                       "; capture them into folders of their own");
   }
+  if (!options.out.empty() && options.out.back() == '/') make_folder(options.out);
   Painter painter(options.paint());
   catch_interrupts();
   bool good = true;
   for (const DemoFile& file : files) {
     const std::string path = output_path(options, file);
+    stop_if_interrupted(path + " not written");
     Recording recording(options, file, io, painter);
-    const bool passed = is_still(path) ? recording.still(path) : recording.video(path);
+    const bool passed = is_still(options, path) ? recording.still(path) : recording.video(path);
     good = good && passed;
-    if (interrupted()) break;
   }
   return good ? kGood : kCheckFailed;
 }
@@ -197,12 +233,12 @@ Action setup_capture(OptionTable& table) {
            "for all) or folder/")
       .type("PATH")
       .group(group);
-  table.add("--at", options->at, "One picture of this moment [s]").non_negative().group(group);
+  table.add("--at", options->at, "One picture of this moment [s]").range(0, kLongestRun).group(group);
   table.add_flag("--small", options->small, "One picture: 256 colours in as few bytes as possible")
       .group(group);
-  table.add("--fps", options->fps, "Frames a second (default 60)").range(1, 240).group(group);
+  table.add("--fps", options->fps_given, "Frames a second (default 60)").whole(1, 240).group(group);
   table.add("--speed", options->speed, "World seconds in a second of video (default 1)")
-      .positive()
+      .range(1e-6, 1e6)
       .group(group);
   table.add_flag("--sharp", options->sink.sharp, "Full colour resolution (4:4:4)").group(group);
   table.add_flag("--lossless", options->sink.lossless, "Every bit of the picture").group(group);

@@ -194,7 +194,7 @@ int golden(const Options& options, const Io& io) {
   std::vector<Result> results;
   for (const GoldenScene& scene : scenes) {
     results.push_back(look_at(scene, options, folder, accepted));
-    if (interrupted()) return kCheckFailed;
+    stop_if_interrupted("nothing is written");
     if (!results.back().good()) io.out << word_of(results.back()) << '\n';
   }
   const auto count = [&](auto&& condition) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <cstdio>
 #include <memory>
 #include <ostream>
+#include <tuple>
 
 #include "sandbox/commands/commands.h"
 #include "sandbox/errors.h"
+#include "sandbox/names.h"
+#include "sandbox/picture_options.h"
 #include "sandbox/window/actions.h"
 #include "sandbox/window/window_app.h"
 
@@ -24,15 +26,12 @@ int run(const Options& options, const Io& io) {
     return kGood;
   }
   WindowOptions window = options.window;
-  int used = 0;
-  const bool read = std::sscanf(options.size.c_str(), "%dx%d%n", &window.width, &window.height, &used) == 2;
-  if (!read || used != static_cast<int>(options.size.size()) || window.width < 320 || window.height < 240 ||
-      window.width > 16384 || window.height > 16384)
-    throw UsageError("--size expected WIDTHxHEIGHT from 320x240 to 16384x16384 pixels, got \"" +
-                     options.size + '"');
+  std::tie(window.width, window.height) = parse_size(options.size, 320, 240);
   const std::optional<render::Theme> theme = render::parse_theme(options.theme);
   if (!theme) throw UsageError("--theme expected light or dark, got \"" + options.theme + '"');
   window.theme = *theme;
+  if (options.shared.demos.size() > 1)
+    throw UsageError("open shows one demo at a time, got " + join(options.shared.demos));
   window.folder = options.shared.folder;
   window.options = options.shared.checked(io);
   if (!options.shared.demos.empty()) window.demo = options.shared.demos.front();

@@ -5,6 +5,7 @@
 #include "sandbox/commands/commands.h"
 #include "sandbox/demo_files.h"
 #include "sandbox/errors.h"
+#include "sandbox/output.h"
 #include "sandbox/progress.h"
 #include "sandbox/window/recording.h"
 
@@ -22,8 +23,8 @@ int run(const Options& options, const Io& io) {
   player.seek(player.demo().total_steps());
   const std::string out = options.out.empty() ? file.name + ".skerry" : options.out;
   const std::vector<std::byte> bytes = save_recording(record(player));
-  write_bytes(out, bytes);
-  io.out << out << ": " << player.end() << " steps, " << format_bytes(bytes.size()) << '\n';
+  write_results(io, {{out, text_of(bytes)}});
+  words_beside(io, out) << out << ": " << player.end() << " steps, " << format_bytes(bytes.size()) << '\n';
   return player.demo().failed() ? kCheckFailed : kGood;
 }
 

@@ -3,6 +3,7 @@
 // `skerry solve`: any contact problem from a file, by any solver.
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -12,10 +13,10 @@
 #include "physics/import.h"
 #include "physics/solver/solver.h"
 #include "physics/text.h"
-#include "render/image.h"
 #include "sandbox/commands/commands.h"
 #include "sandbox/errors.h"
 #include "sandbox/names.h"
+#include "sandbox/output.h"
 
 namespace skerry::sandbox {
 namespace {
@@ -100,7 +101,7 @@ void print_json(std::ostream& out, const Options& options, const ImportedProblem
     }
     json["notes"] = s.trace->notes;
   }
-  out << json.dump(2) << '\n';
+  out << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
 }
 
 void print_text(std::ostream& out, const Options& options, const ImportedProblem& problem,
@@ -141,18 +142,9 @@ int solve_file(const Options& options, const Io& io) {
   if (!options.out.empty()) {
     std::ostringstream text;
     write_matrix_market(text, answer.solution.lambda);
-    const std::string words = text.str();
-    if (options.out == "-") {
-      io.out << words;
-    } else {
-      try {
-        render::write_file(options.out, words.data(), words.size());
-      } catch (const std::runtime_error& error) {
-        throw ScriptError(error.what());
-      }
-    }
+    write_results(io, {{options.out, text.str()}});
   }
-  std::ostream& out = options.out == "-" ? io.err : io.out;
+  std::ostream& out = words_beside(io, options.out);
   (options.json ? print_json : print_text)(out, options, problem, rows, answer);
   return answer.solution.status == SolveStatus::Solved ? kGood : kCheckFailed;
 }
@@ -180,7 +172,7 @@ Action setup_solve(OptionTable& table) {
   table
       .add("--iterations", options->solve.max_iterations,
            "Bound on sweeps, pivots or factorisations (default: the solver's own)")
-      .positive();
+      .whole(1, std::numeric_limits<int>::max());
   table.add_flag("--warm", options->warm, "Starts from the impulses that the file holds");
   table.add_flag("--trace", options->solve.trace, "Prints residual and states by iteration");
   table.add_flag("--json", options->json, "Machine-readable, with lambda");

@@ -59,8 +59,9 @@ int test(const SharedOptions& shared, const Io& io) {
   catch_interrupts();
   std::vector<std::string> failed;
   for (const DemoFile& file : files) {
-    if (!passes(file, options, io)) failed.push_back(file.name);
-    if (interrupted()) return kCheckFailed;
+    const bool good = passes(file, options, io);
+    stop_if_interrupted(file.name + " and what follows were not checked");
+    if (!good) failed.push_back(file.name);
   }
   io.out << files.size() - failed.size() << " of " << files.size() << " demos pass";
   for (std::size_t i = 0; i < failed.size(); ++i) io.out << (i == 0 ? "; failed: " : ", ") << failed[i];

@@ -67,9 +67,15 @@ TEST_F(SolveCommand, SolvesWhatExportWrote) {
     EXPECT_EQ(report["bodies"], 3) << "the largest island";
     EXPECT_EQ(report["factorisations"], 0) << "the impulses that came with it are the answer";
   }
-  const Outcome small = run({"export", demo, "--island", "1", "--json", folder_ / "box.json"});
+  const Outcome small = run({"export", demo, "--island", "2", "--json", folder_ / "box.json"});
   EXPECT_EQ(small.code, kGood) << small.err;
   EXPECT_THAT(run({"solve", folder_ / "box.json"}).out, HasSubstr("1 bodies"));
+  // From 1, as pictures and --select count them.
+  EXPECT_THAT(small.out, HasSubstr("forces of island 2 at "));
+  EXPECT_EQ(run({"export", demo, "--select", "island=2", "--json", folder_ / "same.json"}).code, kGood);
+  EXPECT_EQ(read_file(folder_ / "box.json"), read_file(folder_ / "same.json"));
+  EXPECT_THAT(run({"export", demo, "--island", "0", "--json", folder_ / "x.json"}).err,
+              HasSubstr("--island: expected a whole number from 1 to 2147483647, got 0"));
   EXPECT_EQ(run({"export", demo, "--island", "7", "--json", folder_ / "x.json"}).code, kUsage);
 }
 
