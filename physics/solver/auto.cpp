@@ -15,6 +15,7 @@
 #include "physics/solver/small_exact.h"
 #include "physics/solver/small_states.h"
 #include "physics/solver/tridiagonal.h"
+#include "physics/solver/wedging.h"
 #include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
 
@@ -35,6 +36,13 @@ constexpr double kSoon = 300, kJammedWork = 3000;
 constexpr std::size_t kPivotingRows = 2000;
 // A relative residual above which another start of the sweeps is tried.
 constexpr double kPoor = 1e-2;
+
+// Sweeps in search of smaller impulses, and the share of their size [W_ii lambda_i^2] that is worth another
+// answer.
+constexpr int kLooseningSweeps = 500;
+constexpr double kSmaller = 0.25;
+// Work of a pivot of Lemke's method on a table of a row times a row.
+constexpr double kPivotVisits = 1;
 
 // Rows up to which a factor costs less than what keeps it from step to step: memory, and a key to find it by.
 constexpr std::size_t kForgottenRows = 24;
@@ -77,18 +85,23 @@ void note(Solution& solution, const char* text) {
   if (solution.trace) solution.trace->notes.emplace_back(text);
 }
 
-// Keeps the better answer; notes and work of both are kept.
-void take_better(Solution& best, Solution&& other) {
+// Takes the other answer in place of the first one, or not; notes and work of both are kept.
+void take(bool other_is_better, Solution& best, Solution&& other) {
   best.work += other.work;
   other.work = best.work;
-  if (best.trace && other.trace) {
-    *best.trace += *other.trace;
+  if (best.trace) {
+    if (other.trace) *best.trace += *other.trace;
     other.trace = std::move(best.trace);
   }
-  if (other.residual < best.residual)
+  if (other_is_better)
     best = std::move(other);
   else
     best.trace = std::move(other.trace);
+}
+
+void take_better(Solution& best, Solution&& other) {
+  const bool better = other.residual < best.residual;
+  take(better, best, std::move(other));
 }
 
 // Rows without bounds.
@@ -145,6 +158,27 @@ bool try_warm(const IslandSystem& system, std::span<const double> warm_start, co
   if (options.trace) solution.trace = std::make_unique<SolveTrace>();
   note(solution, "the warm start solves the problem already");
   return true;
+}
+
+// Where bodies are wedged in, other ways may lead to an answer that presses less.
+void loosen(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
+  if (solution.status != SolveStatus::Solved || !is_wedged(system, solution.lambda)) return;
+  note(solution, "impulses beyond what moves the bodies: smaller ones are looked for");
+  const auto rows = static_cast<double>(system.rows.size());
+  for (const std::string_view name : {"body_space", "lemke", "nncg"}) {
+    if (name == "lemke" && system.rows.size() > kStateRows) continue;
+    SolveOptions within = options;
+    if (name == "nncg") within.max_iterations = kLooseningSweeps;
+    if (options.work_limit > 0) within.work_limit = options.work_limit - solution.work.visits;
+    if (options.work_limit > 0 && !(within.work_limit > 0)) return;
+    Solution other = find_solver(name).solve(system, {}, within, nullptr);
+    if (name == "lemke") other.work.visits += kPivotVisits * other.work.pivots * rows * rows;
+    const bool smaller =
+        other.status == SolveStatus::Solved &&
+        size_of_impulses(system, other.lambda) < kSmaller * size_of_impulses(system, solution.lambda);
+    take(smaller, solution, std::move(other));
+    if (smaller && !is_wedged(system, solution.lambda)) return;
+  }
 }
 
 /// Welded bodies as one. @return false, and nothing has happened, where there are none
@@ -209,11 +243,17 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   rest.work_limit = kExactShare * most;
   if (!warm) {
     if (try_small_exact(system, options, solution)) return solution;
-    if (try_small_states(system, {}, options, solution)) return solution;
+    if (try_small_states(system, {}, options, solution)) {
+      loosen(system, options, solution);
+      return solution;
+    }
     if (fits_small_exact(system)) memory = nullptr;
   } else if (system.rows.size() <= kStateRows && system.bodies.size() <= kStateBodies) {
-    if (try_warm(system, warm_start, options, solution)) return solution;
-    if (try_small_states(system, warm_start, options, solution)) return solution;
+    if (try_warm(system, warm_start, options, solution) ||
+        try_small_states(system, warm_start, options, solution)) {
+      loosen(system, options, solution);
+      return solution;
+    }
   }
 
   if (system.rows.size() <= kForgottenRows) memory = nullptr;
@@ -227,6 +267,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     } else {
       take_better(solution, std::move(found));
     }
+    loosen(system, options, solution);
     return solution.status == SolveStatus::Solved;
   };
   // Joints of few bodies that have no answer soon depend on each other or jam.
@@ -286,6 +327,7 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
       take_better(solution, sweeps.solve(system, {}, rest, nullptr));
     }
   }
+  loosen(system, options, solution);
   return solution;
 }
 

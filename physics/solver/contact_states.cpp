@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/solver/wedging.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -22,6 +23,14 @@ double clamp_and_judge(const ContactProblem& problem, std::vector<double>& lambd
   return natural_map_residual(problem, lambda);
 }
 
+/// What rounding explains. Impulses that nothing calls for are no excuse: they could be as large as it takes.
+double excusable(const IslandSystem& system, const std::vector<double>& lambda) {
+  return residual_floor(system, lambda) / std::max(1.0, self_made_share(system, lambda) / kMostSelfMade);
+}
+double excusable(const ContactProblem& problem, const std::vector<double>& lambda) {
+  return residual_floor(problem, lambda);
+}
+
 template <typename Problem>
 void judge(const Problem& problem, const SolveOptions& options, Solution& solution) {
   solution.lambda.resize(problem.rows.size(), 0.0);
@@ -33,9 +42,9 @@ void judge(const Problem& problem, const SolveOptions& options, Solution& soluti
     solution.status = SolveStatus::Failed;
     return;
   }
-  const bool exact = solution.residual <= options.tolerance ||
-                     (solution.residual <= kHighestFloor &&
-                      solution.residual <= 16 * residual_floor(problem, solution.lambda));
+  const bool exact =
+      solution.residual <= options.tolerance ||
+      (solution.residual <= kHighestFloor && solution.residual <= 16 * excusable(problem, solution.lambda));
   solution.status = exact ? SolveStatus::Solved : SolveStatus::Inexact;
 }
 

@@ -44,7 +44,8 @@ inline constexpr double kHighestFloor = 1e-4;
 
 /// Judges `solution.lambda` from the definition: clamps it, sets the residual, and the status to Solved if
 /// the residual is within the tolerance or within 16 rounding floors (the sums of a solver's own arithmetic
-/// round a few times more often than those of the residual; `kHighestFloor` at most), else Inexact.
+/// round a few times more often than those of the residual; `kHighestFloor` at most, and on islands only the
+/// floors of impulses that something calls for, see wedging.h), else Inexact.
 void conclude(const IslandSystem& system, const SolveOptions& options, Solution& solution);
 void conclude(const ContactProblem& problem, const SolveOptions& options, Solution& solution);
 /// The same where sweeps know the largest violation of the natural map [m/s], which is not computed again
