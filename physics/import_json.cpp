@@ -64,6 +64,12 @@ class Parser {
     return result;
   }
 
+  double finite(const Value& value, const char* what) const {
+    const double x = number(value);
+    if (!std::isfinite(x)) fail(std::string(what) + " must be finite, got " + to_text(x), value.line);
+    return x;
+  }
+
   const std::vector<Value>& items(const Value& value) const {
     if (value.type != Value::Type::List) fail("expected a list", value.line);
     return value.list;
@@ -153,6 +159,9 @@ class Parser {
   int line_ = 1;
 };
 
+// Of the format, as written.
+constexpr int kVersion = 1;
+
 RowKind parse_kind(const Parser& parser, const Value& value) {
   const std::pair<const char*, RowKind> kinds[] = {
       {"normal", RowKind::Normal}, {"friction", RowKind::Friction}, {"rolling", RowKind::Rolling},
@@ -180,7 +189,9 @@ Row parse_row(const Parser& parser, const Value& value) {
   row.lower = parser.number(parser.member(value, "lower"));
   row.upper = parser.number(parser.member(value, "upper"));
   row.normal = parser.integer(parser.member(value, "normal"));
-  row.mu = parser.number(parser.member(value, "mu"));
+  const Value& mu = parser.member(value, "mu");
+  row.mu = parser.finite(mu, "mu");
+  if (row.mu < 0) parser.fail("mu must not be negative, got " + to_text(row.mu), mu.line);
   const Value& source = parser.member(value, "source");
   const auto [end, error] =
       std::from_chars(source.text.data(), source.text.data() + source.text.size(), row.source);
@@ -198,6 +209,12 @@ ImportedIsland read_json(std::istream& in, const std::string& name) {
   const Value& format = parser.member(root, "format");
   if (format.text != "skerry-island")
     parser.fail("format must be \"skerry-island\", got \"" + format.text + '"');
+  if (const auto version = root.object.find("version"); version != root.object.end()) {
+    const int number = parser.integer(version->second);
+    if (number != kVersion)
+      parser.fail("version must be " + std::to_string(kVersion) + ", got " + std::to_string(number),
+                  version->second.line);
+  }
   ImportedIsland island;
   for (const Value& body : parser.items(parser.member(root, "bodies"))) {
     island.system.bodies.push_back({parser.number(parser.member(body, "inverse_mass")),
@@ -213,11 +230,19 @@ ImportedIsland read_json(std::istream& in, const std::string& name) {
   island.system.b = parser.numbers(parser.member(root, "b"));
   if (root.object.contains("compliance"))
     island.system.compliance = parser.numbers(root.object.at("compliance"));
-  if (root.object.contains("lambda")) island.lambda = parser.numbers(root.object.at("lambda"));
-  if (!island.lambda.empty() && island.lambda.size() != island.system.rows.size()) {
-    parser.fail("lambda must have one number a row");
+  if (const auto lambda = root.object.find("lambda"); lambda != root.object.end()) {
+    for (const Value& impulse : parser.items(lambda->second))
+      island.lambda.push_back(parser.finite(impulse, "lambda"));
+    if (!island.lambda.empty() && island.lambda.size() != island.system.rows.size())
+      parser.fail("lambda must have " + std::to_string(island.system.rows.size()) +
+                      " numbers, one a row, got " + std::to_string(island.lambda.size()),
+                  lambda->second.line);
   }
-  validate(island.system);
+  try {
+    validate(island.system);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + ": " + error.what());
+  }
   return island;
 }
 

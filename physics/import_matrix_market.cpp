@@ -113,6 +113,20 @@ IslandSystem read_island(const PartFiles& files, const Matrix& J, const Matrix& 
     files.fail(MatrixPart::M,
                "expected one row and column for each column of J, " + std::to_string(J.cols()));
   }
+  for (Eigen::Index column = 0; column < M.cols(); ++column) {
+    for (Matrix::InnerIterator it(M, column); it; ++it) {
+      if (it.row() == column || it.value() == 0) continue;
+      files.fail(MatrixPart::M, "must be diagonal, (m, m, I) a body about its centre of mass; entry (" +
+                                    std::to_string(it.row() + 1) + ", " + std::to_string(column + 1) +
+                                    ") is " + to_text(it.value()));
+    }
+  }
+  for (Eigen::Index k = 0; k < M.cols(); k += 3) {
+    if (M.coeff(k, k) == M.coeff(k + 1, k + 1)) continue;
+    files.fail(MatrixPart::M, "a body has one mass for x and y; entries " + std::to_string(k + 1) + " and " +
+                                  std::to_string(k + 2) + " are " + to_text(M.coeff(k, k)) + " and " +
+                                  to_text(M.coeff(k + 1, k + 1)));
+  }
   const auto inverse = [&](Eigen::Index i) {
     const double mass = M.coeff(i, i);
     if (!(mass >= 0)) files.fail(MatrixPart::M, "masses must not be negative, got " + to_text(mass));

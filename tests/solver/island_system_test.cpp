@@ -2,6 +2,7 @@
 #include "physics/islands/island_system.h"
 
 #include <cmath>
+#include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
@@ -230,6 +231,58 @@ TEST(Import, SaysFileAndLineOfWhatItCannotRead) {
       testing::HasSubstr("file.dat:6"));
   EXPECT_THAT(message(read_matrix_market, "%%MatrixMarket matrix coordinate complex general\n1 1 0\n"),
               testing::HasSubstr("complex"));
+}
+
+TEST(Import, JsonThatIsNoIslandIsRefusedWithLineAndValue) {
+  const auto message = [](const char* what, const char* instead) -> std::string {
+    std::string text = R"({ "format": "skerry-island",
+  "version": 1,
+  "bodies": [{"inverse_mass": 1, "inverse_inertia": 2, "position": [0, 0]}],
+  "rows": [
+    {"kind": "normal", "a": -1, "b": 0, "Ja": [0, 0, 0], "Jb": [0, 1, 0], "lower": 0, "upper": "inf", "normal": -1, "mu": 0, "source": "1"},
+    {"kind": "friction", "a": -1, "b": 0, "Ja": [0, 0, 0], "Jb": [1, 0, 0.5], "lower": 0, "upper": "inf", "normal": 0, "mu": 0.25, "source": "1"}],
+  "b": [1, 2],
+  "lambda": [0.5, 0.125] })";
+    if (const std::size_t at = text.find(what); at != text.npos)
+      text.replace(at, std::string_view(what).size(), instead);
+    std::istringstream in(text);
+    try {
+      read_json(in, "a.json");
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(message("", ""), "accepted");
+  EXPECT_EQ(message(R"("version": 1)", R"("version": 99)"), "a.json:2: version must be 1, got 99");
+  EXPECT_EQ(message(R"("mu": 0.25)", R"("mu": -1)"), "a.json:6: mu must not be negative, got -1");
+  EXPECT_EQ(message(R"("mu": 0,)", R"("mu": -1,)"), "a.json:5: mu must not be negative, got -1");
+  EXPECT_EQ(message(R"("mu": 0.25)", R"("mu": "inf")"), "a.json:6: mu must be finite, got inf");
+  EXPECT_EQ(message("[0.5, 0.125]", R"(["inf", 0.125])"), "a.json:8: lambda must be finite, got inf");
+  EXPECT_EQ(message("[0.5, 0.125]", "[0.5]"), "a.json:8: lambda must have 2 numbers, one a row, got 1");
+  EXPECT_EQ(message(R"("b": [1, 2])", R"("b": ["-inf", 2])"), "a.json: row 0: b must be finite, got -inf");
+}
+
+TEST(Import, AMassMatrixThatIsNoneOfBodiesIsRefused) {
+  const scenes::Scene scene = scenes::stack(2);
+  const std::string stem = testing::TempDir() + "masses";
+  const auto paths = write_matrix_market_files(stem, scene.system);
+  const auto message = [&](const char* M) -> std::string {
+    std::ofstream(stem + "_M.mtx") << "%%MatrixMarket matrix coordinate real general\n" << M;
+    try {
+      read_matrix_market_files(stem + "_W.mtx");
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what()).substr(stem.size());
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(message("6 6 6\n1 1 1\n2 2 1\n3 3 0.5\n4 4 2\n5 5 2\n6 6 1\n"), "accepted");
+  EXPECT_THAT(message("6 6 7\n1 1 1\n2 2 1\n3 3 0.5\n4 4 2\n5 5 2\n6 6 1\n3 1 0.25\n"),
+              testing::HasSubstr("_M.mtx: must be diagonal, (m, m, I) a body about its centre of mass; entry "
+                                 "(3, 1) is 0.25"));
+  EXPECT_THAT(message("6 6 6\n1 1 1\n2 2 1\n3 3 0.5\n4 4 2\n5 5 3\n6 6 1\n"),
+              testing::HasSubstr("_M.mtx: a body has one mass for x and y; entries 4 and 5 are 2 and 3"));
+  for (const std::string& path : paths) std::remove(path.c_str());
 }
 
 TEST(Import, ReadsBlockStorageByColumnsOfEachBlock) {
