@@ -223,7 +223,6 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
   if (try_as_one(system, warm_start, options, memory, solution)) return solution;
   constexpr const char* kChain = "chain without friction: tridiagonal";
   if (try_chain(system, options, solution)) {
-    if (options.trace) solution.trace = std::make_unique<SolveTrace>();
     note(solution, kChain);
     return solution;
   }

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "physics/solver/contact_states.h"
+#include "physics/solver/solver_trace.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -146,8 +147,7 @@ bool is_one_contact(const IslandSystem& system) {
   return true;
 }
 
-Solution solve_closed_form(const IslandSystem& system, std::span<const double>, const SolveOptions& options,
-                           std::unique_ptr<SolverMemory>*) {
+Solution answer(const IslandSystem& system, const SolveOptions& options) {
   Solution solution;
   solution.method = "closed_form";
   solution.lambda = take_spare<std::vector<double>>();
@@ -191,6 +191,16 @@ Solution solve_closed_form(const IslandSystem& system, std::span<const double>, 
     }
   }
   conclude(system, options, solution);
+  return solution;
+}
+
+Solution solve_closed_form(const IslandSystem& system, std::span<const double>, const SolveOptions& options,
+                           std::unique_ptr<SolverMemory>*) {
+  Solution solution = answer(system, options);
+  if (options.trace) {
+    solution.trace = std::make_unique<SolveTrace>();
+    record_iteration(system, solution.lambda, *solution.trace);
+  }
   return solution;
 }
 

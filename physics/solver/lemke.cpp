@@ -19,6 +19,7 @@
 
 #include "physics/solver/dense_factors.h"
 #include "physics/solver/independent_parts.h"
+#include "physics/solver/solver_trace.h"
 
 namespace skerry {
 namespace {
@@ -421,8 +422,15 @@ Solution solve_lemke_contact(const ContactProblem& problem, std::span<const doub
   const auto part = [&](const ContactProblem& rows, const std::vector<double>&, std::size_t) {
     return solve_part(rows, options);
   };
-  return solve_by_parts(problem, independent_parts(problem), starting_impulses(problem.rows, {}), options,
-                        part);
+  Solution solution =
+      solve_by_parts(problem, independent_parts(problem), starting_impulses(problem.rows, {}), options, part);
+  if (options.trace) {
+    // What the tableau holds before its last pivot is no answer to the problem.
+    if (!solution.trace) solution.trace = std::make_unique<SolveTrace>();
+    record_iteration(problem, solution.lambda, *solution.trace);
+    solution.trace->iterations.back().pivots = solution.work.pivots;
+  }
+  return solution;
 }
 
 Solution solve_lemke(const IslandSystem& system, std::span<const double> warm_start,

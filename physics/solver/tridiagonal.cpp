@@ -21,6 +21,7 @@
 #include "physics/islands/planar.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/run_pooling.h"
+#include "physics/solver/solver_trace.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -376,8 +377,8 @@ struct TridiagonalMemory final : SolverMemory {
 
 /// Active set from `states`.
 /// @return false at a pivot that is not positive to rounding
-bool search(const Path& path, const SolveOptions& options, double slack, std::vector<RowState>& states,
-            std::vector<double>& lambda, Solution& solution) {
+bool search(const IslandSystem& system, const Path& path, const SolveOptions& options, double slack,
+            std::vector<RowState>& states, std::vector<double>& lambda, Solution& solution) {
   const int n = static_cast<int>(path.row.size());
   std::vector<double> pivot(n, 0.0);
   const int rounds = options.max_iterations > 0 ? options.max_iterations : 100 + 2 * n;
@@ -416,6 +417,11 @@ bool search(const Path& path, const SolveOptions& options, double slack, std::ve
           looked = k;
         }
       }
+    }
+    if (solution.trace) {
+      for (int k = 0; k < n; ++k) solution.lambda[path.row[k]] = lambda[k];
+      record_iteration(system, solution.lambda, *solution.trace);
+      solution.trace->iterations.back().pivots = static_cast<int>(changes.size());
     }
     if (changes.empty()) return true;
     const int count = static_cast<int>(changes.size());
@@ -464,6 +470,10 @@ bool try_ascending(const IslandSystem& system, const SolveOptions& options, Solu
   solution.lambda.resize(n);
   solution.iterations = solution.work.factorisations = 1;
   conclude(system, options, solution);
+  if (options.trace) {
+    solution.trace = std::make_unique<SolveTrace>();
+    record_iteration(system, solution.lambda, *solution.trace);
+  }
   return true;
 }
 
@@ -490,6 +500,7 @@ Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, 
 
   solution.method = "tridiagonal";
   solution.lambda.assign(n, 0.0);
+  if (options.trace && !solution.trace) solution.trace = std::make_unique<SolveTrace>();
   Spare<Path> spare_path;
   Path& path = *spare_path;
   if (!make_path(system, path)) {
@@ -513,9 +524,10 @@ Solution solve_tridiagonal(const IslandSystem& system, std::span<const double>, 
     tell_states();
     solution.iterations = solution.work.factorisations = 1;
     judge();
+    if (solution.trace) record_iteration(system, solution.lambda, *solution.trace);
   }
   if (solution.status != SolveStatus::Solved) {
-    const bool regular = search(path, options, rest_slack(path.b), states, lambda, solution);
+    const bool regular = search(system, path, options, rest_slack(path.b), states, lambda, solution);
     if (!regular) std::fill(lambda.begin(), lambda.end(), 0.0);
     judge();
     if (!regular && solution.status != SolveStatus::Solved) solution.status = SolveStatus::Singular;

@@ -69,6 +69,31 @@ TEST(Auto, TakesTheRungThatFits) {
   EXPECT_EQ(solve(pyramid.system).method, "body_space");
 }
 
+TEST(Auto, EverySolverLeavesATraceOfWhatItAnswers) {
+  const Scene one = scenes::stack(1, {.friction = 0.5, .points_per_edge = 1}), chain = scenes::chain(20),
+              heap = scenes::stack(4);
+  for (const auto& [name, scene] :
+       {std::pair{"closed_form", &one}, std::pair{"tridiagonal", &chain}, std::pair{"lemke", &heap}}) {
+    SCOPED_TRACE(name);
+    const SolverEntry& solver = find_solver(name);
+    const Solution solution = solver.solve(scene->system, {}, {.trace = true}, nullptr);
+    ASSERT_TRUE(solution.trace);
+    ASSERT_FALSE(solution.trace->iterations.empty());
+    const SolveIteration& last = solution.trace->iterations.back();
+    EXPECT_NEAR(last.residual, solution.residual, 1e-12);
+    EXPECT_GT(last.open + last.stick + last.slip, 0);
+    EXPECT_EQ(last.pivots, solution.work.pivots);
+    EXPECT_FALSE(solver.solve(scene->system, {}, {}, nullptr).trace);
+  }
+  // Where chains need more than one look.
+  Scene row = chain;
+  for (std::size_t i = 0; i < row.system.b.size(); ++i) row.system.b[i] = i % 3 == 0 ? 1 : -0.9;
+  for (Row& r : row.system.rows) std::swap(r.a, r.b), std::swap(r.Ja, r.Jb);
+  const Solution several = find_solver("tridiagonal").solve(row.system, {}, {.trace = true}, nullptr);
+  EXPECT_EQ(several.trace->iterations.size(), static_cast<std::size_t>(several.iterations));
+  EXPECT_TRUE(has_note(solve(one.system, {.trace = true}), "closed form"));
+}
+
 TEST(Auto, EveryAnswerIsVerified) {
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
