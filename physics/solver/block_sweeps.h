@@ -75,8 +75,10 @@ class BlockSweeps {
   void sweep_part(double load, double take);
 
   /// Largest violation of the natural map (islands/island_system.h) [m/s]; infinite where velocities are not
-  /// finite.
+  /// finite. Where rows contradict each other, what is sure to be left of them counts: no more than that is
+  /// known.
   double violation() const;
+  bool contradicts() const { return contradiction_ > 0; }
 
  private:
   struct Kernels;
@@ -207,9 +209,10 @@ class BlockSweeps {
   std::vector<JointBlock> joints_;
   JointLines lines_;
   double joint_give_ = 1, contact_give_ = 1;  ///< of an impulse, what stays
-  double contradiction_ = 0;                  ///< of rows of one block that depend on each other [m/s]
-  std::vector<double> root_;                  ///< D^1/2 by row
-  std::vector<BodyVector> mass_;              ///< M^-1/2 by body, and the ground's
+  double contradiction_ =
+      0;  ///< of rows of one block that depend on each other, or that nothing can follow [m/s]
+  std::vector<double> root_;      ///< D^1/2 by row
+  std::vector<BodyVector> mass_;  ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
   std::vector<BodyVector> velocities_;
   SweepOrder order_;

@@ -80,9 +80,13 @@ void BlockSweeps::close_joint(const IslandSystem& system, JointBlock& joint) {
     const double stiff = dot3(low, low) + dot3(high, high), rest = stiff + inverse * inverse * soft;
     const bool depends = !(rest > kDependent);
     if (depends) {
-      // The others hold it, or nothing can.
-      contradiction_ =
-          std::max(contradiction_, root * std::abs(std::clamp(b, root * row.lower, root * row.upper)));
+      // The others hold it, or nothing can: then it counts whole, if it asks for an impulse that it may have.
+      const double wanted = system.b[at(i)];
+      const bool asks = wanted > 0 ? row.upper > 0 : wanted < 0 && row.lower < 0;
+      const double left = D > 0  ? root * std::abs(std::clamp(b, root * row.lower, root * row.upper))
+                          : asks ? std::abs(wanted)
+                                 : 0;
+      contradiction_ = std::max(contradiction_, left);
       low = high = BodyVector{};
       b = 0;
     }

@@ -59,7 +59,10 @@ bool sweep_blocks(const IslandSystem& system, std::span<const double> warm_start
     if (change <= 0.5 * target && sweeps->violation() <= target) break;
   }
   sweeps->get(sweeps->impulses(), solution.lambda);
-  conclude(system, sweeps->violation(), options, solution);
+  if (sweeps->contradicts())
+    conclude(system, options, solution);
+  else
+    conclude(system, sweeps->violation(), options, solution);
   return true;
 }
 

@@ -141,7 +141,10 @@ class BlockParts {
       if (k % kRefresh == 0) sweeps_.restart();
     }
     sweeps_.get(x, solution.lambda);
-    conclude(system, sweeps_.violation(), options, solution);
+    if (sweeps_.contradicts())
+      conclude(system, options, solution);
+    else
+      conclude(system, sweeps_.violation(), options, solution);
     return true;
   }
 
