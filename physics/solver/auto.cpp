@@ -14,6 +14,7 @@
 #include "physics/solver/independent_parts.h"
 #include "physics/solver/small_exact.h"
 #include "physics/solver/small_states.h"
+#include "physics/solver/still_rows.h"
 #include "physics/solver/tridiagonal.h"
 #include "physics/solver/wedging.h"
 #include "physics/solver/welded_bodies.h"
@@ -196,6 +197,20 @@ bool try_as_one(const IslandSystem& system, std::span<const double> warm_start, 
   return true;
 }
 
+/// Rows that nothing can follow, left out. @return false, and nothing has happened, where there are none
+bool try_without_still_rows(const IslandSystem& system, std::span<const double> warm_start,
+                            const SolveOptions& options, std::unique_ptr<SolverMemory>* memory,
+                            Solution& solution) {
+  StillRows still;
+  if (!still.find(system)) return false;
+  Spare<std::vector<double>> warm;
+  still.restrict(warm_start, *warm);
+  solution = solve_auto(still.others(), *warm, options, memory);
+  note(solution, "rows that nothing can follow: at the bound that they ask for");
+  still.expand(solution, options);
+  return true;
+}
+
 }  // namespace
 
 Solution solve_auto(const IslandSystem& system, std::span<const double> warm_start,
@@ -209,6 +224,8 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     note(none, "no rows: free flight");
     return none;
   }
+  Solution solution;
+  if (try_without_still_rows(system, warm_start, options, memory, solution)) return solution;
   if (is_bilateral(system)) return solve_all_bilateral(system, warm_start, options, memory);
   if (is_one_contact(system)) {
     static const SolverEntry& closed_form = find_solver("closed_form");
@@ -219,7 +236,6 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     }
   }
 
-  Solution solution;
   if (try_as_one(system, warm_start, options, memory, solution)) return solution;
   constexpr const char* kChain = "chain without friction: tridiagonal";
   if (try_chain(system, options, solution)) {

@@ -136,14 +136,16 @@ double span_of(const WorldState& state, const JointRecord& joint) {
   }
 }
 
-/// Fastest that anything of an island is told to move: ground, conveyors, motors without limit [m/s].
+/// Fastest that anything of an island is told to move: ground, conveyors, motors without limit, bodies whose
+/// turning nothing changes [m/s].
 double told_speed(const WorldState& state, const Island& island, double h) {
   const BodyArrays& all = state.bodies;
   Aabb box{all.position[island.bodies.front()], all.position[island.bodies.front()]};
-  double longest = 0;
+  double longest = 0, turning = 0;
   for (const std::uint32_t i : island.bodies) {
     box = united(box, {all.position[i], all.position[i]});
     longest += 2 * state.radius[i];
+    if (all.inverse_inertia[i] == 0) turning = std::max(turning, std::abs(all.omega[i]) * state.radius[i]);
   }
   const Vec2 middle = 0.5 * (box.lower + box.upper);
   const double radius = 0.5 * length(box.upper - box.lower);
@@ -169,7 +171,8 @@ double told_speed(const WorldState& state, const Island& island, double h) {
     }
     return most;
   };
-  double most = largest_of(state.island_threads, island.contacts.size(), kContactsAPiece, fastest_of);
+  double most = std::max(
+      turning, largest_of(state.island_threads, island.contacts.size(), kContactsAPiece, fastest_of));
   for (const std::uint32_t i : island.joints) {
     const JointRecord& joint = state.joints[i];
     const JointDef& def = joint.def;
@@ -216,7 +219,8 @@ double speed_of(const WorldState& state, std::uint32_t i) {
 }
 
 /// The motion of bodies against each other; against the ground, if they touch it. When it is scaled all
-/// contacts keep their velocity zero or opening, joints hold, and a free island keeps its momenta.
+/// contacts keep their velocity zero or opening, joints hold, and a free island keeps its momenta. What turns
+/// with an infinite moment of inertia goes on as it does.
 struct InnerMotion {
   InnerMotion(const WorldState& state, const Island& island)
       : rigid(is_off_ground(state, island) ? rigid_motion(state, island) : RigidMotion{}) {
@@ -237,7 +241,7 @@ struct InnerMotion {
     for (const std::uint32_t i : island.bodies) {
       const Vec2 carried = rigid.at(all.position[i]);
       all.velocity[i] = carried + s * (all.velocity[i] - carried);
-      all.omega[i] = rigid.omega + s * (all.omega[i] - rigid.omega);
+      if (all.inverse_inertia[i] > 0) all.omega[i] = rigid.omega + s * (all.omega[i] - rigid.omega);
     }
   }
 

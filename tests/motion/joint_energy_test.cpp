@@ -150,5 +150,28 @@ TEST(BridgeEnergy, DoesNotGrowWhereAStepEndsPlastically) {
   }
 }
 
+// A disc whose turning nothing changes drives its centre over rough ground, as a belt would: also beside a
+// motor, whose torque it does not feel. The disc was slowed down for the energy that it brought.
+TEST(InfiniteInertia, TurnsOnWhateverAMotorWants) {
+  for (const char* stepper : {"time_stepping", "event_driven"}) {
+    for (const double wanted : {0.0, 1.0, 2.0}) {
+      SCOPED_TRACE(stepper + (" " + std::to_string(wanted)));
+      World world(by(stepper));
+      test::add_ground(world, rough(make_disc(0.5), 0.5));
+      const BodyId disc = world.create_body(
+          {.position = {0, 0.5}, .velocity = {1, 0}, .omega = 1, .mass = 1.0, .inertia = 0.0});
+      world.add_shape(disc, rough(make_disc(0.5), 0.5));
+      const JointId motor = world.create_joint(
+          {.kind = JointKind::Motor, .b = disc, .motor_speed = wanted, .motor_limit = 5.0});
+      for (int i = 0; i < 60; ++i) {
+        ASSERT_EQ(world.step(1.0 / 60).inexact_islands, 0);
+        ASSERT_EQ(world.omega(disc), 1);
+      }
+      EXPECT_NEAR(world.velocity(disc).x, -0.5, 1e-9);
+      EXPECT_NEAR(world.joint_torque(motor), wanted > 1 ? 5 : wanted < 1 ? -5 : 0, 1e-9);
+    }
+  }
+}
+
 }  // namespace joint_energy_test
 }  // namespace skerry
