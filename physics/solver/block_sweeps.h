@@ -209,8 +209,8 @@ class BlockSweeps {
   std::vector<JointBlock> joints_;
   JointLines lines_;
   double joint_give_ = 1, contact_give_ = 1;  ///< of an impulse, what stays
-  double contradiction_ =
-      0;  ///< of rows of one block that depend on each other, or that nothing can follow [m/s]
+  /// Of rows of one block that depend on each other, or that nothing can follow [m/s].
+  double contradiction_ = 0;
   std::vector<double> root_;      ///< D^1/2 by row
   std::vector<BodyVector> mass_;  ///< M^-1/2 by body, and the ground's
   std::vector<Impulses> impulses_;
