@@ -135,6 +135,8 @@ void update_mass(WorldState& s, std::uint32_t body) {
     mass = *s.given_mass[body];
   }
   if (s.given_inertia[body]) inertia = *s.given_inertia[body];
+  // Without shapes it is as large as a ring of its mass: by its size turning counts as motion.
+  if (s.shapes_of[body].empty() && mass > 0) s.radius[body] = std::sqrt(inertia / mass);
   s.bodies.mass[body] = mass;
   s.bodies.inertia[body] = inertia;
   s.bodies.inverse_mass[body] = mass > 0 ? 1 / mass : 0;

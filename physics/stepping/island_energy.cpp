@@ -136,15 +136,23 @@ double span_of(const WorldState& state, const JointRecord& joint) {
   }
 }
 
+/// How far out of its centre a body may have its mass: a given moment of inertia may be larger than that of
+/// its shapes [m].
+double size_of(const WorldState& state, std::uint32_t i) {
+  const double mass = state.bodies.mass[i];
+  return std::max(state.radius[i], mass > 0 ? std::sqrt(state.bodies.inertia[i] / mass) : 0);
+}
+
 /// Fastest that anything of an island is told to move: ground, conveyors, motors without limit, bodies whose
 /// turning nothing changes [m/s].
 double told_speed(const WorldState& state, const Island& island, double h) {
   const BodyArrays& all = state.bodies;
   Aabb box{all.position[island.bodies.front()], all.position[island.bodies.front()]};
-  double longest = 0, turning = 0;
+  double longest = 0, largest = 0, turning = 0;
   for (const std::uint32_t i : island.bodies) {
     box = united(box, {all.position[i], all.position[i]});
-    longest += 2 * state.radius[i];
+    longest += 2 * size_of(state, i);
+    largest = std::max(largest, size_of(state, i));
     if (all.inverse_inertia[i] == 0) turning = std::max(turning, std::abs(all.omega[i]) * state.radius[i]);
   }
   const Vec2 middle = 0.5 * (box.lower + box.upper);
@@ -156,7 +164,8 @@ double told_speed(const WorldState& state, const Island& island, double h) {
     double most = 0;
     for (const double time : {0.0, h}) {
       const KinematicState now = kinematic_state(state, body, time);
-      const double arm = std::min(length(now.p - middle) + radius, state.radius[body] + longest + joint);
+      const double arm =
+          std::min(length(now.p - middle) + radius + largest, state.radius[body] + longest + joint);
       most = std::max(most, length(now.v) + std::abs(now.omega) * arm);
     }
     return most;
@@ -187,7 +196,7 @@ double told_speed(const WorldState& state, const Island& island, double h) {
       for (const auto& [body, anchor] :
            {std::pair{def.a.index, joint.local_a}, std::pair{def.b.index, joint.local_b}})
         if (body != BodyId::kNone && all.type[body] == BodyType::Dynamic)
-          arm += length(anchor) + state.radius[body];
+          arm += length(anchor) + size_of(state, body);
     }
     most = std::max(most, arm * std::abs(*def.motor_speed));
   }

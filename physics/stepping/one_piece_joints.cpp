@@ -49,12 +49,17 @@ struct Fall {
   bool jointed = false, held = false;
 };
 
-/// By how much what a joint holds, or limits, is off: the largest share of the size of the smaller body; of
-/// angles, which move its ends by its size, in rad.
+// Least size of what hangs on a joint without a size or an arm [m].
+constexpr double kLeastSize = 1e-3;
+
+/// By how much what a joint holds, or limits, is off: the largest share of the size of the smaller body (of
+/// the joint where that has none, a point); of angles, which move its ends by its size, in rad.
 double how_far_off(const WorldState& state, std::uint32_t slot, double elapsed) {
   const JointRecord& joint = state.joints[slot];
   const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-  const double least = std::min(size_in_island(state, a), size_in_island(state, b));
+  double least = std::min(size_in_island(state, a), size_in_island(state, b));
+  if (!(least > 0))
+    least = std::max({length(joint.local_a), length(joint.local_b), joint.length, kLeastSize});
   JointRows rows;
   const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
   double most = 0;

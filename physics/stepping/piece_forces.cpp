@@ -251,10 +251,15 @@ class PieceSolve {
     if (origin.spring()) {
       target = add_spring(assembly, i, start.origin[i].error, before, h);
     } else {
+      const bool rubs = origin.kind == RowKind::Friction || origin.kind == RowKind::Rolling;
       if (found_.moving &&
           (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || origin.kind == RowKind::Motor ||
-           stands(start, i, before) || rests(start, i, before)))
+           stands(start, i, before) || rests(start, i, before))) {
         target = row_velocity(start, i, before) - row_velocity(assembly, i, before);
+      } else if (found_.moving && !piece_.plastic && rubs) {
+        // Ground that is told to move goes on changing its velocity until the end.
+        target = start.drive[i] - assembly.drive[i];
+      }
       if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
       if (origin.kind == RowKind::Limit && !rests(start, i, before))
         target = -std::max(0.0, origin.error) / h;

@@ -42,6 +42,11 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
   // What stops within this distance does not show.
   const double shortest = 1e-3 * state.config.touch_tolerance;
 
+  // What is told to move has in the assembly the velocity of half-way; by so much it changes until then.
+  const auto half_drive = [&](int i) {
+    return piece.assembly.drive[static_cast<std::size_t>(i)] - piece.start.drive[static_cast<std::size_t>(i)];
+  };
+
   // Rows that move at the beginning and do no longer, or backwards, at the end of what `lambda` makes of it.
   Spare<std::vector<Stopping>> stopping;
   Spare<std::vector<Velocity>> after;
@@ -57,8 +62,8 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
       // What rolls has no velocity where it is, though it has one in the geometry half-way.
       const double now = row_velocity(piece.start, i, piece.before);
       if (!(std::abs(now) * piece.h > shortest)) continue;
-      const double from = row_velocity(piece.assembly, i, piece.before);
-      const double to = row_velocity(piece.assembly, i, *after);
+      const double from = row_velocity(piece.assembly, i, piece.before) - half_drive(i);
+      const double to = row_velocity(piece.assembly, i, *after) + half_drive(i);
       // The rounding of a solve counts as zero.
       if (now * from > 0 && (from > 0 ? to : -to) <= 1e-9 * std::abs(from))
         stopping->push_back({i, from, system.b[i]});
@@ -71,8 +76,8 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
       double D = 0;
       if (row.a >= 0) D += inverse_mass_along(system.bodies[row.a], row.Ja);
       if (row.b >= 0) D += inverse_mass_along(system.bodies[row.b], row.Jb);
-      const double change =
-          std::abs(row_velocity(piece.assembly, stop.row, piece.free)) + 4 * D * bound_of(row, lambda);
+      const double change = std::abs(row_velocity(piece.assembly, stop.row, piece.free)) +
+                            std::abs(half_drive(stop.row)) + 4 * D * bound_of(row, lambda);
       system.b[stop.row] += stop.from > 0 ? -change : change;
     }
     return stopping->size() > known;
@@ -86,7 +91,7 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
     for (const Stopping& stop : *stopping) {
       const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
       if (!(against >= kAtBound * bound_of(system.rows[stop.row], sliding.lambda))) return piece.h;
-      const double to = row_velocity(piece.assembly, stop.row, *after);
+      const double to = row_velocity(piece.assembly, stop.row, *after) + half_drive(stop.row);
       if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
     }
     return first;

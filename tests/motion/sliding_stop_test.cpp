@@ -85,6 +85,58 @@ TEST(SlidingStop, BlockIsTakenAlongByAConveyor) {
   }
 }
 
+// A table that is told to move: its velocity changes within the step.
+TEST(SlidingStop, OnATableThatIsToldToMoveTurnsBackByTheFormula) {
+  const double mu = 0.2, speed = 1.2, braking = 8, end = 0.3;
+  // The table outruns the block until both have the same speed, and falls behind it from then on.
+  const double time = speed / (braking + mu * kG), late = end - time;
+  const double way = 0.5 * mu * kG * (time * time - late * late) + mu * kG * time * late;
+  for (const int steps : {50, 100, 1000}) {
+    World world;
+    const BodyId table = world.create_body({.type = BodyType::Kinematic});
+    world.add_shape(table, rough(make_box({4, 0.2}), mu));
+    world.set_motion(table, [=](double t) { return Placement{{speed * t - 0.5 * braking * t * t, 0}, 0}; });
+    const BodyId block = add(world, {0, 0.25}, rough(make_box({0.3, 0.3}), mu));
+    for (int i = 0; i < std::lround(end * steps); ++i) world.step(1.0 / steps);
+    EXPECT_NEAR(world.position(block).x, way, 1e-11) << steps;
+  }
+}
+
+// A disc on the axle of a wheel that turns to and fro: their hinge rubs, slides and holds in turn. What
+// drives the disc is in its middle, and its mass is farther out than its shape is.
+TEST(SlidingStop, AWheelThatIsToldToTurnTakesWhatRubsOnItsAxleAlong) {
+  const auto angle_after = [](const char* stepper, int steps, double seconds) {
+    World world({.gravity = {0, 0}, .stepper = stepper});
+    const BodyId wheel = world.create_body({.type = BodyType::Kinematic});
+    world.set_motion(wheel, [](double t) { return Placement{{0, 0}, 0.5 * std::sin(3 * t)}; });
+    const BodyId disc = world.create_body({.mass = 1.0, .inertia = 0.5});
+    world.add_shape(disc, {.shape = make_disc(0.3)});
+    world.create_joint(
+        {.kind = JointKind::Revolute, .a = wheel, .b = disc, .motor_speed = 0, .motor_limit = 1});
+    for (int i = 0; i < std::lround(seconds * steps); ++i) world.step(1.0 / steps);
+    return world.angle(disc);
+  };
+  for (const char* stepper : {"time_stepping", "event_driven"})
+    EXPECT_NEAR(angle_after(stepper, 50, 0.3), 0.09, 1e-13) << stepper;
+  const double later = angle_after("event_driven", 50, 2);
+  EXPECT_NEAR(angle_after("event_driven", 500, 2), later, 1e-9);
+  EXPECT_NEAR(angle_after("time_stepping", 50, 2), later, 1e-3);
+  EXPECT_NEAR(angle_after("time_stepping", 200, 2), later, 5e-5);
+  EXPECT_NEAR(angle_after("time_stepping", 800, 2), later, 2e-6);
+}
+
+TEST(SlidingStop, FarOutATableThatSwingsTakesWhatSticksAlong) {
+  for (const double far : {0.0, 1000.0}) {
+    World world;
+    const BodyId table = world.create_body({.type = BodyType::Kinematic, .position = {far, 0}});
+    world.add_shape(table, rough(make_box({4, 0.2}), 0.4));
+    world.set_motion(table, [=](double t) { return Placement{{far + 0.149 * std::sin(5 * t), 0}, 0}; });
+    const BodyId block = add(world, {far, 0.25}, rough(make_box({0.3, 0.3}), 0.4), 1, {0.745, 0});
+    for (int i = 0; i < 600; ++i) world.step(1.0 / 60);
+    EXPECT_NEAR(world.position(block).x - world.position(table).x, 0, 1e-4) << far;
+  }
+}
+
 TEST(SlidingStop, RollingResistanceStopsADisc) {
   // m a = -F and m r^2/2 a/r = F r - c m g without slip: a = -c g / (3/2 r).
   const double c = 0.02, r = 0.5, speed = 0.2;
