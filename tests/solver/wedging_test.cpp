@@ -12,8 +12,9 @@ namespace skerry {
 namespace wedging_test {
 
 /// A box of a metre between pegs of the ground at these points of its outline, with its own friction each.
-IslandSystem box_between_pegs(double mass, const std::vector<std::array<double, 3>>& pegs) {
-  scenes::SceneBuilder builder({.friction = 1});
+IslandSystem box_between_pegs(double mass, const std::vector<std::array<double, 3>>& pegs, double noise = 0,
+                              std::uint64_t seed = 1) {
+  scenes::SceneBuilder builder({.friction = 1, .noise = noise, .seed = seed});
   const int box = builder.body({0, 0}, mass, mass / 6);
   for (const auto& [x, y, friction] : pegs) {
     const Vec2 inwards =
@@ -69,30 +70,31 @@ TEST(Wedging, ABoxBetweenPegsPressesNoHarderThanItMust) {
   EXPECT_LT(largest_magnitude(next.lambda), 200);
 }
 
-// Velocities that no impulses bring about: what a clamped box cannot do was called solved as soon as the
-// impulses, and the rounding of their sums, were large enough (204 of 20 000 such problems).
+// A clamped box is asked for velocities that contradict each other by a thousandth: from the impulses of the
+// step before they were "solved" by impulses of 1e10 N s, whose rounding was as large as what was left.
 TEST(Wedging, RunawayImpulsesAreNoAnswer) {
   int solved = 0, wedged = 0;
-  for (std::uint64_t seed = 1; seed <= 1500; ++seed) {
+  for (std::uint64_t seed = 2001; seed <= 2400; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937_64 random(seed);
-    std::uniform_real_distribution<double> place(-0.45, 0.45), friction(0.1, 1.5), speed(-0.2, 0.2);
+    std::uniform_real_distribution<double> place(-0.45, 0.45), friction(0.1, 1.5), error(-1e-3, 1e-3);
     std::vector<std::array<double, 3>> pegs;
-    for (int k = 0; k < 4; ++k) {
-      const double along = place(random), side = k % 2 == 0 ? 0.5 : -0.5;
-      const bool upright = k < 2;
+    for (std::size_t k = 0; k < 3 + seed % 3; ++k) {
+      const double along = place(random), side = random() % 2 == 0 ? 0.5 : -0.5;
+      const bool upright = random() % 2 == 0;
       pegs.push_back({upright ? side : along, upright ? along : side, friction(random)});
     }
-    IslandSystem system = box_between_pegs(1, pegs);
-    for (double& b : system.b) b = speed(random);
-    const Solution solution = solve_auto(system, {}, {}, nullptr);
+    IslandSystem system = box_between_pegs(1, pegs, seed % 2 == 0 ? 1 : 0, seed);
+    const Solution before = solve_auto(system, {}, {}, nullptr);
+    for (double& b : system.b) b *= 1 + error(random);
+    const Solution solution = solve_auto(system, before.lambda, {}, nullptr);
     if (solution.status != SolveStatus::Solved) continue;
     ++solved;
     wedged += is_wedged(system, solution.lambda);
     EXPECT_LE(solution.residual, 1e-9);
   }
   EXPECT_GT(solved, 200);
-  EXPECT_LE(wedged, 5);
+  EXPECT_LE(wedged, 3);
 }
 
 }  // namespace wedging_test
