@@ -22,6 +22,7 @@ int run_apart(std::vector<std::string> arguments, const std::string& messages, P
               Meanwhile meanwhile) {
   arguments.insert(arguments.begin(), program());
   std::vector<char*> words;
+  words.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) words.push_back(argument.data());
   words.push_back(nullptr);
   const pid_t child = fork();
