@@ -47,22 +47,35 @@ constexpr KeyName kKeys[] = {
     {GLFW_KEY_PAGE_UP, kKeyPageUp, ImGuiKey_PageUp},
     {GLFW_KEY_PAGE_DOWN, kKeyPageDown, ImGuiKey_PageDown},
     {GLFW_KEY_SPACE, ' ', ImGuiKey_Space},
-    {GLFW_KEY_A, 'A', ImGuiKey_A},
-    {GLFW_KEY_C, 'C', ImGuiKey_C},
-    {GLFW_KEY_V, 'V', ImGuiKey_V},
-    {GLFW_KEY_X, 'X', ImGuiKey_X},
-    {GLFW_KEY_Y, 'Y', ImGuiKey_Y},
-    {GLFW_KEY_Z, 'Z', ImGuiKey_Z},
+};
+
+/// Letters that text fields know with Ctrl.
+struct LetterName {
+  int ours, imgui;
+};
+constexpr LetterName kLetters[] = {
+    {'A', ImGuiKey_A}, {'C', ImGuiKey_C}, {'V', ImGuiKey_V},
+    {'X', ImGuiKey_X}, {'Y', ImGuiKey_Y}, {'Z', ImGuiKey_Z},
 };
 
 /// 0 for keys that we do not report.
-int our_key(int glfw) {
+int our_key(int glfw, int scancode) {
   for (const KeyName& name : kKeys) {
     if (name.glfw == glfw) return name.ours;
   }
   if (glfw >= GLFW_KEY_F1 && glfw <= GLFW_KEY_F12) return kKeyF1 + glfw - GLFW_KEY_F1;
   if (glfw >= GLFW_KEY_KP_0 && glfw <= GLFW_KEY_KP_9) return '0' + glfw - GLFW_KEY_KP_0;
-  return glfw > 32 && glfw < 128 ? glfw : 0;
+  return glfw > 32 && glfw < 128 ? printed_on(glfw, glfwGetKeyName(glfw, scancode)) : 0;
+}
+
+/// Whether the key that this letter is printed on is down.
+bool letter_held(GLFWwindow* window, int letter) {
+  for (int key = 33; key < 128; ++key) {
+    const int scancode = glfwGetKeyScancode(key);
+    if (scancode >= 0 && glfwGetKey(window, key) == GLFW_PRESS && our_key(key, scancode) == letter)
+      return true;
+  }
+  return false;
 }
 
 void append_utf8(std::string& text, unsigned code) {
@@ -86,6 +99,14 @@ void append_utf8(std::string& text, unsigned code) {
 
 }  // namespace
 
+int printed_on(int glfw_key, const char* name) {
+  if (glfw_key <= 32 || glfw_key >= 128) return 0;
+  const bool digit = glfw_key >= GLFW_KEY_0 && glfw_key <= GLFW_KEY_9;
+  const bool one = name != nullptr && name[0] > 32 && name[0] < 127 && name[1] == 0;
+  if (digit || !one) return glfw_key;
+  return name[0] >= 'a' && name[0] <= 'z' ? name[0] - 'a' + 'A' : name[0];
+}
+
 struct WindowContext::State {
   GLFWwindow* window = nullptr;
   int width = 1, height = 1;
@@ -95,6 +116,7 @@ struct WindowContext::State {
   bool down[3] = {false, false, false};      // as the server says now
   bool reported[3] = {false, false, false};  // as the last poll() said
   bool pressed[3] = {false, false, false};   // went down since then, maybe up again
+  bool repeating = false;                    // the last key is held
 
   static State& of(GLFWwindow* window) { return *static_cast<State*>(glfwGetWindowUserPointer(window)); }
   void measure() {
@@ -110,13 +132,18 @@ struct WindowContext::State {
 
 void WindowContext::State::install_callbacks() {
   glfwSetWindowUserPointer(window, this);
-  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-    const int ours = our_key(key);
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
+    const int ours = our_key(key, scancode);
+    of(w).repeating = action == GLFW_REPEAT;
     if (action == GLFW_RELEASE || ours == 0) return;
     of(w).next.keys.push_back({ours, (modifiers & GLFW_MOD_CONTROL) != 0, (modifiers & GLFW_MOD_SHIFT) != 0,
                                (modifiers & GLFW_MOD_ALT) != 0, action == GLFW_REPEAT});
   });
-  glfwSetCharCallback(window, [](GLFWwindow* w, unsigned code) { append_utf8(of(w).next.ui.text, code); });
+  glfwSetCharCallback(window, [](GLFWwindow* w, unsigned code) {
+    State& state = of(w);
+    append_utf8(state.next.ui.text, code);
+    if (code == '?') state.next.keys.push_back({.key = '?', .repeated = state.repeating});
+  });
   glfwSetScrollCallback(
       window, [](GLFWwindow* w, double, double y) { of(w).next.ui.wheel += static_cast<float>(y); });
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int) {
@@ -202,6 +229,11 @@ WindowInput WindowContext::poll(double wait) {
     const bool pressed = std::any_of(input.keys.begin(), input.keys.end(),
                                      [&](const KeyPress& press) { return press.key == name.ours; });
     if (held(name.glfw) || pressed) input.ui.keys_down.push_back(name.imgui);
+  }
+  for (const LetterName& name : kLetters) {
+    const bool pressed = std::any_of(input.keys.begin(), input.keys.end(),
+                                     [&](const KeyPress& press) { return press.key == name.ours; });
+    if (pressed || letter_held(s.window, name.ours)) input.ui.keys_down.push_back(name.imgui);
   }
   input.ui.ctrl = held(GLFW_KEY_LEFT_CONTROL) || held(GLFW_KEY_RIGHT_CONTROL);
   input.ui.shift = held(GLFW_KEY_LEFT_SHIFT) || held(GLFW_KEY_RIGHT_SHIFT);

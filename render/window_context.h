@@ -15,7 +15,7 @@
 namespace skerry::render {
 
 /// Keys without a character; all others are reported as the capital or digit that is printed on them, e.g.
-/// 'R'.
+/// 'R', whatever the layout of the keyboard. '?' is reported where it was typed, with any keys.
 enum SpecialKey : int {
   kKeyEscape = 256,
   kKeyEnter,
@@ -33,6 +33,11 @@ enum SpecialKey : int {
   kKeyF1,  ///< F1 to F12 follow each other
   kKeyF12 = kKeyF1 + 11,
 };
+
+/// The character of a key of GLFW. @param name  in the user's layout, as glfwGetKeyName says; may be null
+/// @return 0 for keys that have none. Digits go by their place: some layouts have them with Shift only. Keys
+/// with a letter that is not Latin go by their place, too.
+int printed_on(int glfw_key, const char* name);
 
 struct KeyPress {
   int key = 0;

@@ -86,7 +86,7 @@ std::span<const KeyAction> actions() {
        .what = "parameters, methods, overlays",
        .run = show_settings},
       {.key = render::kKeyF1, .keys = "F1 or ?", .what = "this help", .run = toggle_help},
-      {.key = '/', .shift = true, .keys = "", .what = "", .run = toggle_help},
+      {.key = '?', .keys = "", .what = "", .run = toggle_help},
       {.key = render::kKeyF1 + 3, .keys = "F4", .what = "light or dark", .run = toggle_theme},
       {.key = render::kKeyF1 + 4,
        .keys = "F5",

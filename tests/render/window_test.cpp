@@ -166,5 +166,18 @@ TEST(WindowErrors, NoDisplayIsAnErrorThatNamesTheRemedy) {
   if (before != nullptr) setenv("DISPLAY", kept.c_str(), 1);
 }
 
+TEST(Keys, AreWhatIsPrintedOnThem) {
+  // In the numbers of GLFW, which are those of an American keyboard.
+  EXPECT_EQ(printed_on('Q', "q"), 'Q');
+  EXPECT_EQ(printed_on('Q', "a"), 'A') << "French";
+  EXPECT_EQ(printed_on(';', "m"), 'M') << "French";
+  EXPECT_EQ(printed_on('1', "&"), '1') << "French: the digit needs Shift";
+  EXPECT_EQ(printed_on('Y', "z"), 'Z') << "German";
+  EXPECT_EQ(printed_on('/', "-"), '-') << "German";
+  EXPECT_EQ(printed_on('Q', "\xD0\xB9"), 'Q') << "Russian: by the place";
+  EXPECT_EQ(printed_on('Q', nullptr), 'Q');
+  EXPECT_EQ(printed_on(300, nullptr), 0);
+}
+
 }  // namespace window_test
 }  // namespace skerry::render
