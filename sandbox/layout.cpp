@@ -86,10 +86,11 @@ PanelLayout::PanelLayout(int width_px, int height_px, double footer)
 }
 
 int PanelLayout::reserve(double height) {
+  // It would cover what stands below the scene; the frame may come close to that.
+  if (height > room_ + 0.5 * kMarginPx) return -1;
   std::size_t column = 0;
   while (column < used_.size() && used_[column] + height > room_) ++column;
   if (column == most_columns_) return -1;
-  // A panel higher than the picture gets a column of its own.
   if (column == used_.size()) used_.push_back(0);
   used_[column] += height + kMarginPx;
   column_.push_back(column);

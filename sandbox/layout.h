@@ -44,7 +44,7 @@ class PanelLayout {
 
   /// Reserves room. @param height greatest height, frame included
   /// @return number of the panel, or -1 if there is no room left; so also in pictures that are too narrow for
-  ///         a column and a scene, or too low for words
+  ///         a column and a scene, or too low for words or for the panel
   int reserve(double height);
   int columns() const { return static_cast<int>(used_.size()); }
   /// Right edge of what the columns leave for the scene [px of the picture].

@@ -252,6 +252,13 @@ TEST(PanelLayout, KeepsPanelsApartForAnyHeights) {
   }
 }
 
+TEST(PanelLayout, APanelHigherThanThePictureIsLeftOut) {
+  PanelLayout low(320, 181);
+  EXPECT_EQ(low.reserve(382), -1);
+  EXPECT_EQ(low.reserve(150), 0);
+  EXPECT_EQ(low.columns(), 1);
+}
+
 TEST(Legend, EntriesDoNotRunIntoEachOtherOrTheLengthBar) {
   render::Camera camera;
   render::DrawLayer layer;
