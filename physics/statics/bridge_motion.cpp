@@ -166,6 +166,7 @@ void Bridge::connect(World& world, std::size_t node) {
     if (support.kind == SupportKind::Roller) {
       const auto known = bearings_.find(static_cast<int>(node));
       BodyId wheel = known != bearings_.end() ? known->second : BodyId{};
+      if (wheel && !world.alive(wheel)) continue;
       if (!wheel) {
         wheel = world.create_body({.position = at, .mass = kBearingMass, .name = "bearing"});
         ShapeDef disc = filters::plain(make_disc(0.5 * def_.thickness + filters::kBearingLift),
@@ -193,8 +194,10 @@ void Bridge::connect(World& world, std::size_t node) {
 void Bridge::hang_rope(World& world, RopeMember& rope) {
   const Member& m = def_.structure.members[static_cast<std::size_t>(rope.member)];
   if (rope.joint && world.alive(rope.joint)) world.destroy(rope.joint);
-  const Attachment& a = attached_[static_cast<std::size_t>(m.a)].front();
-  const Attachment& b = attached_[static_cast<std::size_t>(m.b)].front();
+  const std::vector<Attachment>&at_a = attached_[static_cast<std::size_t>(m.a)],
+        &at_b = attached_[static_cast<std::size_t>(m.b)];
+  if (at_a.empty() || at_b.empty()) return;
+  const Attachment &a = at_a.front(), &b = at_b.front();
   if (a.body == b.body) return;
   rope.joint = world.create_joint({.kind = JointKind::Rope,
                                    .a = a.body,
@@ -288,6 +291,11 @@ void Bridge::apply_fixed_loads(World& world) const {
 }
 
 void Bridge::measure(World& world, double time) {
+  // Whoever has the world may remove a part; what hung on it is loose then.
+  const auto gone = [&world](const auto& part) { return !world.alive(part.body); };
+  std::erase_if(pieces_, gone);
+  std::erase_if(wagons_, gone);
+  for (std::vector<Attachment>& list : attached_) std::erase_if(list, gone);
   measure_reactions(world);
   std::vector<std::size_t> failing;
   const auto note = [&](int member, double axial) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "render/gl_renderer.h"
 #include "sandbox/bridge_view.h"
@@ -54,13 +55,14 @@ std::string percent(double share) {
   return text;
 }
 
-/// Where the ends of a piece are now.
+/// Where the ends of a piece are now; none for a piece that a user has removed.
 struct PlacedPiece {
   Vec2 from, to;
 };
-PlacedPiece placed(const World& world, const BridgePiece& piece) {
+std::optional<PlacedPiece> placed(const World& world, const BridgePiece& piece) {
+  if (!world.alive(piece.body)) return std::nullopt;
   const Transform pose = world.pose(piece.body);
-  return {to_world(pose, piece.local_from), to_world(pose, piece.local_to)};
+  return PlacedPiece{to_world(pose, piece.local_from), to_world(pose, piece.local_to)};
 }
 
 void draw_members(const OverlayContext& context, const Bridge& bridge, render::DrawLayer& layer) {
@@ -68,12 +70,13 @@ void draw_members(const OverlayContext& context, const Bridge& bridge, render::D
   for (const BridgePiece& piece : bridge.pieces()) {
     const auto m = static_cast<std::size_t>(piece.member);
     const MemberState& state = bridge.members()[m];
-    const PlacedPiece ends = placed(context.world, piece);
+    const std::optional<PlacedPiece> ends = placed(context.world, piece);
+    if (!ends) continue;
     const bool cable = bridge.def().structure.members[m].cable;
     const double radius = (cable ? 0.2 : 0.5) * bridge.def().thickness;
     if (state.slack) {
-      layer.lines.push_back({.from = to_point(ends.from),
-                             .to = to_point(ends.to),
+      layer.lines.push_back({.from = to_point(ends->from),
+                             .to = to_point(ends->to),
                              .color = style.text_dim,
                              .width_px = 2,
                              .dash_px = 6});
@@ -81,8 +84,8 @@ void draw_members(const OverlayContext& context, const Bridge& bridge, render::D
     }
     const render::Color fill =
         state.broken ? use_color(style, bridge.members()[m].peak_use) : use_color(style, state.signed_use);
-    layer.capsules.push_back({.from = to_point(ends.from),
-                              .to = to_point(ends.to),
+    layer.capsules.push_back({.from = to_point(ends->from),
+                              .to = to_point(ends->to),
                               .radius = radius,
                               .fill = fill,
                               .outline = state.broken ? style.warning : render::mixed(fill, style.text, 0.55),
@@ -246,8 +249,9 @@ void draw_numbers(const OverlayContext& context, const Bridge& bridge) {
   for (const BridgePiece& piece : bridge.pieces()) {
     const MemberState& state = bridge.members()[static_cast<std::size_t>(piece.member)];
     if (state.slack || state.broken) continue;
-    const PlacedPiece ends = placed(context.world, piece);
-    numbers.push_back({0.5 * (ends.from + ends.to), state.axial});
+    const std::optional<PlacedPiece> ends = placed(context.world, piece);
+    if (!ends) continue;
+    numbers.push_back({0.5 * (ends->from + ends->to), state.axial});
   }
   std::stable_sort(numbers.begin(), numbers.end(),
                    [](const Number& a, const Number& b) { return std::abs(a.force) > std::abs(b.force); });
@@ -262,8 +266,9 @@ void draw_peaks(const OverlayContext& context, const Bridge& bridge, bool number
   for (const BridgePiece& piece : bridge.pieces()) {
     const MemberState& state = bridge.members()[static_cast<std::size_t>(piece.member)];
     if (state.peak_use == 0 || piece.from != 0 || piece.to != 1) continue;
-    const PlacedPiece ends = placed(context.world, piece);
-    const Vec2 middle = 0.5 * (ends.from + ends.to);
+    const std::optional<PlacedPiece> ends = placed(context.world, piece);
+    if (!ends) continue;
+    const Vec2 middle = 0.5 * (ends->from + ends->to);
     layer.markers.push_back({.at = to_point(middle),
                              .fill = use_color(style, state.peak_use),
                              .outline = piece.member == worst ? style.warning : style.text_dim,

@@ -12,6 +12,7 @@ namespace {
 constexpr float kClickPx = 4;       // a hand is never quite still
 constexpr double kPickSlackPx = 6;  // small bodies can be hit
 constexpr double kZoomPerNotch = 1.15;
+constexpr double kLeastHeight = 1e-6, kMostHeight = 1e9;  // of the view [m]
 
 }  // namespace
 
@@ -60,8 +61,13 @@ void Pointer::frame(const render::UiInput& input, bool over_scene, Workbench& be
       doing_ = Doing::Nothing;
     }
   }
-  if (over_scene && input.wheel != 0)
-    bench.camera.zoom_at({x, y}, std::pow(kZoomPerNotch, static_cast<double>(input.wheel)));
+  if (over_scene && input.wheel != 0) {
+    const double height = bench.camera.height;
+    const double wanted = height / std::pow(kZoomPerNotch, static_cast<double>(input.wheel));
+    // A demo may have a larger or smaller view of its own.
+    bench.camera.zoom_at(
+        {x, y}, height / std::clamp(wanted, std::min(height, kLeastHeight), std::max(height, kMostHeight)));
+  }
   std::copy(std::begin(input.mouse_down), std::end(input.mouse_down), std::begin(was_down_));
 }
 

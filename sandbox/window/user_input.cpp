@@ -108,8 +108,10 @@ void apply_input(const UserInput& input, const Material& material, World& world,
       hand.release();
       break;
     case InputKind::Spawn: {
+      // The shape first: a size that it refuses must not leave a body without one.
+      const Shape shape = spawned_shape(input.spawn, input.size);
       const BodyId body = world.create_body({.position = input.at});
-      world.add_shape(body, {.shape = spawned_shape(input.spawn, input.size), .material = material});
+      world.add_shape(body, {.shape = shape, .material = material});
       break;
     }
     case InputKind::Remove:
