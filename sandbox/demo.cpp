@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "physics/hash.h"
 #include "physics/snapshot.h"
 #include "physics/stepping/root.h"
 #include "sandbox/errors.h"
@@ -66,6 +67,35 @@ double measure(LuaHost& host, int function, const std::string& place, const std:
   lua_pop(state, 1);
   if (!number && !yes_no) throw ScriptError(place + ": \"" + what + "\" expected a number, got " + got);
   return value;
+}
+
+/// Calls what may name a body that a user has removed: its error does not end the run then, it is noted once.
+template <class Function>
+void call_forgiving(Script& script, const Function& function) {
+  try {
+    function();
+  } catch (const ScriptError& error) {
+    if (!script.body_removed) throw;
+    if (!std::exchange(script.told_loss, true)) script.notes.push_back({script.time(), error.what()});
+  }
+}
+
+void evaluate(Script& script, std::size_t i) {
+  // Vectors may grow while the function runs.
+  const Check due = script.checks[i];
+  double value = 0;
+  try {
+    value = measure(script.host, due.function, due.place, due.what);
+  } catch (const ScriptError&) {
+    if (!script.body_removed) throw;
+    script.checks[i].state = CheckState::Unmeasured;
+    script.checks[i].time = script.time();
+    return;
+  }
+  Check& check = script.checks[i];
+  check.value = value;
+  check.time = script.time();
+  check.state = check.accepts(value) ? CheckState::Holds : CheckState::Fails;
 }
 
 /// The function of event `i` with the bodies as they were `back` [s] before the end of the last step.
@@ -154,6 +184,12 @@ std::string Check::condition() const {
   return join(parts, " and ") + (unit.empty() ? "" : " " + unit);
 }
 
+std::uint64_t text_hash(std::string_view text) {
+  Fnv1a hash;
+  for (const char c : text) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  return hash.value();
+}
+
 const std::vector<std::string>& color_names() {
   // In the order of render::Style::bodies.
   static const std::vector<std::string> names{"sky",  "orange", "green", "vermilion",
@@ -166,6 +202,7 @@ Demo::Demo(const std::string& path, const DemoOptions& options)
   Script& script = *script_;
   script.name = std::filesystem::path(path).stem().string();
   const std::string source = read_text(path);
+  script.hash = text_hash(source);
   lua_State* state = script.host.state();
   lua_pushcfunction(state, &add_functions);
   if (lua_pcall(state, 0, 0, 0) != LUA_OK) throw ScriptError(path + ": no memory for the script functions");
@@ -200,6 +237,9 @@ const std::string& Demo::name() const {
 }
 const std::string& Demo::path() const {
   return script_->path;
+}
+std::uint64_t Demo::script_hash() const {
+  return script_->hash;
 }
 const std::string& Demo::title() const {
   return script_->title;
@@ -286,10 +326,12 @@ bool Demo::call_before_step() {
   const double time = script.time();
   // Vectors may grow while callbacks run, hence the indices.
   for (std::size_t i = 0; i < script.step_callbacks.size(); ++i)
-    script.host.call(script.step_callbacks[i], 0, [&](lua_State* state) {
-      lua_pushnumber(state, time);
-      lua_pushnumber(state, script.dt);
-      return 2;
+    call_forgiving(script, [&] {
+      script.host.call(script.step_callbacks[i], 0, [&](lua_State* state) {
+        lua_pushnumber(state, time);
+        lua_pushnumber(state, script.dt);
+        return 2;
+      });
     });
   return !script.step_callbacks.empty();
 }
@@ -302,32 +344,32 @@ void Demo::step() {
   for (std::size_t i = 0; i < script.appointments.size(); ++i) {
     if (script.appointments[i].done || script.appointments[i].time > time + half) continue;
     script.appointments[i].done = true;
-    script.host.call(script.appointments[i].function, 0);
+    call_forgiving(script, [&] { script.host.call(script.appointments[i].function, 0); });
   }
   call_before_step();
-  check_highlight(script);
+  call_forgiving(script, [&] { check_highlight(script); });
   // From here on they are looked for.
   for (std::size_t i = 0; i < script.crossings.size(); ++i) {
     if (script.crossings[i].known) continue;
-    script.crossings[i].last = measure_crossing(script, i, 0);
-    script.crossings[i].known = true;
+    call_forgiving(script, [&] {
+      script.crossings[i].last = measure_crossing(script, i, 0);
+      script.crossings[i].known = true;
+    });
   }
   script.shown_time.reset();
   add_totals(script.world->step(script.dt), script.totals);
   ++script.steps;
   advance_bridges(script);
-  watch_crossings(script);
-  check_highlight(script);
+  call_forgiving(script, [&] {
+    watch_crossings(script);
+    check_highlight(script);
+  });
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {
     const Check& due = script.checks[i];
     const bool now = due.at && due.state == CheckState::Waiting && script.time() + 1e-9 >= *due.at;
-    if (!now && !(due.always && due.state != CheckState::Fails)) continue;
-    const double value = measure(script.host, due.function, due.place, due.what);
-    Check& check = script.checks[i];
-    check.value = value;
-    check.time = script.time();
-    check.state = check.accepts(value) ? CheckState::Holds : CheckState::Fails;
+    const bool open = due.state != CheckState::Fails && due.state != CheckState::Unmeasured;
+    if (now || (due.always && open)) evaluate(script, i);
   }
 }
 
@@ -335,11 +377,9 @@ void Demo::finish() {
   Script& script = *script_;
   // The numbers of the end belong to the whole demo; a run that was cut short does not reach them.
   if (script.time() + 1e-6 * script.dt < script.full_seconds) return;
-  for (Check& check : script.checks) {
-    if (check.at || check.always || check.state != CheckState::Waiting) continue;
-    check.value = measure(script.host, check.function, check.place, check.what);
-    check.time = script.time();
-    check.state = check.accepts(check.value) ? CheckState::Holds : CheckState::Fails;
+  for (std::size_t i = 0; i < script.checks.size(); ++i) {
+    const Check& check = script.checks[i];
+    if (!check.at && !check.always && check.state == CheckState::Waiting) evaluate(script, i);
   }
 }
 
@@ -444,6 +484,10 @@ void Demo::adopt(World world) {
   script.steps = steps;
   std::erase_if(script.checks, [&](const Check& check) { return check.at && *check.at <= script.time(); });
   script.observe();
+}
+
+void Demo::body_was_removed() {
+  script_->body_removed = true;
 }
 
 const Material& Demo::material() const {

@@ -37,7 +37,12 @@ struct Parameter {
   std::string text() const;
 };
 
-enum class CheckState : std::uint8_t { Waiting, Holds, Fails };
+enum class CheckState : std::uint8_t {
+  Waiting,
+  Holds,
+  Fails,
+  Unmeasured  ///< a body was removed, and the function of the check fails without it
+};
 
 /// One `expect` of a script.
 struct Check {
@@ -115,6 +120,9 @@ inline constexpr std::uint64_t kMostSteps = 1'000'000'000'000;
 /// 240.00000000000003.
 std::uint64_t steps_until(double time, double dt);
 
+/// FNV-1a of a text's bytes.
+std::uint64_t text_hash(std::string_view text);
+
 /// How the bodies can be coloured in a script; the index is what `Picture::colors` holds.
 const std::vector<std::string>& color_names();
 
@@ -139,6 +147,7 @@ class Demo {
 
   const std::string& name() const;  ///< file name without folder and `.lua`
   const std::string& path() const;
+  std::uint64_t script_hash() const;  ///< of the text that was run; the file may have changed since
   const std::string& title() const;
   const std::string& lesson() const;  ///< one sentence
   double seconds() const;             ///< length of the run
@@ -184,6 +193,9 @@ class Demo {
   void restore(const DemoState& state);
   /// The world for what a user does to it between steps.
   World& world_for_input();
+  /// A user removed a body that the script may still name: from now on its functions may fail without ending
+  /// the run. The first error is noted, checks that fail so are `Unmeasured`.
+  void body_was_removed();
   /// Material of shapes that do not say otherwise.
   const Material& material() const;
   /// Takes a world that a demo of the same script came to; checks at earlier times are dropped.

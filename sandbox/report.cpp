@@ -86,6 +86,8 @@ std::string state_word(CheckState state) {
       return "ok";
     case CheckState::Fails:
       return "FAIL";
+    case CheckState::Unmeasured:
+      return "not measured";
     default:
       return "not reached";
   }

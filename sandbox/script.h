@@ -44,6 +44,8 @@ struct ScriptProgress {
   Observe needed;  ///< by the script's own sensors
   std::uint64_t steps = 0;
   RunTotals totals;
+  bool body_removed = false;  ///< by a user: the script may name a body that is no more
+  bool told_loss = false;     ///< the first error since then was noted
 };
 
 struct Script : ScriptProgress {
@@ -55,6 +57,7 @@ struct Script : ScriptProgress {
 
   DemoOptions options;
   std::string name, path, title, lesson;
+  std::uint64_t hash = 0;   ///< of the text that was run
   double seconds = 5;       ///< length of the run
   double full_seconds = 5;  ///< as the script says, whatever the command line
   double dt = 1.0 / 60;

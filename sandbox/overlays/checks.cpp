@@ -24,12 +24,14 @@ void show_checks(const PanelContext& context) {
     const Check& check = checks[i];
     const bool waiting = check.state == CheckState::Waiting;
     const bool fails = check.state == CheckState::Fails;
+    const bool lost = check.state == CheckState::Unmeasured;
     // Signs besides colours: readable without telling red from green.
-    const char* mark = waiting ? "\xC2\xB7" : fails ? "\xC3\x97" : "\xE2\x9C\x93";
-    const render::Color color = waiting ? style.text_dim : fails ? style.warning : style.accent;
+    const char* mark = waiting || lost ? "\xC2\xB7" : fails ? "\xC3\x97" : "\xE2\x9C\x93";
+    const render::Color color = waiting || lost ? style.text_dim : fails ? style.warning : style.accent;
     panel.text(0, y, color, mark);
     panel.fitted(18, y, panel.width() - 18, style.text, check.what);
-    const std::string value = waiting ? "" : format_number(check.value) + "   ";
+    const std::string value =
+        waiting ? "" : (lost ? "cannot be measured" : format_number(check.value)) + "   ";
     panel.fitted(18, y + kLinePx, panel.width() - 18, style.text_dim,
                  value + "(expected " + check.condition() + ")");
     y += kRowPx;

@@ -54,16 +54,27 @@ void Player::arrive() {
 void Player::apply_inputs() {
   const auto first = std::lower_bound(inputs_.begin(), inputs_.end(), step(),
                                       [](const UserInput& input, std::uint64_t s) { return input.step < s; });
-  for (auto input = first; input != inputs_.end() && input->step == step(); ++input)
-    apply_input(*input, demo_->material(), demo_->world_for_input(), hand_);
+  for (auto input = first; input != inputs_.end() && input->step == step(); ++input) apply(*input);
+}
+
+void Player::apply(const UserInput& input) {
+  if (input.kind == InputKind::Remove) demo_->body_was_removed();
+  apply_input(input, demo_->material(), demo_->world_for_input(), hand_);
 }
 
 void Player::advance() {
-  again_ = step() < end();
-  hand_.pull(demo_->world_for_input(), demo_->dt());
-  demo_->step();
-  history_->update(*demo_);
-  if (step() == demo_->total_steps()) demo_->finish();
+  const std::uint64_t before = step();
+  again_ = before < end();
+  try {
+    hand_.pull(demo_->world_for_input(), demo_->dt());
+    demo_->step();
+    history_->update(*demo_);
+    if (step() == demo_->total_steps()) demo_->finish();
+  } catch (...) {
+    // Half a step is no state: it could not be made again.
+    seek(before);
+    throw;
+  }
   arrive();
 }
 
@@ -100,6 +111,10 @@ void Player::forget_after(std::uint64_t last) {
   if (divergence_ && *divergence_ > last) divergence_.reset();
 }
 
+void Player::forget_future() {
+  forget_after(step());
+}
+
 void Player::play_inputs(std::vector<UserInput> inputs) {
   inputs_ = std::move(inputs);
   apply_inputs();
@@ -107,7 +122,7 @@ void Player::play_inputs(std::vector<UserInput> inputs) {
 
 void Player::input(UserInput input) {
   input.step = step();
-  apply_input(input, demo_->material(), demo_->world_for_input(), hand_);
+  apply(input);
   forget_after(step());
   // Only the last of several drags before one step is felt.
   if (input.kind == InputKind::Drag && !inputs_.empty() && inputs_.back().step == input.step &&

@@ -60,7 +60,8 @@ class Player {
   std::size_t keyframes() const { return keyframes_.size(); }
   std::size_t keyframe_bytes() const { return bytes_; }
 
-  /// One step on: made again while in the past, new at the end. @throws ScriptError
+  /// One step on: made again while in the past, new at the end. @throws ScriptError; then the state is the
+  /// one before the step
   void advance();
   /// Goes to the state after `step` steps; beyond the end new steps are made. @throws ScriptError
   void seek(std::uint64_t step);
@@ -68,6 +69,8 @@ class Player {
   void play_inputs(std::vector<UserInput> inputs);
   /// Does something to the world now. In the past this forgets the states after it.
   void input(UserInput input);
+  /// Forgets the states and inputs after this state, as `input` does.
+  void forget_future();
 
  private:
   struct Keyframe {
@@ -77,6 +80,7 @@ class Player {
   };
   void arrive();
   void apply_inputs();
+  void apply(const UserInput& input);
   void forget_after(std::uint64_t step);
   DemoOptions printing_once(const DemoOptions& options);
   void keep();

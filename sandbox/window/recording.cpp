@@ -135,20 +135,25 @@ Difference find_difference(const Demo& demo, const BodyTable& expected) {
 Recording record(Player& player) {
   Recording recording;
   recording.path = player.demo().path();
-  recording.script_hash = file_hash(recording.path);
+  recording.script_hash = player.demo().script_hash();
   recording.options = player.options();
   recording.options.print = {};
   recording.inputs = player.inputs();
   const std::uint64_t here = player.step(), end = player.end();
   // Bodies that a user made or removed are seen in the next state: a state is what a step left.
   BodyTable before;
-  player.seek(0);
-  for (;;) {
-    BodyTable now = table_of(player.demo().world());
-    recording.states.push_back(change(before, now, player.hash(player.step())));
-    before = std::move(now);
-    if (player.step() == end) break;
-    player.advance();
+  try {
+    player.seek(0);
+    for (;;) {
+      BodyTable now = table_of(player.demo().world());
+      recording.states.push_back(change(before, now, player.hash(player.step())));
+      before = std::move(now);
+      if (player.step() == end) break;
+      player.advance();
+    }
+  } catch (...) {
+    player.seek(here);
+    throw;
   }
   player.seek(here);
   return recording;
@@ -210,9 +215,8 @@ void write_bytes(const std::string& path, std::span<const std::byte> bytes) {
 }
 
 std::uint64_t file_hash(const std::string& path) {
-  Fnv1a hash;
-  for (const std::byte byte : read_bytes(path)) hash.add(std::to_integer<std::uint64_t>(byte));
-  return hash.value();
+  const std::vector<std::byte> bytes = read_bytes(path);
+  return text_hash({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace skerry::sandbox

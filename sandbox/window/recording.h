@@ -62,7 +62,7 @@ struct Difference {
 /// @throws ScriptError
 std::optional<Difference> replay(const Recording& recording, const std::string& path = {});
 
-/// FNV-1a of a file's bytes. @throws ScriptError if it cannot be read
+/// `text_hash` of a file's bytes. @throws ScriptError if it cannot be read
 std::uint64_t file_hash(const std::string& path);
 
 /// All bytes of a file. @throws ScriptError if it cannot be read

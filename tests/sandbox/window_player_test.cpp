@@ -292,6 +292,76 @@ TEST(Player, AnInputInThePastForgetsTheFuture) {
   EXPECT_EQ(player.divergence(), std::nullopt);
 }
 
+// An error before, after and at the end of a step of the world.
+constexpr const char* kErrors[] = {
+    "on_step(function(t) n = n + 1 if t > 0.29 then error('no') end end)",
+    "at(0.3, function() n = n + 1 error('no') end)",
+    "expect('x', function() n = n + 1 if n > 20 then error('no') end return n end,"
+    " { always = true, above = 0 })",
+    "on_event(function() n = n + 1 if n > 20 then error('no') end return n end,"
+    " function() end)",
+    "expect('x', function() error('no') end, { above = 0 })"};
+
+TEST(Player, AnErrorOfTheScriptLeavesTheStateBeforeTheStep) {
+  const TemporaryFolder folder;
+  for (const char* error : kErrors) {
+    const std::string path = folder.write(
+        "e.lua", std::string("demo{ title = 'E', seconds = 1 }\nlocal n = 0\nlocal b = disc{ at = {0, 0}, "
+                             "radius = 0.1, mass = 1 }\non_step(function() b:force(n, 0) end)\n") +
+                     error);
+    Player player(path, {}, {.spacing = 8});
+    const auto play_on = [&] {
+      for (;;) player.advance();
+    };
+    ASSERT_THROW(play_on(), ScriptError) << error;
+    const std::uint64_t here = player.step();
+    EXPECT_GE(here, 16u) << error;
+    EXPECT_EQ(player.end(), here) << error;
+    EXPECT_EQ(player.history().ledger().size(), here + 1) << error;
+    // Again and again it comes to the same.
+    for (const std::uint64_t from : {here, std::uint64_t{0}, here - 3}) {
+      player.seek(from);
+      EXPECT_THROW(play_on(), ScriptError) << error;
+      EXPECT_EQ(player.step(), here) << error;
+      EXPECT_EQ(player.demo().world().state_hash(), player.hash(here)) << error;
+      EXPECT_EQ(player.divergence(), std::nullopt) << error;
+    }
+    const Recording recording = record(player);
+    EXPECT_EQ(recording.steps(), here) << error;
+    EXPECT_EQ(player.step(), here) << error;
+    EXPECT_EQ(replay(recording), std::nullopt) << error;
+  }
+}
+
+TEST(Player, ABodyThatTheScriptNamesMayBeRemoved) {
+  Player player(find_demo("newtons_cradle", demo_tree()).path, {});
+  player.seek(5);
+  player.input({.kind = InputKind::Remove, .body = player.demo().world().body_id(2)});
+  for (int i = 0; i < 200; ++i) ASSERT_NO_THROW(player.advance()) << i;
+  const std::vector<Check>& checks = player.demo().checks();
+  const auto unmeasured = [](const Check& check) { return check.state == CheckState::Unmeasured; };
+  EXPECT_EQ(std::count_if(checks.begin(), checks.end(), unmeasured), 1);
+  ASSERT_EQ(player.demo().notes().size(), 1u);
+  EXPECT_NE(player.demo().notes()[0].text.find("body 2 does not exist"), std::string::npos)
+      << player.demo().notes()[0].text;
+  player.seek(4);
+  EXPECT_EQ(std::count_if(checks.begin(), checks.end(), unmeasured), 0);
+  const Recording recording = record(player);
+  EXPECT_EQ(recording.steps(), 205u);
+  EXPECT_EQ(replay(load_recording(save_recording(recording))), std::nullopt);
+  EXPECT_EQ(player.divergence(), std::nullopt);
+}
+
+TEST(Player, ASizeThatNoShapeHasMakesNoBody) {
+  const TemporaryFolder folder;
+  Player player(restless(folder), {});
+  const std::size_t bodies = player.demo().world().bodies().size();
+  for (const double size : {0.0, 1e13})
+    EXPECT_THROW(player.input({.kind = InputKind::Spawn, .at = {0, 3}, .size = size}), std::invalid_argument);
+  EXPECT_EQ(player.demo().world().bodies().size(), bodies);
+  EXPECT_TRUE(player.inputs().empty());
+}
+
 TEST(Hand, HoldsABodyUnderItsGripAndIsNotInfinitelyStrong) {
   World world({.gravity = {0, -9.81}});
   const BodyId box = world.create_body({.mass = 3.0});
@@ -366,6 +436,16 @@ TEST(Recording, RunsAgainFromItsBytes) {
   EXPECT_EQ(loaded.options.seed, 5u);
   EXPECT_EQ(loaded.script_hash, file_hash(loaded.path));
   EXPECT_EQ(replay(loaded), std::nullopt);
+}
+
+TEST(Recording, KnowsTheTextThatRan) {
+  const TemporaryFolder folder;
+  Player player(restless(folder), {});
+  const std::uint64_t loaded = file_hash(player.demo().path());
+  for (int i = 0; i < 5; ++i) player.advance();
+  folder.write("restless.lua", "demo{ title = ");
+  EXPECT_EQ(record(player).script_hash, loaded);
+  EXPECT_NE(file_hash(player.demo().path()), loaded);
 }
 
 TEST(Recording, NamesTheFirstStateBodyAndValueThatDiffer) {
