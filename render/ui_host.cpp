@@ -143,7 +143,7 @@ struct UiHost::State {
   ImFont* mono = nullptr;
 
   void build_fonts();
-  void draw(const ImDrawData& data, Target& target);
+  void draw(const ImDrawData& data, int first_list, int end_list, Target& target);
 };
 
 UiHost::UiHost(const Style& style) : state_(std::make_unique<State>()) {
@@ -250,10 +250,16 @@ void UiHost::end_frame() {
   ImGui::EndFrame();
 }
 
-void UiHost::end_frame(Target& target) {
+void UiHost::end_frame(Target& target, const std::function<void()>& before_front) {
   ImGui::Render();
   const ImDrawData* data = ImGui::GetDrawData();
-  if (data != nullptr && data->TotalVtxCount > 0) state_->draw(*data, target);
+  const int lists = data != nullptr ? data->CmdListsCount : 0;
+  // ImGui puts it last, and leaves it out while it is empty.
+  const bool front = lists > 0 && data->CmdLists[lists - 1] == ImGui::GetForegroundDrawList();
+  const int behind = front ? lists - 1 : lists;
+  if (behind > 0) state_->draw(*data, 0, behind, target);
+  if (before_front) before_front();
+  if (front) state_->draw(*data, behind, lists, target);
 }
 
 void UiHost::end_frame(Canvas& canvas) {
@@ -264,7 +270,7 @@ void UiHost::end_frame(Canvas& canvas) {
   draw_panels(canvas.surface(), canvas.kernels(), *data, state_->fonts, state_->letters, white.x, white.y);
 }
 
-void UiHost::State::draw(const ImDrawData& data, Target& target) {
+void UiHost::State::draw(const ImDrawData& data, int first_list, int end_list, Target& target) {
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
   glViewport(0, 0, target.width(), target.height());
   glEnable(GL_BLEND);
@@ -282,7 +288,7 @@ void UiHost::State::draw(const ImDrawData& data, Target& target) {
   glActiveTexture(GL_TEXTURE0);
   glBindVertexArray(vertex_array);
   for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
-  for (int n = 0; n < data.CmdListsCount; ++n) {
+  for (int n = first_list; n < end_list; ++n) {
     const ImDrawList& list = *data.CmdLists[n];
     vertices.upload(list.VtxBuffer.Data, static_cast<std::size_t>(list.VtxBuffer.size_in_bytes()));
     indices.upload(list.IdxBuffer.Data, static_cast<std::size_t>(list.IdxBuffer.size_in_bytes()));

@@ -3,6 +3,7 @@
 // Dear ImGui on an off-screen picture: panels, tables and plots, the same in captures and in the window.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,7 +45,8 @@ class UiHost {
   void begin_frame(int width, int height, double scale, double dt, const UiInput& input = {});
 
   /// Ends the frame and draws it over the final picture of `target`. Costs nothing when no window is open.
-  void end_frame(Target& target);
+  /// @param before_front  called when all windows are drawn and what lies in front of them is not yet
+  void end_frame(Target& target, const std::function<void()>& before_front = {});
   /// The same without the driver.
   void end_frame(Canvas& canvas);
 

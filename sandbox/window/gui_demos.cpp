@@ -2,6 +2,7 @@
 //
 // The list of demos with fuzzy search. Titles and lessons are read from the scripts when the list is first
 // opened.
+#include <filesystem>
 #include <imgui.h>
 #include <map>
 
@@ -15,23 +16,36 @@ struct DemoWords {
   std::string title, lesson, all;
 };
 
+DemoWords words_of(const DemoFile& file) {
+  DemoWords words;
+  try {
+    const Demo demo(file.path, DemoOptions{});
+    words = {demo.title(), demo.lesson(), ""};
+  } catch (const std::exception& error) {
+    words = {file.name, error.what(), ""};
+  }
+  words.all = words.title + ' ' + file.topic + ' ' + words.lesson;
+  return words;
+}
+
 /// Of every demo, in the order of the list; a script that does not load has its error for a lesson.
-const std::vector<DemoWords>& words_of(const std::vector<DemoFile>& demos) {
-  static std::map<std::string, std::vector<DemoWords>> known;
-  std::string key;
-  for (const DemoFile& file : demos) key += file.path + '\n';
-  std::vector<DemoWords>& words = known[key];
-  if (!words.empty() || demos.empty()) return words;
+/// @param look whether scripts may have changed since the last call
+std::vector<DemoWords> words_of(const std::vector<DemoFile>& demos, bool look) {
+  struct Known {
+    DemoWords words;
+    std::filesystem::file_time_type written;
+  };
+  static std::map<std::string, Known> all;
+  std::vector<DemoWords> words;
   for (const DemoFile& file : demos) {
-    DemoWords entry;
-    try {
-      const Demo demo(file.path, DemoOptions{});
-      entry = {demo.title(), demo.lesson(), ""};
-    } catch (const std::exception& error) {
-      entry = {file.name, error.what(), ""};
+    const auto found = all.find(file.path);
+    std::error_code error;
+    if (found == all.end() ||
+        (look && found->second.written != std::filesystem::last_write_time(file.path, error))) {
+      const std::filesystem::file_time_type written = std::filesystem::last_write_time(file.path, error);
+      all[file.path] = {words_of(file), written};
     }
-    entry.all = entry.title + ' ' + file.topic + ' ' + entry.lesson;
-    words.push_back(std::move(entry));
+    words.push_back(all[file.path].words);
   }
   return words;
 }
@@ -81,7 +95,7 @@ void show_demo_list(const Gui& gui) {
   Workbench& bench = gui.bench;
   Panels& panels = bench.panels;
   const std::vector<DemoFile>& demos = bench.demos();
-  const std::vector<DemoWords>& words = words_of(demos);
+  const std::vector<DemoWords> words = words_of(demos, panels.focus_search);
   std::vector<FuzzyItem> items;
   for (std::size_t i = 0; i < demos.size(); ++i) items.push_back({demos[i].name, words[i].all});
   begin_side_panel(gui, "Demos", 372);

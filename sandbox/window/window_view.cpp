@@ -65,7 +65,9 @@ struct WindowView::State {
   void fit(int width, int height);
   void handle(const render::WindowInput& input);
   void draw_scene();
-  void after_drawing();
+  void draw_panels();
+  void try_to_draw(void (State::*part)());
+  void write_files();
   void film();
   void end_video();
 };
@@ -116,7 +118,8 @@ void WindowView::State::handle(const render::WindowInput& input) {
   for (const render::KeyPress& key : input.keys) {
     const bool letter = key.key < 256 || key.key == render::kKeyEnter || key.key == render::kKeyLeft ||
                         key.key == render::kKeyRight || key.key == render::kKeyHome ||
-                        key.key == render::kKeyEnd || key.key == render::kKeyDelete;
+                        key.key == render::kKeyEnd || key.key == render::kKeyUp ||
+                        key.key == render::kKeyDown || key.key == render::kKeyDelete;
     if (!(typing && letter)) press(bench, key);
   }
   const bool over_scene = !ui.wants_mouse() && input.ui.mouse_y < static_cast<float>(scene->height());
@@ -136,6 +139,21 @@ void WindowView::State::draw_scene() {
   renderer.draw(list, bench.camera, *scene);
 }
 
+void WindowView::State::draw_panels() {
+  if (!bench.has_demo()) return;
+  const Player& player = bench.player();
+  composer.panels(player.demo(), player.history(), bench.camera, bench.selection, ui, bench.time().speed());
+}
+
+/// A part that cannot be drawn is told; the session goes on.
+void WindowView::State::try_to_draw(void (State::*part)()) {
+  try {
+    (this->*part)();
+  } catch (const std::exception& error) {
+    bench.say(error.what(), true);
+  }
+}
+
 void WindowView::frame(const render::WindowInput& input, int width, int height) {
   State& s = *state_;
   const bool still = quiet(input) && input.ui.mouse_x == s.mouse_x && input.ui.mouse_y == s.mouse_y;
@@ -153,21 +171,16 @@ void WindowView::frame(const render::WindowInput& input, int width, int height) 
   s.bench.advance(seconds);
   s.bench.follow_selection();
   s.fit(width, height);
-  s.draw_scene();
-  if (s.bench.has_demo()) {
-    const Player& player = s.bench.player();
-    s.composer.panels(player.demo(), player.history(), s.bench.camera, s.bench.selection, s.ui,
-                      s.bench.time().speed());
-  }
+  s.try_to_draw(&State::draw_scene);
+  s.try_to_draw(&State::draw_panels);
   show_gui({s.bench, s.ui, s.style, static_cast<float>(width), static_cast<float>(height), fit,
             s.bench.has_demo() ? s.composer.note_top() : static_cast<float>(height)});
   s.screen->paste(*s.scene);
-  s.ui.end_frame(*s.screen);
-  s.after_drawing();
+  s.ui.end_frame(*s.screen, [&] { s.write_files(); });
 }
 
-/// Files that want the picture.
-void WindowView::State::after_drawing() {
+/// Files that want the picture, without the message in front of it.
+void WindowView::State::write_files() {
   if (bench.take_screenshot) {
     bench.take_screenshot = false;
     try {

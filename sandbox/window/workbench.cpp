@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "sandbox/errors.h"
 #include "sandbox/painter.h"
@@ -51,8 +52,10 @@ void Workbench::guarded(const std::function<void()>& act) {
 }
 
 void Workbench::load(const std::string& path, const DemoOptions& options) {
-  written_ = time_of(path);
+  // Before the text is read: what is written meanwhile is loaded next time.
+  const fs::file_time_type written = time_of(path);
   auto fresh = std::make_unique<Player>(path, options);
+  written_ = written;
   const bool other = !player_ || player_->demo().path() != fresh->demo().path();
   if (other) {
     overlays_ = fresh->demo().picture().overlays;
@@ -64,6 +67,7 @@ void Workbench::load(const std::string& path, const DemoOptions& options) {
   highlighted_ = {};
   player_->observe(needs_of(overlays_));
   if (ghost_) set_ghost(other ? std::nullopt : std::optional(ghost_methods_));
+  if (other) ghost_methods_ = {};
   ++revision_;
 }
 
@@ -113,6 +117,21 @@ void Workbench::advance(double seconds) {
       if (ghost_) ghost_->advance();
     }
   });
+  follow_with_ghost();
+}
+
+/// Where an error has stopped one of the two, the other does not go on alone; a ghost that cannot follow
+/// goes.
+void Workbench::follow_with_ghost() {
+  if (!ghost_ || ghost_->step() == player_->step()) return;
+  guarded([&] {
+    try {
+      ghost_->seek(player_->step());
+    } catch (...) {
+      ghost_.reset();
+      throw;
+    }
+  });
 }
 
 void Workbench::follow_selection() {
@@ -131,6 +150,7 @@ void Workbench::seek(std::uint64_t step) {
     player_->seek(step);
     if (ghost_) ghost_->seek(step);
   });
+  follow_with_ghost();
 }
 
 void Workbench::scrub(std::uint64_t step) {
@@ -147,7 +167,12 @@ void Workbench::step(int steps) {
 
 void Workbench::set_methods(const Methods& methods) {
   if (!player_) return;
-  guarded([&] { player_->input({.kind = InputKind::Methods, .methods = methods.words()}); });
+  let_go_of_the_past();
+  guarded([&] {
+    player_->input({.kind = InputKind::Methods, .methods = methods.words()});
+    // Its methods stay, but what the user did later is no more.
+    if (ghost_) ghost_->forget_future();
+  });
   ++revision_;
 }
 
@@ -156,7 +181,9 @@ void Workbench::set_ghost(const std::optional<Methods>& methods) {
   if (!methods || !player_) return;
   ghost_methods_ = *methods;
   guarded([&] {
-    auto ghost = std::make_unique<Player>(player_->demo().path(), player_->options());
+    DemoOptions options = player_->options();
+    options.print = {};  // the scene itself prints the same
+    auto ghost = std::make_unique<Player>(player_->demo().path(), options);
     // The same scene and the same hand, other methods from the beginning.
     std::vector<UserInput> inputs{{.kind = InputKind::Methods, .methods = methods->words()}};
     for (const UserInput& input : player_->inputs())
@@ -191,8 +218,14 @@ double Workbench::ghost_distance() const {
   return largest;
 }
 
+/// In the past a body may hang at a hand whose release is about to be forgotten: then it lets go now.
+void Workbench::let_go_of_the_past() {
+  if (!pulling_ && player_->hand().holds()) input({.kind = InputKind::Release});
+}
+
 void Workbench::input(const UserInput& given) {
   if (!player_) return;
+  if (given.kind != InputKind::Grab && given.kind != InputKind::Release) let_go_of_the_past();
   guarded([&] {
     player_->input(given);
     if (ghost_) ghost_->input(given);
@@ -200,16 +233,18 @@ void Workbench::input(const UserInput& given) {
 }
 
 void Workbench::grab(BodyId body, Vec2 at) {
+  pulling_ = true;
   input({.kind = InputKind::Grab, .body = body, .at = at});
 }
 
 void Workbench::drag(Vec2 at) {
-  if (player_ && player_->hand().holds() && player_->hand().target() != at)
+  if (pulling_ && player_ && player_->hand().holds() && player_->hand().target() != at)
     input({.kind = InputKind::Drag, .at = at});
 }
 
 void Workbench::release() {
-  if (player_ && player_->hand().holds()) input({.kind = InputKind::Release});
+  if (std::exchange(pulling_, false) && player_ && player_->hand().holds())
+    input({.kind = InputKind::Release});
 }
 
 void Workbench::spawn(Vec2 at) {
@@ -263,8 +298,14 @@ void Workbench::save_recording() {
   if (!player_) return;
   guarded([&] {
     const std::string path = free_name(".skerry");
-    write_bytes(path, sandbox::save_recording(record(*player_)));
-    say(path + ": " + std::to_string(player_->end()) + " steps; skerry replay " + path);
+    const Recording recording = record(*player_);
+    write_bytes(path, sandbox::save_recording(recording));
+    const std::string text = path + ": " + std::to_string(recording.steps()) + " steps; ";
+    std::error_code error;
+    const bool changed =
+        !fs::exists(recording.path, error) || file_hash(recording.path) != recording.script_hash;
+    say(text + (changed ? "it needs the script as it was loaded, and " + recording.path + " has changed since"
+                        : "skerry replay " + path));
   });
 }
 

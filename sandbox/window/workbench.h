@@ -121,6 +121,8 @@ class Workbench {
   void load(const std::string& path, const DemoOptions& options);
   void input(const UserInput& input);
   void guarded(const std::function<void()>& act);
+  void let_go_of_the_past();
+  void follow_with_ghost();
   bool has_loose_selection() const;
 
   std::vector<DemoFile> demos_;
@@ -128,6 +130,7 @@ class Workbench {
   std::unique_ptr<Player> player_, ghost_;
   SelectionText highlighted_;  ///< by the script, as it was last taken over
   Methods ghost_methods_;
+  bool pulling_ = false;  ///< the user holds a body now, not only in the past that is shown
   TimeControl time_;
   std::vector<std::string> overlays_;
   render::Theme theme_ = render::Theme::Light;
