@@ -61,6 +61,35 @@ TEST(Bridge, OverloadedMemberBreaksAndTheMechanismFalls) {
   EXPECT_EQ(world.report().contained, 0);
 }
 
+// Pieces, wagons and bearings, in any order, until nothing is left.
+TEST(Bridge, PartsOfABridgeInMotionMayBeRemoved) {
+  BridgeDef def = truss_bridge(4);
+  def.structure.members.back().area = 1e-4;
+  def.ground = -4;
+  for (const std::size_t stride : {1u, 3u, 7u}) {
+    World world;
+    Bridge bridge(def, world);
+    for (int step = 1; step <= 200 && !bridge.moving(); ++step) {
+      world.step(1.0 / 60);
+      bridge.advance(world, world.time());
+    }
+    ASSERT_TRUE(bridge.moving());
+    std::size_t next = 0;
+    for (int removed = 0; removed < 60; ++removed) {
+      std::vector<BodyId> loose;
+      for (std::size_t i = 0; i < world.bodies().size(); ++i)
+        if (world.bodies().alive[i] && world.bodies().type[i] == BodyType::Dynamic)
+          loose.push_back(world.body_id(i));
+      if (loose.empty()) break;
+      world.destroy(loose[(next += stride) % loose.size()]);
+      world.step(1.0 / 60);
+      ASSERT_NO_THROW(bridge.advance(world, world.time())) << stride << ", " << removed;
+    }
+    EXPECT_EQ(bridge.pieces().size(), 0u) << stride;
+    EXPECT_TRUE(bridge.wagons().empty()) << stride;
+  }
+}
+
 TEST(Bridge, DynamicBridgeAtRestCarriesItsWeightLikeTheStaticOne) {
   // Without a train the rods stand still; hinge forces of heavy rods are those of half weights at the nodes.
   BridgeDef def = truss_bridge(4);
