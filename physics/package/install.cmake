@@ -10,8 +10,10 @@ set(SKERRY_INCLUDE_DIR ${CMAKE_INSTALL_INCLUDEDIR}/skerry)
 file(RELATIVE_PATH SKERRY_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 
 # Limit loads bring their linear programming library along.
+set(SKERRY_WITH_CLP FALSE)
 set(SKERRY_PC_LP "")
-if(CLP_FOUND)
+if(SKERRY_CLP AND CLP_FOUND)
+  set(SKERRY_WITH_CLP TRUE)
   set(SKERRY_PC_LP clp)
 endif()
 
@@ -52,7 +54,8 @@ install(FILES ${PROJECT_BINARY_DIR}/package/skerry-config.cmake
   ${PROJECT_BINARY_DIR}/package/skerry-config-version.cmake DESTINATION ${SKERRY_CMAKE_DIR} COMPONENT dev)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
 
-# `cpack -G DEB` in the build folder: one package with the program, the demos and what is needed to build against it.
+# `cpack -G DEB` in the build folder: one package with the program, the demos and the libraries; it brings what
+# building against skerry::physics needs.
 set(CPACK_PACKAGE_NAME skerry)
 set(CPACK_PACKAGE_CONTACT "the Skerry authors <skerry@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
@@ -62,4 +65,13 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4)")
+if(SKERRY_WITH_CLP)
+  # clp.pc names libz.so, whose package that of Clp does not bring along.
+  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", coinor-libclp-dev, zlib1g-dev")
+endif()
+if(SKERRY_RENDER)
+  # skerry::render is for fewer, and needs more.
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libepoxy-dev, libimgui-dev, libstb-dev, libdeflate-dev, libglfw3-dev, \
+libavcodec-dev, libavformat-dev, libavutil-dev")
+endif()
 include(CPack)
