@@ -20,6 +20,14 @@ struct Root {
   EventAction action;
 };
 
+/// Throws what `interpolated` throws if the paths of the last step are not known; any body tells.
+void require_paths(const World& world, double begin) {
+  const auto& alive = world.bodies().alive;
+  const auto first = std::find_if(alive.begin(), alive.end(), [](auto one) { return one != 0; });
+  if (first == alive.end()) return;
+  (void)world.interpolated(world.body_id(static_cast<std::size_t>(first - alive.begin())), begin);
+}
+
 }  // namespace
 
 int UserEvents::add(EventMeasure measure, EventAction action) {
@@ -39,8 +47,9 @@ void UserEvents::remove(int number) {
 
 int UserEvents::look(const World& world) {
   const StepReport& report = world.report();
-  if (report.step == 0) return 0;
+  if (report.step == 0 || watched_.empty()) return 0;
   const double begin = report.time - report.h, part = report.h / kParts;
+  require_paths(world, begin);
   std::vector<Root> roots;
   for (const Watched& one : watched_) {
     const auto end_of = [&](int k) { return k == kParts ? report.time : begin + k * part; };

@@ -44,7 +44,7 @@ class UserEvents {
   /// time in the order of their numbers). Actions may change the world, add and remove: all that counts from
   /// the next step on. What a function throws comes through; the actions that were left are not called.
   /// @return how many actions were called
-  /// @throws std::invalid_argument if the paths of the last step were not observed
+  /// @throws std::invalid_argument if the paths of the last step were not observed and anything is watched
   int look(const World& world);
 
  private:

@@ -87,5 +87,25 @@ TEST(UserEvents, AreRemovedByNumberAndRefuseWhatTheyCannotUse) {
 INSTANTIATE_TEST_SUITE_P(Registry, UserEventsBy, testing::Values("time_stepping", "event_driven", "auto"),
                          [](const auto& stepper) { return std::string(stepper.param); });
 
+TEST(UserEvents, WithoutPathsTheStepIsRefusedWhateverTheQuantityIsMadeOf) {
+  World world;
+  add(world, {0, 2}, smooth(make_disc(0.5)));
+  UserEvents events;
+  int actions = 0;
+  EXPECT_EQ(events.look(world), 0);
+  const int number = events.add([](double t) { return t - 0.01; }, [&](double, bool) { ++actions; });
+  EXPECT_EQ(events.look(world), 0);  // nothing was stepped yet
+  world.step(1.0 / 60);
+  try {
+    events.look(world);
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("observe paths before the step"), std::string::npos);
+  }
+  EXPECT_EQ(actions, 0);
+  events.remove(number);
+  EXPECT_EQ(events.look(world), 0);
+}
+
 }  // namespace user_events_test
 }  // namespace skerry
