@@ -12,18 +12,44 @@
 namespace skerry::statics {
 namespace {
 
+void require_finite(double value, const char* what) {
+  if (!std::isfinite(value))
+    throw std::invalid_argument(std::string(what) + " must be finite, got " + to_text(value));
+}
+
 void check_train(const Train& train) {
   if (train.axles.empty()) return;
   if (train.gaps.size() + 1 != train.axles.size())
     throw std::invalid_argument("train: " + std::to_string(train.axles.size()) + " axles have " +
                                 std::to_string(train.axles.size() - 1) + " gaps, got " +
                                 std::to_string(train.gaps.size()));
-  for (const double load : train.axles)
+  for (const double load : train.axles) {
     if (!(load >= 0)) throw std::invalid_argument("train: axles must not be negative, got " + to_text(load));
-  for (const double gap : train.gaps)
+    require_finite(load, "train: axles");
+  }
+  for (const double gap : train.gaps) {
     if (!(gap > 0)) throw std::invalid_argument("train: gaps must be positive, got " + to_text(gap));
+    require_finite(gap, "train: gaps");
+  }
+  require_finite(train.speed, "train: speed");
+  require_finite(train.start, "train: start");
   if (!(train.wheel_radius > 0))
     throw std::invalid_argument("train: wheel_radius must be positive, got " + to_text(train.wheel_radius));
+  require_finite(train.wheel_radius, "train: wheel_radius");
+}
+
+/// Makes bodies by `make`; if that throws, the world has none of them.
+template <class Make>
+void all_or_none(World& world, Make&& make) {
+  const std::vector<std::uint8_t> before(world.bodies().alive.begin(), world.bodies().alive.end());
+  try {
+    make();
+  } catch (...) {
+    for (std::size_t i = 0; i < world.bodies().size(); ++i) {
+      if (world.bodies().alive[i] && (i >= before.size() || !before[i])) world.destroy(world.body_id(i));
+    }
+    throw;
+  }
 }
 
 /// Whether a beam is clamped to the node.
@@ -41,6 +67,8 @@ Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(wor
   check_train(def_.train);
   if (!(def_.thickness > 0))
     throw std::invalid_argument("bridge: thickness must be positive, got " + to_text(def_.thickness));
+  require_finite(def_.thickness, "bridge: thickness");
+  if (def_.ground) require_finite(*def_.ground, "bridge: ground");
   // What cannot push cannot bend either.
   for (Member& member : def_.structure.members)
     if (member.cable) member.kind = MemberKind::Bar;
@@ -74,17 +102,22 @@ Bridge::Bridge(BridgeDef def, World& world) : def_(std::move(def)), gravity_(wor
   if (!def_.train.axles.empty() && deck_members_.empty())
     throw std::invalid_argument("deck: a train needs at least two nodes to run on");
 
-  make_scenery(world);
   rebuild_solver();
-  if (def_.dynamic) {
-    let_go(world);
-  } else {
-    make_fixed_members(world);
-    if (!def_.train.axles.empty()) make_wagons(world, false);
+  if (!def_.dynamic) {
     solve(0);
     find_slack_cables();
     note_state(0);
   }
+  // Sizes that are finite may still be too large or too small for shapes.
+  all_or_none(world, [&] {
+    make_scenery(world);
+    if (def_.dynamic) {
+      let_go(world);
+      return;
+    }
+    make_fixed_members(world);
+    if (!def_.train.axles.empty()) make_wagons(world, false);
+  });
 }
 
 Bridge::DeckPlace Bridge::place(double distance) const {

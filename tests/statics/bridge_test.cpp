@@ -175,5 +175,36 @@ TEST(Bridge, WrongDecksAndTrainsAreRefused) {
   EXPECT_THROW(Bridge(def, world), std::invalid_argument);
 }
 
+TEST(Bridge, WhatIsRefusedLeavesNothingInTheWorld) {
+  World world;
+  const BodyId own = world.create_body({.type = BodyType::Static});
+  const auto refused = [&](const auto& spoil, const std::string& why) {
+    for (const bool dynamic : {false, true}) {
+      BridgeDef def = truss_bridge(4);
+      def.ground = -5;
+      def.dynamic = dynamic;
+      spoil(def);
+      try {
+        Bridge bridge(def, world);
+        ADD_FAILURE() << "accepted: " << why;
+      } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+      }
+      for (std::size_t i = 0; i < world.bodies().size(); ++i)
+        EXPECT_EQ(world.bodies().alive[i] != 0, i == own.index) << "body " << i << ": " << why;
+    }
+  };
+  refused([](BridgeDef& def) { def.train.speed = kInfinity; }, "train: speed must be finite, got inf");
+  refused([](BridgeDef& def) { def.train.start = -kInfinity; }, "train: start must be finite, got -inf");
+  refused([](BridgeDef& def) { def.train.axles[0] = kInfinity; }, "train: axles must be finite, got inf");
+  refused([](BridgeDef& def) { def.train.wheel_radius = kInfinity; },
+          "train: wheel_radius must be finite, got inf");
+  refused([](BridgeDef& def) { def.thickness = kInfinity; }, "bridge: thickness must be finite, got inf");
+  refused([](BridgeDef& def) { def.ground = -kInfinity; }, "bridge: ground must be finite, got -inf");
+  // Finite, but no size of a shape.
+  refused([](BridgeDef& def) { def.train.wheel_radius = 1e13; }, "1e");
+  refused([](BridgeDef& def) { def.thickness = 1e13; }, "1e");
+}
+
 }  // namespace bridge_test
 }  // namespace skerry::statics::test
