@@ -123,6 +123,7 @@ void print_text(std::ostream& out, const Options& options, const ImportedProblem
   out << "\n  time        " << number(1e3 * answer.seconds) << " ms\n";
   if (!s.trace) return;
   for (const std::string& note : s.trace->notes) out << "  - " << note << '\n';
+  if (s.trace->iterations.empty()) return;
   out << "  iteration  residual   open  stick   slip  changes\n";
   for (std::size_t k = 0; k < s.trace->iterations.size(); ++k) {
     const SolveIteration& it = s.trace->iterations[k];

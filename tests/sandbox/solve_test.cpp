@@ -96,6 +96,19 @@ TEST_F(SolveCommand, ReportsAsJsonWhatItFound) {
   EXPECT_EQ(report["residual"].get<double>(), natural_map_residual(pyramid_, lambda));
 }
 
+TEST_F(SolveCommand, PrintsNoHeadingOverATraceWithoutRows) {
+  std::ofstream json(folder_ / "pyramid.json");
+  write_json(json, pyramid_);
+  json.close();
+  const std::string file = folder_ / "pyramid.json", heading = "iteration  residual";
+  EXPECT_THAT(run({"solve", file, "--solver", "lemke", "--trace"}).out, HasSubstr(heading));
+  // It refuses what is no chain before its first iteration.
+  const Outcome refused = run({"solve", file, "--solver", "tridiagonal", "--trace"});
+  EXPECT_EQ(refused.code, kCheckFailed);
+  EXPECT_THAT(refused.out, HasSubstr("unsupported"));
+  EXPECT_THAT(refused.out, testing::Not(HasSubstr(heading)));
+}
+
 TEST_F(SolveCommand, StartsFromTheImpulsesOfTheFileWhenAsked) {
   const Solution solution = find_solver("body_space").solve(pyramid_, {}, {}, nullptr);
   write_matrix_market_files(folder_ / "cold", pyramid_);
