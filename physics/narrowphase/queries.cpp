@@ -12,6 +12,7 @@
 #include "physics/narrowphase/hull.h"
 #include "physics/narrowphase/lanes.h"
 #include "physics/narrowphase/time_of_impact.h"
+#include "physics/text.h"
 
 namespace skerry {
 namespace {
@@ -258,8 +259,10 @@ bool contains(const Shape& shape, const Transform& pose, Vec2 point) {
 
 namespace {
 
-[[noreturn, gnu::cold]] void refuse_ray() {
-  throw std::invalid_argument("ray_cast: the ray must be finite, its direction not zero and t_max >= 0");
+[[noreturn, gnu::cold]] void refuse_ray(const Ray& ray) {
+  throw std::invalid_argument(
+      "ray_cast: the ray must be finite, its direction not zero and t_max >= 0, got origin " +
+      to_text(ray.origin) + ", direction " + to_text(ray.direction) + ", t_max " + to_text(ray.t_max));
 }
 
 std::uint64_t bits_of(double x) {
@@ -275,7 +278,7 @@ double last_of(const Ray& ray) {
 /// Rays that hit need no check: their results are finite, and so is all that went in.
 void require_ray(const Ray& ray) {
   const double speed = length_squared(ray.direction), sum = narrow::magnitude(ray.origin) + speed;
-  if (!(sum < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray();
+  if (!(sum < kInfinity && speed > 0 && ray.t_max >= 0)) refuse_ray(ray);
 }
 [[gnu::noinline]] std::optional<RayHit> missed(const Ray& ray) {
   require_ray(ray);
@@ -420,6 +423,8 @@ SKERRY_TWICE std::optional<RayHit> ray_cast(const Shape& shape, const Transform&
 std::optional<RayHit> shape_cast(const Shape& moving, const Transform& pose_moving, Vec2 translation,
                                  const Shape& target, const Transform& pose_target) {
   require_pair(moving, target, "shape_cast");
+  if (!is_finite(translation))
+    throw std::invalid_argument("shape_cast: translation must be finite, got " + to_text(translation));
   const ClosestPoints start = distance(target, pose_target, moving, pose_moving);
   if (start.distance <= 0) return RayHit{0, start.point_a, start.normal};
   const auto motion = [](const Transform& pose, Vec2 v) {

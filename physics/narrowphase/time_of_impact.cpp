@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <stdexcept>
+#include <string>
 #include <tuple>
 
 #include "physics/narrowphase/chain.h"
@@ -11,6 +12,7 @@
 #include "physics/narrowphase/chain_tree.h"
 #include "physics/narrowphase/hull.h"
 #include "physics/narrowphase/lanes.h"
+#include "physics/text.h"
 
 namespace skerry {
 namespace {
@@ -531,6 +533,13 @@ bool is_finite(const Motion& m) {
          std::isfinite(m.omega) && skerry::is_finite(m.a) && std::isfinite(m.alpha);
 }
 
+[[noreturn, gnu::cold]] void refuse_motion(const char* which, const Motion& m) {
+  throw std::invalid_argument(std::string("time_of_impact: the ") + which +
+                              " motion must be finite, got p0 " + to_text(m.p0) + ", angle0 " +
+                              to_text(m.angle0) + ", v " + to_text(m.v) + ", omega " + to_text(m.omega) +
+                              ", a " + to_text(m.a) + ", alpha " + to_text(m.alpha));
+}
+
 ImpactTime fly_at_segment(const Shape& chain, int index, const Motion& motion_chain, const Shape& other,
                           const Motion& motion_other, double t_max, double target) {
   if (narrow::rank_of(other.kind) == 2 || other.kind == ShapeKind::Chain) return {false, t_max, 0, true};
@@ -567,8 +576,8 @@ void require_usable(const Motion& motion_a, const Motion& motion_b, double t_max
     std::snprintf(message.data(), message.size(), "time_of_impact: target must be finite, got %g", target);
     throw std::invalid_argument(message.data());
   }
-  if (!is_finite(motion_a)) throw std::invalid_argument("time_of_impact: the first motion is not finite");
-  if (!is_finite(motion_b)) throw std::invalid_argument("time_of_impact: the second motion is not finite");
+  if (!is_finite(motion_a)) refuse_motion("first", motion_a);
+  if (!is_finite(motion_b)) refuse_motion("second", motion_b);
 }
 
 }  // namespace

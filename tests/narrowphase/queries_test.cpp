@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "physics/narrowphase/queries.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -193,6 +194,26 @@ TEST(RayCast, RefusesAZeroDirectionAndNumbersThatAreNotFinite) {
       EXPECT_THROW(ray_cast(shape, {}, ray), std::invalid_argument)
           << ray.origin.x << " " << ray.origin.y << " " << ray.direction.x << " " << ray.direction.y << " "
           << ray.t_max << " corners " << shape.vertices.size();
+    }
+  }
+}
+
+TEST(RayCast, SaysWhatItRefuses) {
+  try {
+    ray_cast(make_disc(1), {}, {{0, 3}, {0, kInfinity}, 9});
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), testing::EndsWith("got origin (0, 3), direction (0, inf), t_max 9"));
+  }
+}
+
+TEST(ShapeCast, RefusesAWayThatIsNotFiniteWhereverTheShapesAre) {
+  for (const double x : {0.0, 5.0}) {
+    try {
+      shape_cast(make_disc(1), {{x, 0}, {}}, {kInfinity, 0}, make_disc(1), {});
+      ADD_FAILURE() << "accepted at " << x;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_STREQ(error.what(), "shape_cast: translation must be finite, got (inf, 0)");
     }
   }
 }

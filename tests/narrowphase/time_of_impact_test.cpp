@@ -320,6 +320,14 @@ TEST(TimeOfImpact, RefusesBadArguments) {
   const Shape disc = make_disc(1);
   EXPECT_THROW(time_of_impact(disc, {}, disc, {}, -1), std::invalid_argument);
   EXPECT_THROW(time_of_impact(disc, {}, disc, {}, kInfinity), std::invalid_argument);
+  try {
+    time_of_impact(disc, {}, disc, {.p0 = {3, 0}, .omega = kInfinity}, 1);
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "time_of_impact: the second motion must be finite, got p0 (3, 0), angle0 0, v (0, 0), "
+                 "omega inf, a (0, 0), alpha 0");
+  }
   EXPECT_THROW(time_of_impact(disc, {.p0 = {std::nan(""), 0}}, disc, {}, 1), std::invalid_argument);
 }
 
