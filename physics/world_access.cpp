@@ -54,6 +54,11 @@ std::uint32_t slot(const WorldState& s, JointId id) {
       "joint");
 }
 
+std::string body_label(const WorldState& s, std::uint32_t body) {
+  const std::string& name = s.names[body];
+  return "body " + std::to_string(body) + (name.empty() ? "" : " '" + name + "'");
+}
+
 void touch(WorldState& s, std::uint32_t body) {
   s.touched.push_back(body);
   s.rests[body] = 0;

@@ -45,6 +45,9 @@ std::uint32_t slot(const WorldState& s, BodyId id);
 std::uint32_t slot(const WorldState& s, ShapeId id);
 std::uint32_t slot(const WorldState& s, JointId id);
 
+/// "body 3 'wheel'", for messages.
+std::string body_label(const WorldState& s, std::uint32_t body);
+
 /// Whatever the user changes at a body wakes its island, and those that lean on it.
 void touch(WorldState& s, std::uint32_t body);
 /// The same, and what the body's shapes meet is found anew, wherever they lie: another filter, or a joint

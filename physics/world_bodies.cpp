@@ -54,7 +54,8 @@ void World::set_velocity(BodyId id, Vec2 velocity, double omega) {
   const std::uint32_t i = slot(*state_, id);
   require_finite(velocity, "velocity");
   require_finite(omega, "omega");
-  require(state_->bodies.type[i] != BodyType::Static, "a static body cannot have a velocity");
+  if (state_->bodies.type[i] == BodyType::Static)
+    refuse("set_velocity: " + body_label(*state_, i) + " is static and cannot have a velocity");
   if (state_->bodies.velocity[i] == velocity && state_->bodies.omega[i] == omega) return;
   touch(*state_, i);
   state_->bodies.velocity[i] = velocity;
@@ -99,14 +100,16 @@ void World::set_drag(BodyId id, const Drag& drag) {
   require_at_least_zero(drag.quadratic, "quadratic drag");
   require_at_least_zero(drag.angular, "angular drag");
   require_at_least_zero(drag.angular_quadratic, "angular_quadratic drag");
-  require(state_->bodies.type[i] == BodyType::Dynamic, "drag: only dynamic bodies feel it");
+  if (state_->bodies.type[i] != BodyType::Dynamic)
+    refuse("set_drag: only dynamic bodies feel it, " + body_label(*state_, i) + " is not");
   touch(*state_, i);
   state_->drag[i] = drag;
 }
 
 void World::set_motion(BodyId id, PrescribedMotion motion) {
   const std::uint32_t i = slot(*state_, id);
-  require(state_->bodies.type[i] == BodyType::Kinematic, "set_motion: the body must be kinematic");
+  if (state_->bodies.type[i] != BodyType::Kinematic)
+    refuse("set_motion: " + body_label(*state_, i) + " must be kinematic");
   if (motion) {
     const Placement now = motion(state_->time);
     require_finite(now.position, "prescribed position");

@@ -308,8 +308,10 @@ void World::set_type(BodyId id, BodyType type) {
   const BodyType before = b.type[i];
   if (type == before) return;
   for (const std::uint32_t shape : s.shapes_of[i]) {
-    require(type != BodyType::Dynamic || !is_endless(s.shapes[shape].shape),
-            "a body with a half-plane or chain has no mass and cannot be dynamic");
+    if (type == BodyType::Dynamic && is_endless(s.shapes[shape].shape)) {
+      refuse("set_type: " + body_label(s, i) +
+             " has a half-plane or chain, so no mass, and cannot be dynamic");
+    }
   }
   touch_pairs(s, i);
   std::erase(s.awake, i);

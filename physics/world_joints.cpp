@@ -26,6 +26,34 @@ Vec2 unit(Vec2 axis) {
   return axis / length(axis);
 }
 
+const char* name_of(JointKind kind) {
+  switch (kind) {
+    case JointKind::Revolute:
+      return "revolute";
+    case JointKind::Distance:
+      return "distance";
+    case JointKind::Rope:
+      return "rope";
+    case JointKind::Prismatic:
+      return "prismatic";
+    case JointKind::Weld:
+      return "weld";
+    case JointKind::Wheel:
+      return "wheel";
+    case JointKind::Pulley:
+      return "pulley";
+    case JointKind::Gear:
+      return "gear";
+    case JointKind::Rack:
+      return "rack";
+    case JointKind::Motor:
+      return "motor";
+    case JointKind::Spring:
+      return "spring";
+  }
+  return "unknown";
+}
+
 /// Refuses definitions that mean nothing, and makes the anchors one where the joint has only one.
 void check_joint(JointDef& def) {
   const auto is = [&def](std::initializer_list<JointKind> kinds) {
@@ -55,22 +83,24 @@ void check_joint(JointDef& def) {
   require(def.kind != JointKind::Motor || def.motor_speed, "motor joint: motor_speed must be given");
   require(def.kind != JointKind::Spring || def.stiffness > 0 || def.damping > 0,
           "spring: stiffness or damping must be positive, got 0 and 0");
-  for (const double most : {def.motor_limit, def.break_force, def.break_torque})
-    require(most >= 0, "joint: the largest force must be >= 0, got ", most);
+  require(def.motor_limit >= 0, "joint: motor_limit must be >= 0, got ", def.motor_limit);
+  require(def.break_force >= 0, "joint: break_force must be >= 0, got ", def.break_force);
+  require(def.break_torque >= 0, "joint: break_torque must be >= 0, got ", def.break_torque);
   // What a kind does not have is refused rather than ignored.
+  const char* const kind = name_of(def.kind);
   const bool limits = def.lower || def.upper;
   const bool spring = def.stiffness > 0 || def.damping > 0;
   require(!limits || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
                          JointKind::Spring}),
-          "joint: this kind has no limits");
-  require(!def.length || has_length(def.kind), "joint: this kind has no length");
+          "joint: a ", kind, " joint has no limits");
+  require(!def.length || has_length(def.kind), "joint: a ", kind, " joint has no length");
   require(!spring || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
                          JointKind::Spring}),
-          "joint: this kind has no spring");
+          "joint: a ", kind, " joint has no spring");
   const bool motor = def.motor_speed || def.motor_limit < kInfinity;
   require(!motor || is({JointKind::Revolute, JointKind::Distance, JointKind::Prismatic, JointKind::Wheel,
                         JointKind::Motor}),
-          "joint: this kind has no motor");
+          "joint: a ", kind, " joint has no motor");
 }
 
 /// @param collide  whether the bodies of the joint touch each other

@@ -118,8 +118,7 @@ void Step::begin() {
 void Step::require_masses() const {
   for (const std::uint32_t i : s_.awake) {
     if (s_.bodies.inverse_mass[i] > 0) continue;
-    throw std::invalid_argument("body " + std::to_string(i) +
-                                (s_.names[i].empty() ? "" : " '" + s_.names[i] + "'") +
+    throw std::invalid_argument(body_label(s_, i) +
                                 " is dynamic but has no mass: give it a mass, or a shape with a density");
   }
 }

@@ -51,7 +51,8 @@ void validate(const Structure& s) {
   for (std::size_t i = 0; i < s.supports.size(); ++i) {
     const Support& support = s.supports[i];
     check_index("support", i, "node", support.node, s.nodes.size());
-    if (!std::isfinite(support.angle)) fail("support", i, "angle must be finite");
+    if (!std::isfinite(support.angle))
+      fail("support", i, "angle must be finite, got " + to_text(support.angle));
     if (supported[static_cast<std::size_t>(support.node)]++)
       fail("support", i, node_label(s, support.node) + " has a support already");
   }
@@ -60,18 +61,22 @@ void validate(const Structure& s) {
 void validate(const Structure& s, const Load& load) {
   for (std::size_t i = 0; i < load.nodes.size(); ++i) {
     check_index("load", i, "node", load.nodes[i].node, s.nodes.size());
-    if (!is_finite(load.nodes[i].force) || !std::isfinite(load.nodes[i].moment))
-      fail("load", i, "force and moment must be finite");
+    if (!is_finite(load.nodes[i].force))
+      fail("load", i, "force must be finite, got " + to_text(load.nodes[i].force));
+    if (!std::isfinite(load.nodes[i].moment))
+      fail("load", i, "moment must be finite, got " + to_text(load.nodes[i].moment));
   }
   for (std::size_t i = 0; i < load.spans.size(); ++i) {
     check_index("span load", i, "member", load.spans[i].member, s.members.size());
-    if (!is_finite(load.spans[i].force)) fail("span load", i, "force must be finite");
+    if (!is_finite(load.spans[i].force))
+      fail("span load", i, "force must be finite, got " + to_text(load.spans[i].force));
     if (!(load.spans[i].share >= 0 && load.spans[i].share <= 1))
       fail("span load", i, "share must be from 0 to 1, got " + to_text(load.spans[i].share));
   }
   for (std::size_t i = 0; i < load.lines.size(); ++i) {
     check_index("line load", i, "member", load.lines[i].member, s.members.size());
-    if (!is_finite(load.lines[i].force_per_length)) fail("line load", i, "force_per_length must be finite");
+    if (!is_finite(load.lines[i].force_per_length))
+      fail("line load", i, "force_per_length must be finite, got " + to_text(load.lines[i].force_per_length));
   }
 }
 

@@ -297,6 +297,13 @@ TEST(JointDefinition, ThatMeansNothingIsRefusedWithItsValue) {
   refused({.kind = JointKind::Prismatic, .axis = {NAN, 0}}, "axis must be finite");
   refused({.kind = JointKind::Wheel, .anchor_a = {NAN, 0}}, "anchor_a must be finite");
   refused({.kind = JointKind::Distance}, "length must be positive, got 0");
+  refused({.break_force = -1}, "break_force must be >= 0, got -1");
+  refused({.break_torque = NAN}, "break_torque must be >= 0, got nan");
+  refused({.motor_speed = 1, .motor_limit = -2}, "motor_limit must be >= 0, got -2");
+  refused({.kind = JointKind::Weld, .lower = 0}, "a weld joint has no limits");
+  refused({.kind = JointKind::Rope, .length = 1, .motor_speed = 1}, "a rope joint has no motor");
+  refused({.kind = JointKind::Gear, .stiffness = 1}, "a gear joint has no spring");
+  refused({.kind = JointKind::Rack, .length = 1}, "a rack joint has no length");
   refused({.kind = JointKind::Gear, .ratio = 0}, "ratio must not be 0");
   refused({.kind = JointKind::Pulley, .ratio = -1}, "ratio must be positive, got -1");
   refused({.kind = JointKind::Gear, .ratio = NAN}, "ratio must not be 0, got nan");

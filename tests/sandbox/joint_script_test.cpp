@@ -65,7 +65,8 @@ TEST_F(JointScript, SaysWhatIsWrongWithAJointAndWhere) {
               HasSubstr("stiffness or damping must be positive"));
   EXPECT_THAT(error_of("spring{ from = {0, 0}, to = a, stiffness = -1 }"),
               HasSubstr("spring: stiffness must be at least 0, got -1"));
-  EXPECT_THAT(error_of("weld{ a = a, at = {0, 0}, limits = {0, 1} }"), HasSubstr("this kind has no limits"));
+  EXPECT_THAT(error_of("weld{ a = a, at = {0, 0}, limits = {0, 1} }"),
+              HasSubstr("a weld joint has no limits"));
   EXPECT_THAT(error_of("motor{ a = a }"), HasSubstr("motor: speed expected a number, got nothing"));
   EXPECT_THAT(error_of("wheel{ a = a, b = b, stifness = 3 }"), HasSubstr("did you mean \"stiffness\"?"));
   EXPECT_THAT(error_of("local w = weld{ a = a, at = {1, 0} } w:remove() print(w.force)"),

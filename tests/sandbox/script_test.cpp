@@ -163,9 +163,9 @@ TEST_F(Script, ValuesThatWouldDoNothingAreRefused) {
             "arch.lua:4: body: \"type\" of a body that was removed");
   const std::string two = "local a, b = disc{ radius = 1 }, disc{ at = {3, 0}, radius = 1 }\n";
   EXPECT_EQ(error_of(two + "local j = weld{ a = a, b = b, at = {1, 0} }\nj.length = 3"),
-            "arch.lua:4: joint: this kind has no length");
+            "arch.lua:4: joint: a weld joint has no length");
   EXPECT_EQ(error_of(two + "local j = weld{ a = a, b = b, at = {1, 0} }\nj.motor_limit = 3"),
-            "arch.lua:4: joint: this kind has no motor");
+            "arch.lua:4: joint: a weld joint has no motor");
   EXPECT_EQ(error_of(two + "local j = rod{ from = a, to = b, break_force = 5 }\n"
                            "local k = rod{ from = a, to = b }\nj.break_force = k.break_force\n"
                            "print(j.break_force) assert(j.break_force == math.huge)"),

@@ -199,9 +199,9 @@ TEST(SparseLu, SingularMatrixIsRefused) {
 }
 
 TEST(Structure, WrongDataIsRefusedWithItsNumber) {
-  const auto message = [](const Structure& s) {
+  const auto message = [](const auto&... what) {
     try {
-      validate(s);
+      validate(what...);
     } catch (const std::invalid_argument& error) {
       return std::string(error.what());
     }
@@ -224,6 +224,15 @@ TEST(Structure, WrongDataIsRefusedWithItsNumber) {
   s.members = {};
   s.supports = {{0}, {0}};
   EXPECT_EQ(message(s), "support 2: node 1 has a support already");
+  s.supports = {{0}, {2, SupportKind::Roller, kInfinity}};
+  EXPECT_EQ(message(s), "support 2: angle must be finite, got inf");
+  s.members = {{0, 2}};
+  EXPECT_EQ(message(s, Load{{{0, {kInfinity, 0}}}, {}, {}}), "load 1: force must be finite, got (inf, 0)");
+  EXPECT_EQ(message(s, Load{{{0, {}, kInfinity}}, {}, {}}), "load 1: moment must be finite, got inf");
+  EXPECT_EQ(message(s, Load{{}, {{0, 0.5, {0, kInfinity}}}, {}}),
+            "span load 1: force must be finite, got (0, inf)");
+  EXPECT_EQ(message(s, Load{{}, {}, {{0, {kInfinity, 0}}}}),
+            "line load 1: force_per_length must be finite, got (inf, 0)");
   s.nodes[1].at.x = std::nan("");
   EXPECT_EQ(message(s), "node 2: position must be finite, got nan, 0");
   StructureSolver solver(pratt(3));

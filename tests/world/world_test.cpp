@@ -155,6 +155,21 @@ TEST(Building, RefusesBadArgumentsWithTheirValues) {
   EXPECT_NE(message_of([&] { World({.solve = {.max_iterations = -5}}); }).find("-5"), std::string::npos);
 }
 
+TEST(Building, RefusalsNameTheBody) {
+  World world;
+  const auto rock = world.create_body({.type = BodyType::Static, .name = "rock"});
+  world.add_shape(rock, smooth(make_half_plane({0, 0}, {0, 1})));
+  EXPECT_EQ(message_of([&] {
+              world.set_velocity(rock, {1, 0}, 0);
+            }),
+            "set_velocity: body 0 'rock' is static and cannot have a velocity");
+  EXPECT_EQ(message_of([&] { world.set_drag(rock, {.linear = 1}); }),
+            "set_drag: only dynamic bodies feel it, body 0 'rock' is not");
+  EXPECT_EQ(message_of([&] { world.set_motion(rock, {}); }), "set_motion: body 0 'rock' must be kinematic");
+  EXPECT_EQ(message_of([&] { world.set_type(rock, BodyType::Dynamic); }),
+            "set_type: body 0 'rock' has a half-plane or chain, so no mass, and cannot be dynamic");
+}
+
 TEST(Building, CentreOfMassBecomesTheOriginOfTheBody) {
   World world(weightless());
   const auto body = world.create_body({.position = {10, 0}});
