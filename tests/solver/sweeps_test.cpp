@@ -651,45 +651,6 @@ TEST(TgsSoft, KeepsTheBoundsWhateverThePartsLeave) {
   }
 }
 
-// Rows of one joint that want different things, and one that nothing can follow: the residual is that of the
-// impulses, not what is sure to be left.
-TEST(Sweeps, TellTheResidualOfRowsThatContradictEachOther) {
-  for (unsigned seed = 1; seed <= 60; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    IslandSystem system = islands(seed, 6, false);
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> number(-1, 1);
-    for (int k = 0; k < 2; ++k) {
-      Row row;
-      row.kind = RowKind::Joint;
-      row.a = -1;
-      row.b = static_cast<int>(random() % system.bodies.size());
-      row.Jb = {number(random), number(random), seed % 3 == 0 ? 0 : number(random)};
-      row.lower = -kInfinity;
-      for (const double share : {1.0, 2.0}) {
-        system.rows.push_back(row);
-        for (double& x : system.rows.back().Jb) x *= share;
-        system.b.push_back(number(random));
-      }
-    }
-    if (seed % 4 == 0) {
-      Row& motor = system.rows.emplace_back(system.rows.back());
-      motor.kind = RowKind::Motor;
-      motor.Jb = {0, 0, 0};
-      motor.lower = -1;
-      motor.upper = 1;
-      system.b.push_back(0.5);
-    }
-    for (const char* name : {"tgs_soft", "pgs", "nncg"}) {
-      for (const int sweeps : {1, 4, 50}) {
-        const Solution solution = find_solver(name).solve(system, {}, {.max_iterations = sweeps}, nullptr);
-        const double residual = natural_map_residual(system, solution.lambda);
-        EXPECT_NEAR(solution.residual, residual, 1e-9 * (1 + residual)) << name << ", " << sweeps;
-      }
-    }
-  }
-}
-
 TEST(TgsSoft, HoldsAJointInItsRelaxingSweeps) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
