@@ -86,8 +86,8 @@ PanelLayout::PanelLayout(int width_px, int height_px, double footer)
 }
 
 int PanelLayout::reserve(double height) {
-  // It would cover what stands below the scene; the frame may come close to that.
-  if (height > room_ + 0.5 * kMarginPx) return -1;
+  // It would leave the picture. Few panels get as high as they may, so a little too much is let pass.
+  if (height > room_ + 2 * kFooterPx) return -1;
   std::size_t column = 0;
   while (column < used_.size() && used_[column] + height > room_) ++column;
   if (column == most_columns_) return -1;
