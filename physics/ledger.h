@@ -18,7 +18,8 @@ struct BodySums {
   double potential = 0;  ///< in the uniform field, zero at the origin [J]
   Vec2 momentum;         ///< [kg m/s]
   double angular = 0;    ///< about the world's origin [kg m^2/s]
-  /// FNV-1a over the bits of all positions, angles and velocities of live bodies, in slot order.
+  /// Of the slot, position, angle and velocities of live bodies: hash.h over each block, then over the
+  /// blocks' hashes.
   std::uint64_t hash = 0;
 };
 

@@ -264,7 +264,9 @@ class World {
   double spring_energy() const;     ///< of which in springs [J]
   Vec2 momentum() const;
   double angular_momentum() const;
-  /// FNV-1a over the bits of all positions, angles and velocities of live bodies, in slot order.
+  /// Hash of the slot, position, angle and velocities of all live bodies, bit by bit and in slot order: that
+  /// of hash.h (FNV-1a over words, not bytes, with the high half folded back) over each 64 slots, then over
+  /// these hashes, without those of blocks where nothing lives.
   std::uint64_t state_hash() const;
   const BroadPhase& broad_phase() const;
 
