@@ -38,6 +38,20 @@ void require_shape(const Shape& shape) {
   if (shape.vertices.empty()) throw std::invalid_argument("shape is empty; use make_disc, make_polygon, ...");
 }
 
+/// Squares of directions that are much longer or shorter are no numbers. @return the power of 2 that the
+/// direction is to be divided by, 0 where it is a usual one
+int exponent_of(Vec2 direction) {
+  const double size = std::max(std::abs(direction.x), std::abs(direction.y));
+  return size > 1e-100 && size < 1e100 ? 0 : std::ilogb(size);
+}
+
+/// The same ray with a direction that is 2^exponent times shorter.
+Ray scaled(const Ray& ray, int exponent) {
+  return {ray.origin,
+          {std::ldexp(ray.direction.x, -exponent), std::ldexp(ray.direction.y, -exponent)},
+          std::ldexp(ray.t_max, exponent)};
+}
+
 QueryHit hit_of(const WorldState& s, std::uint32_t shape, const RayHit& ray) {
   QueryHit hit;
   hit.shape = id_of(s, shape);
@@ -103,13 +117,17 @@ std::vector<QueryHit> World::ray_cast_all(const Ray& ray, const Filter& filter) 
                                 ": must be finite, with a direction and t_max >= 0");
   }
   const WorldState& s = *state_;
+  const int exponent = exponent_of(ray.direction);
+  const Ray usual = scaled(ray, exponent);
   std::vector<std::uint32_t> found;
-  s.broad_phase->ray_cast(ray, found);
+  s.broad_phase->ray_cast(usual, found);
   complete(s, filter, found);
   std::vector<QueryHit> hits;
   for (const std::uint32_t i : found) {
-    const auto hit = skerry::ray_cast(s.shapes[i].shape, pose_of(s, i), ray);
-    if (hit) hits.push_back(hit_of(s, i, *hit));
+    auto hit = skerry::ray_cast(s.shapes[i].shape, pose_of(s, i), usual);
+    if (!hit) continue;
+    hit->t = std::min(std::ldexp(hit->t, -exponent), ray.t_max);
+    hits.push_back(hit_of(s, i, *hit));
   }
   std::stable_sort(hits.begin(), hits.end(), [](const QueryHit& a, const QueryHit& b) { return a.t < b.t; });
   return hits;

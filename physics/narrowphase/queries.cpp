@@ -261,7 +261,7 @@ namespace {
 
 [[noreturn, gnu::cold]] void refuse_ray(const Ray& ray) {
   throw std::invalid_argument(
-      "ray_cast: the ray must be finite, its direction not zero and t_max >= 0, got origin " +
+      "ray_cast: the ray must be finite, its direction of 1e-150 to 1e150 m and t_max >= 0, got origin " +
       to_text(ray.origin) + ", direction " + to_text(ray.direction) + ", t_max " + to_text(ray.t_max));
 }
 

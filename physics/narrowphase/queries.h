@@ -49,7 +49,8 @@ struct RayHit {
 
 /// First point of the ray (0 <= t <= ray.t_max; a segment is a ray with t_max = 1) that lies in the shape. A
 /// ray that starts inside hits at t = 0, with the normal against its direction.
-/// @throws std::invalid_argument if the direction is zero or something is not finite
+/// @throws std::invalid_argument, with the ray, if the direction is zero, so long or short that its square is
+/// no number (`World::ray_cast` takes such), or something is not finite
 std::optional<RayHit> ray_cast(const Shape& shape, const Transform& pose, const Ray& ray);
 
 /// Moves `moving` along `translation` without turning it until it touches `target`. A start that overlaps or

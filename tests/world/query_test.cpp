@@ -119,6 +119,26 @@ TEST(Queries, FindNothingInAnEmptyWorldAndRefuseNonsense) {
   EXPECT_THROW(world.shapes_in_box({{1, 0}, {0, 1}}), std::invalid_argument);
 }
 
+TEST(Queries, RaysMayHaveDirectionsWhoseSquaresAreNoNumbers) {
+  World world;
+  add(world, {0, 3}, smooth(make_box({1, 1})));
+  add(world, {4, 0}, smooth(make_disc(1)));
+  const BodyId ground = world.create_body({.type = BodyType::Static});
+  world.add_shape(ground, smooth(make_chain(std::vector<Vec2>{{-5, -2}, {5, -2}})));
+  for (const double size : {1e300, 1e-300}) {
+    for (const Vec2 direction : {Vec2{0, 1}, Vec2{1, 0.1}, Vec2{0.2, -1}}) {
+      const std::optional<QueryHit> usual = world.ray_cast({{0.1, 0.2}, direction, 8}),
+                                    hit = world.ray_cast({{0.1, 0.2}, size * direction, 8 / size});
+      ASSERT_TRUE(usual && hit) << size;
+      EXPECT_EQ(hit->shape, usual->shape);
+      EXPECT_NEAR(hit->t * size, usual->t, 1e-12 * usual->t);
+      EXPECT_NEAR(length(hit->point - usual->point), 0, 1e-12);
+      EXPECT_NEAR(length(hit->normal - usual->normal), 0, 1e-12);
+    }
+    EXPECT_FALSE(world.ray_cast({{0.1, 0.2}, {0, size}, 2 / size}));
+  }
+}
+
 TEST(Queries, DistanceBetweenTwoShapesOfTheWorld) {
   World world;
   const auto a = world.create_body({.position = {0, 0}});
