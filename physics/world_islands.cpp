@@ -13,6 +13,7 @@
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
+#include "physics/stepping/past_chains.h"
 #include "physics/stepping/travel.h"
 #include "physics/world_step.h"
 
@@ -318,6 +319,7 @@ void Step::step_islands() {
     SteppedIsland& island = s_.islands[to_step[k]];
     IslandResult& result = island.result();
     if (!stop_if_slow(s_, island.island, h_, result)) s_.stepper->step(s_, island.island, h_, result);
+    put_in_front_of_chains(s_, island.island, h_, result);
     note_slowness(s_, island.island, h_, result);
     note_parted(s_, island.island, h_, result);
   };

@@ -165,6 +165,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   middle = middle / other.count;
   const bool behind = dot(n, middle - s.v[1]) < 0;
   if (behind && !(s.has_next && cross(n, s.next) < 0 && dot(s.next, middle - s.v[0]) >= 0)) return none;
+  const int lowest_corner = axis.support;
   axis.separation = low;
   axis.n = n;
   axis.scale = scale;
@@ -172,12 +173,13 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   // Edges of the other shape: those that have the segment before them, and those whose push a corner of it
   // may answer.
   bool at_start = false;
-  double nearest_to_end = -kInfinity;  // edge's separation
+  double nearest_to_end = -kInfinity, nearest_to_start = -kInfinity;  // edges' separations
   for (int j = 0; j < other.count; ++j) {
     const Vec2 m = rotate(relative.q, other.n[j]), u = -m;
     const double of_end = dot(m, s.v[0] - placed.v[j]), of_start = dot(m, s.v[1] - placed.v[j]);
     if (std::min(of_end, of_start) > limit) return none;
     nearest_to_end = std::max(nearest_to_end, of_end);
+    nearest_to_start = std::max(nearest_to_start, of_start);
     const bool start = s.may_push_at_start(u);
     if (!start && !s.may_push_at_end(u)) continue;
     if (stats != nullptr) stats->axes_tested += 1;
@@ -191,6 +193,15 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
       axis.support = corner;
       at_start = start;
     }
+  }
+  // A corner that went over the ridge at the start and sank in below it has another edge nearer to that: then
+  // the segment before has nothing, and this face pushes.
+  if (axis.index < 0 && at_start && s.has_previous && nearest_to_start > axis.separation + kAxisBias * scale) {
+    axis.separation = low;
+    axis.index = 0;
+    axis.n = n;
+    axis.support = lowest_corner;
+    at_start = false;
   }
   if (axis.index < 0 && at_start && s.has_previous)
     return from_ridge_before(s, other, placed, margin, kNoise * scale);
@@ -233,6 +244,15 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   const bool flat_start =
       s.has_previous && std::abs(cross(s.previous, n)) < kFlatSine && dot(s.previous, n) > 0;
   const bool flat_end = s.has_next && std::abs(cross(s.next, n)) < kFlatSine && dot(s.next, n) > 0;
+  // An edge that leans beyond a neighbour's normal lies on that: this side of the ridge it stands above, and
+  // where it meets the ridge itself, within rounding, is no contact of this face.
+  const bool ridge_start = s.has_previous && cross(s.previous, n) < -kFlatSine;
+  const bool ridge_end = s.has_next && cross(n, s.next) < -kFlatSine;
+  const auto lies_beyond = [&](std::uint32_t own_code, std::uint32_t other_code) {
+    const Vec2 u = -rotate(relative.q, other.n[other_code >> 1]);
+    return (own_code == corner_code(1) && ridge_start && cross(s.previous, u) > kSameDirection) ||
+           (own_code == corner_code(0) && ridge_end && cross(u, s.next) > kSameDirection);
+  };
   int kept = 0;
   for (int i = 0; i < m.count; ++i) {
     const std::uint32_t own_code = m.points[i].feature >> 16, other_code = m.points[i].feature & 0xffffu;
@@ -241,6 +261,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
     const bool on_edge = (other_code & 1u) != 0;  // a corner of the segment against an edge
     if (on_edge && own_code == corner_code(1) && flat_start) continue;
     if (on_edge && own_code == corner_code(0) && flat_end) continue;
+    if (on_edge && contact.from == NormalFrom::First && lies_beyond(own_code, other_code)) continue;
     m.points[kept++] = m.points[i];
   }
   m.count = kept;

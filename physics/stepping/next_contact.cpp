@@ -10,8 +10,12 @@ namespace {
 
 // Hops shorter than 1e-12 of the piece are none.
 constexpr int kHalvings = 40;
-// Most looks within a piece for a thin body whose middle is past a segment at its end.
+// Most looks within a piece for a thin body whose middle is past a segment at its end, and those for when it
+// passes.
 constexpr int kMostLooks = 64;
+constexpr double kLeastLooks = 4, kLooksARadian = 4;
+// Of the stretch in which it passes.
+constexpr int kPassingHalvings = 20;
 
 /// Smallest separation among the points whose features do not rest, at time `t`; the margin if there is none.
 class FreePoints {
@@ -64,25 +68,72 @@ class FreePoints {
 };
 
 /// Segments have one side: a body whose middle is past one has no points there any more, however deep it is.
-/// Looks while less than a quarter of it goes past.
+/// This is how high above the line of the contact's segment the middle of the other shape is.
+class MiddleAboveSegment {
+ public:
+  MiddleAboveSegment(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b)
+      : of_a_(state.shapes[contact.shape_a].shape->kind == ShapeKind::Chain),
+        chain_(of_a_ ? a : b),
+        other_(of_a_ ? b : a) {
+    const Shape& chain = state.shapes[of_a_ ? contact.shape_a : contact.shape_b].shape;
+    const Shape& other = state.shapes[of_a_ ? contact.shape_b : contact.shape_a].shape;
+    start_ = chain.vertices[static_cast<std::size_t>(contact.child)];
+    normal_ = chain.normals[static_cast<std::size_t>(contact.child)];
+    for (const Vec2 corner : other.vertices) middle_ += corner / static_cast<double>(other.vertices.size());
+    thickness_ = half_width(other);
+  }
+
+  double height(double t) const {
+    const Transform chain = chain_.at(t);
+    return dot(rotate(chain.q, normal_), to_world(other_.at(t), middle_) - to_world(chain, start_));
+  }
+  double thickness() const { return thickness_; }
+
+  /// A time before `h` just before which the middle passes the line; `h` if it does not.
+  double last_in_front(double h) const {
+    if (!(height(0) > 0)) return h;
+    const auto turn = [h](const Motion& m) { return h * (std::abs(m.omega) + 0.5 * h * std::abs(m.alpha)); };
+    const int looks = static_cast<int>(
+        std::min(kLeastLooks + kLooksARadian * (turn(chain_) + turn(other_)), 1.0 * kMostLooks));
+    for (int i = 1; i <= looks; ++i) {
+      double low = h * (i - 1) / looks, high = h * i / looks;
+      if (height(high) > 0) continue;
+      for (int k = 0; k < kPassingHalvings; ++k) {
+        const double t = 0.5 * (low + high);
+        (height(t) > 0 ? low : high) = t;
+      }
+      return low;
+    }
+    return h;
+  }
+
+ private:
+  bool of_a_;
+  const Motion &chain_, &other_;
+  Vec2 start_, normal_, middle_;
+  double thickness_ = 0;  ///< half of it [m]
+};
+
+/// Looks while less than a quarter of a body goes past a segment, as far as that can be afforded, and in any
+/// case just before its middle does: what turns down about a point that rests is past in no time.
 /// @return a time at which a free point is deeper than `ignored`; `h` if there is none
 double first_deep_look(const WorldState& state, const Contact& contact, const FreePoints& free,
                        const Motion& a, const Motion& b, double h, double ignored) {
   if (state.shapes[contact.shape_a].shape->kind != ShapeKind::Chain &&
       state.shapes[contact.shape_b].shape->kind != ShapeKind::Chain)
     return h;
+  const MiddleAboveSegment middle(state, contact, a, b);
   const auto way_of = [&](const Motion& motion, std::uint32_t body) {
     const double turn = h * (std::abs(motion.omega) + 0.5 * h * std::abs(motion.alpha));
     return h * length(motion.v + (0.5 * h) * motion.a) + (turn > 0 ? turn * state.radius[body] : 0);
   };
   const double way = way_of(a, contact.body_a) + way_of(b, contact.body_b);
-  const double thickness = std::min(state.thickness[contact.body_a], state.thickness[contact.body_b]);
-  const int looks = static_cast<int>(std::clamp(4 * way / thickness, 1.0, 1.0 * kMostLooks));
-  for (int i = 1; i < looks; ++i) {
-    const double t = h * i / looks;
-    if (free.separation(t) < -ignored) return t;
-  }
-  return h;
+  const int looks = static_cast<int>(std::clamp(4 * way / middle.thickness(), 1.0, 1.0 * kMostLooks));
+  const double last = middle.last_in_front(h);
+  const auto is_deep = [&](double t) { return free.separation(t) < -ignored; };
+  for (int i = 1; i < looks && h * i / looks < last; ++i)
+    if (is_deep(h * i / looks)) return h * i / looks;
+  return last < h && is_deep(last) ? last : h;
 }
 
 }  // namespace
@@ -103,11 +154,9 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   // of its own.
   const double ignored = 1e3 * touch_tolerance(state, a.p0);
   const FreePoints free(state, contact, a, b, resting, beside);
-  if (free.separation(h) > -ignored) {
-    const double deep = first_deep_look(state, contact, free, a, b, h, ignored);
-    if (deep == h) return {h};
-    h = deep;
-  }
+  const double deep = first_deep_look(state, contact, free, a, b, h, ignored);
+  if (deep == h && free.separation(h) > -ignored) return {h};
+  h = deep;
   double low = 0;
   double high = h;
   if (free.separation(0) <= 0) {

@@ -140,7 +140,7 @@ TEST_P(RandomWorlds, GainNoEnergyInAnyStep) {
   double worst = 0;
   for (const unsigned seed : seeds) {
     const double gain = RandomWorld(GetParam(), seed, RandomWorld::Kind::Crowd).largest_gain(240);
-    EXPECT_LT(gain, 2e-3) << "seed " << seed;
+    EXPECT_LT(gain, 3e-3) << "seed " << seed;
     worst = std::max(worst, gain);
   }
   std::printf("largest gain of a step: %.2g of what moved\n", worst);

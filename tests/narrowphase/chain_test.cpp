@@ -2,6 +2,7 @@
 #include "physics/narrowphase/chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "physics/narrowphase/collide.h"
@@ -309,6 +310,36 @@ TEST(Chain, RidgeBesideTheEndOfAnEdgeDoesNotTouchIt) {
   const Transform pose{{3.6613, 0.4885}, Rot::from_angle(4.3303)};
   EXPECT_EQ(collide_chain_segment(chain, 0, {}, shape, pose, 0.03).count, 0);
   EXPECT_EQ(collide_chain_segment(chain, 1, {}, shape, pose, 0.03).count, 1);
+}
+
+/// A box that lies on one side of a ridge, but for rounding, and reaches over it: the other side, which it
+/// has left, does not push at the ridge.
+TEST(Chain, AnEdgeThatLiesOnOneSideOfARidgeIsNoContactOfTheOther) {
+  const Shape chain = make_chain(std::vector<Vec2>{{-6, -1.5}, {0, 0}, {6, -0.3}}), box = make_box({1, 0.3});
+  for (const int side : {0, 1}) {
+    for (const double turn : {-1e-10, 0.0, 1e-10}) {
+      const Vec2 along = -perp(chain.normals[static_cast<std::size_t>(side)]);
+      const double angle = std::atan2(along.y, along.x) + (side == 0 ? turn : -turn);
+      const Vec2 middle = (side == 0 ? -0.3 : 0.3) * along + (0.15 + 1e-11) * perp(along);
+      const Transform pose{middle, Rot::from_angle(angle)};
+      EXPECT_GE(collide_chain_segment(chain, side, {}, box, pose, 1e-9).count, 1) << side << turn;
+      // The ridge itself, along the edge's normal, belongs to the segment that ends there.
+      const Manifold other = collide_chain_segment(chain, 1 - side, {}, box, pose, 1e-9);
+      const Vec2 own = chain.normals[static_cast<std::size_t>(1 - side)];
+      EXPECT_TRUE(other.count == 0 || dot(other.normal, own) < 0.99) << side << " " << turn;
+    }
+  }
+}
+
+/// The corner of a triangle has gone over the ridge and below it; its edge leans over the ridge, which is
+/// beside it.
+TEST(Chain, ACornerThatSankInBelowARidgeIsPushedUp) {
+  const Shape chain = make_chain(std::vector<Vec2>{{-6.9222, 0.0201}, {-5.9333, 0.6095}, {-4.9444, 0.5223}});
+  const Shape triangle =
+      make_polygon(std::vector<Vec2>{{-5.5119, 0.5724}, {-5.6961, 0.9554}, {-5.9357, 0.6044}});
+  const Manifold m = collide_chain_segment(chain, 1, {}, triangle, {}, 0.01);
+  ASSERT_EQ(m.count, 2);
+  EXPECT_NEAR(std::min(m.points[0].separation, m.points[1].separation), -0.0053, 1e-4);
 }
 
 }  // namespace chain_test
