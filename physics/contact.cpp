@@ -25,6 +25,15 @@ Manifold contact_manifold(int child, const Shape& a, const Transform& pose_a, co
   return manifold;
 }
 
+Manifold crossing_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                           const Transform& pose_b, double margin) {
+  if (a.kind == ShapeKind::Chain) return cross_chain_segment(a, contact.child, pose_a, b, pose_b, margin);
+  if (b.kind != ShapeKind::Chain) return collide(a, pose_a, b, pose_b, margin, nullptr, nullptr);
+  Manifold manifold = cross_chain_segment(b, contact.child, pose_b, a, pose_a, margin);
+  manifold.normal = -manifold.normal;
+  return manifold;
+}
+
 ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Motion& motion_a, const Shape& b,
                                const Motion& motion_b, double h) {
   if (a.kind == ShapeKind::Chain)

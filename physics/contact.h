@@ -32,6 +32,7 @@ struct PointMemory : PointForces {
   // Sums over the step, for the report.
   double total_normal = 0, total_friction = 0, total_impact = 0;
   Vec2 impact_position;  ///< where the last impact of the step acted, world frame [m]
+  Vec2 normal;           ///< along which the last force solve by `time_stepping` pushed
 };
 
 /// Shapes, the lower slot first, and the segment of a chain: the order of the contact table.
@@ -60,6 +61,9 @@ struct Contact {
   Manifold manifold;
   std::array<PointMemory, 2> points;
   std::array<PointForces, 2> points_at_start;  ///< of the step, should its island have to be stepped again
+  /// On b in this step, by forces and impacts, each in the direction in which it acted; and of that the part
+  /// of the normals of impacts [N s].
+  Vec2 impulse, impact;
 
   ContactKey key() const { return {shape_a, shape_b, child}; }
   /// A number that names point `i` and is equal in the next step if the same features meet.
@@ -74,6 +78,10 @@ inline Manifold contact_manifold(const Contact& contact, const Shape& a, const T
                                  NarrowPhaseStats* stats) {
   return contact_manifold(contact.child, a, pose_a, b, pose_b, margin, cache, stats);
 }
+
+/// The same where a chain has no sides: as a sensor sees it.
+Manifold crossing_manifold(const Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
+                           const Transform& pose_b, double margin);
 
 /// True for two discs, or a disc and a half-plane: wherever they are, it is the same point that is nearest.
 inline bool meet_at_one_point(const Shape& a, const Shape& b) {

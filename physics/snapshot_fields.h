@@ -121,8 +121,9 @@ inline void fields(Archive& a, PointForces& v) {
   a(feature, sticking, normal_impulse, friction_impulse, rolling_impulse, h);
 }
 inline void fields(Archive& a, PointMemory& v) {
-  static_assert(sizeof(PointMemory) == sizeof(PointForces) + 3 * sizeof(double) + sizeof(Vec2));
+  static_assert(sizeof(PointMemory) == sizeof(PointForces) + 3 * sizeof(double) + 2 * sizeof(Vec2));
   fields(a, static_cast<PointForces&>(v));
+  // Not archived: its normal, which lives as long as a piece of a step.
   a(v.total_normal, v.total_friction, v.total_impact, v.impact_position);
 }
 inline void fields(Archive& a, SatCache& v) {
@@ -140,10 +141,11 @@ inline void fields(Archive& a, Manifold& v) {
 inline void fields(Archive& a, Contact& v) {
   auto& [shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
          static_friction, sensor, linked, touched, woken, hit, manifold_reused, hit_speed, hit_point,
-         hit_normal, hit_time, margin, pose_a, pose_b, begun, cache, manifold, points, points_at_start] = v;
+         hit_normal, hit_time, margin, pose_a, pose_b, begun, cache, manifold, points, points_at_start,
+         impulse, impact] = v;
   a(shape_a, shape_b, child, body_a, body_b, friction, restitution, rolling_resistance, surface_velocity,
     static_friction, sensor, linked, touched, woken, hit, manifold_reused, hit_speed, hit_point, hit_normal,
-    hit_time, margin, pose_a, pose_b, begun, cache, manifold, points, points_at_start);
+    hit_time, margin, pose_a, pose_b, begun, cache, manifold, points, points_at_start, impulse, impact);
 }
 
 // --- What is kept of islands
@@ -222,11 +224,11 @@ inline void fields(Archive& a, ContactPointReport& v) {
   a(position, separation, feature, normal_impulse, friction_impulse, impact_impulse, impact_position);
 }
 inline void fields(Archive& a, ContactReport& v) {
-  auto& [shape_a, shape_b, body_a, body_b, normal, points, count, island] = v;
-  a(shape_a, shape_b, body_a, body_b, normal, points, count, island);
+  auto& [shape_a, shape_b, body_a, body_b, normal, impulse, impact_normal, points, count, island] = v;
+  a(shape_a, shape_b, body_a, body_b, normal, impulse, impact_normal, points, count, island);
 }
 inline void fields(Archive& a, StepReport& v) {
-  [[maybe_unused]] auto& [step, time, h,
+  [[maybe_unused]] auto& [step, time, h, interrupted,
                           stage_seconds,  // measured, of that run
                           bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands,
                           rows, substeps, impacts, reflections, friction_rows, broad_phase, narrow, work,
@@ -240,14 +242,15 @@ inline void fields(Archive& a, StepReport& v) {
                           motion_events, joint_events, containments,
                           traces  // large, and for an observer only
   ] = v;
-  a(step, time, h, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points, islands, rows,
-    substeps, impacts, reflections, friction_rows, broad_phase, narrow, work, force_solves, events_found,
-    inner_steps, rejected_steps, paradoxes, fallbacks, islands_by_events, islands_by_time_stepping,
-    islands_in_flow, islands_in_one_piece, island_retries, islands_asleep, bodies_asleep, islands_in_flight,
-    islands_at_rest, manifolds_reused, pairs_out_of_reach, field_keeps_awake, field_wants_one_thread,
-    worst_residual, error_estimate, inexact_islands, worst_penetration, contained, kinetic_energy,
-    potential_energy, momentum, angular_momentum, total_normal_impulse, total_friction_impulse, state_hash,
-    contacts_list, islands_list, events, motion_events, joint_events, containments);
+  a(step, time, h, interrupted, bodies, dynamic_bodies, shapes, joints, pairs, contacts, contact_points,
+    islands, rows, substeps, impacts, reflections, friction_rows, broad_phase, narrow, work, force_solves,
+    events_found, inner_steps, rejected_steps, paradoxes, fallbacks, islands_by_events,
+    islands_by_time_stepping, islands_in_flow, islands_in_one_piece, island_retries, islands_asleep,
+    bodies_asleep, islands_in_flight, islands_at_rest, manifolds_reused, pairs_out_of_reach,
+    field_keeps_awake, field_wants_one_thread, worst_residual, error_estimate, inexact_islands,
+    worst_penetration, contained, kinetic_energy, potential_energy, momentum, angular_momentum,
+    total_normal_impulse, total_friction_impulse, state_hash, contacts_list, islands_list, events,
+    motion_events, joint_events, containments);
 }
 
 /// The parts of a world, one archive each: settings, bodies, shapes, joints, contacts, islands, report.

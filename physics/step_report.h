@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -78,11 +79,18 @@ struct ContactPointReport {
   Vec2 impact_position;         ///< where that acted: the bodies have moved on since [m]
 };
 
-/// A touching (or speculative) pair in the last step.
+/// A touching (or speculative) pair in the last step, or one that pushed in it and has parted since: that has
+/// one point, where they are nearest or where the impact was, with all that its points gave.
+///
+/// Numbers of the points are sums along normals, and what turns has turned on by the end of the step.
+/// `impulse` is the sum of what acted in the direction in which it did: for each body, the sum over its
+/// contacts, with what joints and forces give it, is the change of its momentum.
 struct ContactReport {
   ShapeId shape_a, shape_b;
   BodyId body_a, body_b;
-  Vec2 normal;  ///< from a to b, world frame
+  Vec2 normal;         ///< from a to b at the end of the step, world frame
+  Vec2 impulse;        ///< on b in the step, friction and impacts included, world frame [N s]
+  Vec2 impact_normal;  ///< mean of the normals of impacts in the step, by what they gave; without: `normal`
   std::array<ContactPointReport, 2> points;
   int count = 0;
   int island = -1;
@@ -133,7 +141,10 @@ struct Containment {
 struct StepReport {
   std::uint64_t step = 0;  ///< number of steps made
   double time = 0;         ///< at the end of the step [s]
-  double h = 0;            ///< length of the step [s]
+  double h = 0;            ///< length of the step; 0: it was not made [s]
+  /// Why the step was not made: what a callback threw. Nothing has moved, and the report counts nothing but
+  /// what there is: `step` and `time` are those of the last step that was made.
+  std::string interrupted;
   std::array<double, kStageCount> stage_seconds{};
 
   // Counts.

@@ -223,7 +223,8 @@ class World {
 
   // --- Stepping
   // -------------------------------------------------------------------------------------------------------
-  /// Advances by `h` > 0 [s]. The report is valid until the next step.
+  /// Advances by `h` > 0 [s]. The report is valid until the next step. What a callback throws comes through:
+  /// then nothing has moved, and `report` says so (`StepReport::interrupted`).
   const StepReport& step(double h);
   const StepReport& report() const;
   double time() const;

@@ -478,8 +478,9 @@ void Step::prepare_again(SteppedIsland& island) {
       Contact& contact = s_.contacts[contacts[k]];
       if (contact.begun != s_.steps + 1) begin(contact);
       for (std::size_t point = 0; point < contact.points.size(); ++point)
-        contact.points[point] = {contact.points_at_start[point], 0, 0, 0, {}};
+        contact.points[point] = {contact.points_at_start[point], 0, 0, 0, {}, {}};
       match_points(contact);
+      contact.impulse = contact.impact = {};
       contact.hit = false;
       contact.hit_speed = 0;
     }

@@ -29,11 +29,18 @@ namespace {
 // Contacts, pairs and joints that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024, kPairsAPiece = 4096, kJointsAPiece = 256;
 
+// At any distance two shapes have points that are nearest to each other [m].
+constexpr double kAnyDistance = 1e100;
+
+/// Where the shapes are now, through chains from either side. @param margin  as far apart as that [m]
+Manifold manifold_now(const WorldState& s, const Contact& contact, double margin) {
+  return crossing_manifold(contact, s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
+                           s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), margin);
+}
+
 /// Sensors keep none.
 Manifold manifold_of_sensor(const WorldState& s, const Contact& contact) {
-  return contact_manifold(contact, s.shapes[contact.shape_a].shape, s.bodies.pose(contact.body_a),
-                          s.shapes[contact.shape_b].shape, s.bodies.pose(contact.body_b), 0, nullptr,
-                          nullptr);
+  return manifold_now(s, contact, 0);
 }
 
 bool touches_now(const WorldState& s, const Contact& contact) {
@@ -134,11 +141,22 @@ ContactReport report_of(const WorldState& s, const Contact& contact) {
   report.shape_b = {contact.shape_b, s.shapes[contact.shape_b].generation};
   report.body_a = s.shapes[contact.shape_a].body;
   report.body_b = s.shapes[contact.shape_b].body;
-  report.normal = contact.manifold.normal;
-  report.count = contact.manifold.count;
+  Manifold manifold = contact.manifold;
+  if (manifold.count == 0) {
+    // What it gave is all with its first point.
+    manifold = manifold_now(s, contact, kAnyDistance);
+    manifold.count = 1;
+    const PointMemory& memory = contact.points[0];
+    if (memory.total_impact > 0) manifold.points[0].position = memory.impact_position;
+  }
+  report.normal = manifold.normal;
+  report.impulse = contact.impulse;
+  const double impact = length(contact.impact);
+  report.impact_normal = impact > 0 ? contact.impact / impact : manifold.normal;
+  report.count = manifold.count;
   report.island = std::max(s.bodies.island[contact.body_a], s.bodies.island[contact.body_b]);
-  for (int i = 0; i < contact.manifold.count; ++i) {
-    const ManifoldPoint& point = contact.manifold.points[i];
+  for (int i = 0; i < manifold.count; ++i) {
+    const ManifoldPoint& point = manifold.points[i];
     const PointMemory& memory = contact.points[i];
     report.points[i] = {point.position,
                         point.separation,
@@ -226,10 +244,15 @@ void add_contacts(WorldState& s) {
       static_cast<int>(solid) + static_cast<int>(solid_distant) - static_cast<int>(linked);
 }
 
+/// It touches, nearly, or has pushed in this step.
+bool is_listed(const Contact& contact) {
+  if (!contact.linked || contact.sensor) return false;
+  return contact.manifold.count > 0 || contact.impulse != Vec2{} || contact.points[0].total_impact != 0;
+}
+
 void list_contacts(WorldState& s) {
   for (const Contact& contact : s.contacts) {
-    if (contact.linked && !contact.sensor && contact.manifold.count > 0)
-      s.report.contacts_list.push_back(report_of(s, contact));
+    if (is_listed(contact)) s.report.contacts_list.push_back(report_of(s, contact));
   }
 }
 
@@ -260,8 +283,7 @@ void list_sleepers(WorldState& s) {
     r.islands_list.push_back(island.rest.report);
     for (const Contact& contact : island.contacts) {
       if (contact.touched) r.events.push_back(event_of(s, contact, ContactEventKind::Persist));
-      if (contact.linked && !contact.sensor && contact.manifold.count > 0)
-        r.contacts_list.push_back(report_of(s, contact));
+      if (is_listed(contact)) r.contacts_list.push_back(report_of(s, contact));
     }
   }
 }
@@ -320,18 +342,30 @@ void set_reactions(WorldState& s, double h) {
   }
 }
 
-}  // namespace
-
-void write_report(WorldState& s, double h) {
+/// What there is, and how far it came.
+void count_everything(WorldState& s) {
   StepReport& r = s.report;
   r.step = s.steps;
   r.time = s.time;
-  r.h = h;
-  const SleepTotals& asleep = s.sleepers.totals();
   r.bodies = static_cast<int>(s.bodies.size() - s.free_bodies.size());
-  r.dynamic_bodies = static_cast<int>(s.awake.size()) + asleep.bodies;
+  r.dynamic_bodies = static_cast<int>(s.awake.size()) + s.sleepers.totals().bodies;
   r.shapes = static_cast<int>(s.shapes.size() - s.free_shapes.size());
   r.joints = static_cast<int>(s.joints.size() - s.free_joints.size());
+}
+
+}  // namespace
+
+void write_report_of_nothing(WorldState& s, const char* cause) {
+  s.report = {};
+  s.report.interrupted = cause;
+  count_everything(s);
+}
+
+void write_report(WorldState& s, double h) {
+  StepReport& r = s.report;
+  count_everything(s);
+  r.h = h;
+  const SleepTotals& asleep = s.sleepers.totals();
   r.pairs = static_cast<int>(s.contacts.size() + s.scratch.distant.size()) + asleep.pairs;
   r.islands = static_cast<int>(s.islands.size()) + asleep.islands;
   r.broad_phase = s.broad_phase->choice();

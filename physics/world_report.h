@@ -10,6 +10,9 @@ namespace skerry {
 /// events, and sets the joints' reactions. Islands that are kept count as they did in the last step.
 void write_report(WorldState& state, double h);
 
+/// A report of a step that was not made. @param cause  see `StepReport::interrupted`
+void write_report_of_nothing(WorldState& state, const char* cause);
+
 /// A body as it was half-way through the last step, with the velocity of its end: directions of forces that
 /// turn with it are right on the mean. @pre it was in that step
 JointEnd halfway(const WorldState& state, std::uint32_t body);

@@ -270,6 +270,7 @@ void Step::begin(Contact& contact) const {
   for (PointMemory& memory : contact.points)
     memory.total_normal = memory.total_friction = memory.total_impact = 0;
   std::copy(contact.points.begin(), contact.points.end(), contact.points_at_start.begin());
+  contact.impulse = contact.impact = {};
   contact.hit = false;
   contact.hit_speed = 0;
   contact.begun = s_.steps + 1;
@@ -483,22 +484,33 @@ const StepReport& World::step(double h) {
   if (!(h > 0) || !std::isfinite(h))
     throw std::invalid_argument("step: h must be positive, got " + to_text(h));
   Step step(*state_, h);
+  StepReport& report = state_->report;
+  const auto take_sums = [&] {
+    const BodySums sums = state_->ledger.total(state_->bodies, state_->config.gravity, state_->pool.get());
+    report.kinetic_energy = sums.kinetic;
+    report.potential_energy = sums.potential + spring_energy();
+    report.momentum = sums.momentum;
+    report.angular_momentum = sums.angular;
+    report.state_hash = sums.hash;
+  };
+  // What a callback threw: nothing has moved.
+  const auto undo = [&](const char* cause) {
+    step.undo();
+    write_report_of_nothing(*state_, cause);
+    take_sums();
+  };
   try {
     step.run();
+  } catch (const std::exception& error) {
+    undo(error.what());
+    throw;
   } catch (...) {
-    // What a callback threw: nothing has moved.
-    step.undo();
+    undo("what was thrown is no std::exception");
     throw;
   }
-  StepReport& report = state_->report;
   for (const JointEvent& broken : report.joint_events) destroy(broken.joint);
-  const BodySums sums = state_->ledger.total(state_->bodies, state_->config.gravity, state_->pool.get());
-  report.kinetic_energy = sums.kinetic;
-  report.potential_energy = sums.potential + spring_energy();
-  report.momentum = sums.momentum;
-  report.angular_momentum = sums.angular;
-  report.state_hash = sums.hash;
-  return state_->report;
+  take_sums();
+  return report;
 }
 
 }  // namespace skerry

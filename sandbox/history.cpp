@@ -196,7 +196,7 @@ void History::look_at_contacts(const World& world) {
         largest_force_ = std::max(largest_force_, point.normal_impulse / report.h);
       if (point.impact_impulse <= 0) continue;
       flashes_.push_back({now_, now_ - (report.time - hit_time(report, contact)), point.impact_position,
-                          contact.normal, point.impact_impulse,
+                          contact.impact_normal, point.impact_impulse,
                           types[contact.body_a.index] != BodyType::Dynamic,
                           types[contact.body_b.index] != BodyType::Dynamic});
       largest_impulse_ = std::max(largest_impulse_, point.impact_impulse);

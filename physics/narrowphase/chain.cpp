@@ -196,7 +196,8 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   }
   // A corner that went over the ridge at the start and sank in below it has another edge nearer to that: then
   // the segment before has nothing, and this face pushes.
-  if (axis.index < 0 && at_start && s.has_previous && nearest_to_start > axis.separation + kAxisBias * scale) {
+  if (axis.index < 0 && at_start && s.has_previous &&
+      nearest_to_start > axis.separation + kAxisBias * scale) {
     axis.separation = low;
     axis.index = 0;
     axis.n = n;
@@ -317,25 +318,52 @@ void chain_segments_near(const Shape& chain, const Transform& pose, const Aabb& 
       });
 }
 
-Manifold collide_chain_segment(const Shape& chain, int segment, const Transform& pose_chain,
-                               const Shape& other, const Transform& pose_other, double margin,
-                               NarrowPhaseStats* stats) {
+namespace {
+
+/// Calls `meet(segment, hull, relative)`, which returns a manifold in coordinates of the segment's start, so
+/// that a long chain is as exact as a short one.
+template <class Meet>
+Manifold meet_in_place(const Shape& chain, int segment, const Transform& pose_chain, const Shape& other,
+                       const Transform& pose_other, const Meet& meet) {
   require_segment(chain, segment);
   Manifold m;
-  if (stats != nullptr) stats->pairs += 1;
   if (other.kind == ShapeKind::HalfPlane || other.kind == ShapeKind::Chain) return m;
-  // Coordinates from the segment's start, so that a long chain is as exact as a short one.
   const Vec2 origin = chain.vertices[static_cast<std::size_t>(segment)];
   const narrow::Segment own(chain, segment, origin);
   Transform relative = narrow::relative_pose(pose_chain, pose_other);
   if (!(narrow::magnitude(relative.p) < 1e100)) return m;
   relative.p -= origin;
-  m = narrow::meet_segment(own, narrow::hull_of(other), relative, margin, stats).m;
+  m = meet(own, narrow::hull_of(other), relative);
   if (m.count == 0) return m;
-  if (stats != nullptr) stats->manifolds += 1;
   m.normal = rotate(pose_chain.q, m.normal);
   for (ManifoldPoint& point : m.points) point.position = to_world(pose_chain, origin + point.position);
   return m;
+}
+
+}  // namespace
+
+Manifold collide_chain_segment(const Shape& chain, int segment, const Transform& pose_chain,
+                               const Shape& other, const Transform& pose_other, double margin,
+                               NarrowPhaseStats* stats) {
+  if (stats != nullptr) stats->pairs += 1;
+  const Manifold m =
+      meet_in_place(chain, segment, pose_chain, other, pose_other,
+                    [&](const narrow::Segment& own, const narrow::Hull& hull, const Transform& relative) {
+                      return narrow::meet_segment(own, hull, relative, margin, stats).m;
+                    });
+  if (stats != nullptr && m.count > 0) stats->manifolds += 1;
+  return m;
+}
+
+Manifold cross_chain_segment(const Shape& chain, int segment, const Transform& pose_chain, const Shape& other,
+                             const Transform& pose_other, double margin) {
+  return meet_in_place(chain, segment, pose_chain, other, pose_other,
+                       [&](const narrow::Segment& own, const narrow::Hull& hull, const Transform& relative) {
+                         Manifold m;
+                         narrow::Output out{m, {}, false, {}};
+                         narrow::meet(own.hull(), hull, relative, margin, nullptr, nullptr, out);
+                         return m;
+                       });
 }
 
 }  // namespace skerry

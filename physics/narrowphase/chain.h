@@ -41,4 +41,9 @@ Manifold collide_chain_segment(const Shape& chain, int segment, const Transform&
                                const Shape& other, const Transform& pose_other, double margin,
                                NarrowPhaseStats* stats = nullptr);
 
+/// The same for the segment as a line without a free side, and without neighbours: what a sensor sees of it,
+/// whoever crosses it, from either side, from the first touch to the last.
+Manifold cross_chain_segment(const Shape& chain, int segment, const Transform& pose_chain, const Shape& other,
+                             const Transform& pose_other, double margin);
+
 }  // namespace skerry

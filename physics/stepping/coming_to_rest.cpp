@@ -294,7 +294,7 @@ class ComingToRest {
       const RowOrigin& origin = rows.origin[i];
       if (origin.joint) continue;
       Contact& contact = state_.contacts[origin.index];
-      remember_impulse(origin, rows.system.rows[i].mu, lambda[i], contact);
+      remember_impulse(origin, rows.system.rows[i], lambda[i], contact);
       if (origin.kind == RowKind::Normal)
         contact.points[static_cast<std::size_t>(origin.point)].total_normal += lambda[i];
     }
@@ -375,9 +375,11 @@ class ComingToRest {
   bool still_holds() {
     find_forces(0, kStopped);
     if (!is_exact()) return false;
-    for (const std::uint32_t index : island_.contacts)
-      for (PointMemory& memory : state_.contacts[index].points)
-        memory.total_normal = memory.total_friction = 0;
+    for (const std::uint32_t index : island_.contacts) {
+      Contact& contact = state_.contacts[index];
+      for (PointMemory& memory : contact.points) memory.total_normal = memory.total_friction = 0;
+      contact.impulse = {};
+    }
     for (const std::uint32_t slot : island_.joints)
       std::fill(std::begin(state_.joints[slot].row_impulse), std::end(state_.joints[slot].row_impulse), 0);
     store();

@@ -189,10 +189,12 @@ class EventStep {
       record_hermite(state_, island_.bodies, elapsed_, h_ - elapsed_, path_ends(state_, island_.bodies),
                      result_);
     State y = problem_.gather(mode_);
+    const State none = y;
     State dy;
     keep_equations(y);
     problem_.derivative(y, forces_, dy);
     for (std::size_t i = 6 * island_.bodies.size(); i < y.size(); ++i) y[i] = (h_ - elapsed_) * dy[i];
+    add_pushes(state_, island_, mode_, none, y, forces_, forces_, h_ - elapsed_);
     store_forces(state_, island_, h_, mode_, forces_, y);
     ++result_.substeps;
     return true;
@@ -278,7 +280,9 @@ class EventStep {
         travel(event.theta * length, method.end());
         elapsed_ = sum_of_times(event.theta * length);
         problem_.scatter(at_event, state_);
+        std::swap(forces_, end);
         if (!problem_.evaluate(mode_, elapsed_, at_event, forces_)) return false;
+        add_pushes(state_, island_, mode_, y, at_event, end, forces_, event.theta * length);
         change_mode(event, watched);
         store_forces(state_, island_, h_, mode_, forces_, at_event);
         arrive();
@@ -286,6 +290,7 @@ class EventStep {
         return true;
       }
       travel(length, method.end());
+      add_pushes(state_, island_, mode_, y, method.end(), forces_, end, length);
       y = method.end();
       dy = method.end_derivative();
       std::swap(forces_, end);

@@ -209,10 +209,14 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
       state.joints[origin.index].row_impulse[origin.point] += impact.lambda[i];
       continue;
     }
-    PointMemory& memory = state.contacts[origin.index].points[origin.point];
+    Contact& contact = state.contacts[origin.index];
+    PointMemory& memory = contact.points[origin.point];
+    const Vec2 push = impact.lambda[i] * push_on_b(whole.rows[i]);
+    contact.impulse += push;
     if (origin.kind == RowKind::Normal && impact.lambda[i] != 0) {
       memory.total_impact += impact.lambda[i];
-      memory.impact_position = state.contacts[origin.index].manifold.points[origin.point].position;
+      memory.impact_position = contact.manifold.points[origin.point].position;
+      contact.impact += push;
     }
     if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
   }

@@ -102,6 +102,11 @@ inline double row_velocity(const Assembly& assembly, int i, const std::vector<Ve
   return u;
 }
 
+/// The direction in which a row pushes b with an impulse > 0.
+inline Vec2 push_on_b(const Row& row) {
+  return row.b >= 0 ? Vec2{row.Jb[0], row.Jb[1]} : Vec2{-row.Ja[0], -row.Ja[1]};
+}
+
 /// What kinematic bodies, conveyors and motors do with these impulses [J].
 double work_of_drive(const Assembly& assembly, const std::vector<double>& lambda);
 

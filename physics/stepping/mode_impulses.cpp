@@ -34,6 +34,39 @@ void clear_forces(WorldState& state, const Island& island, double h) {
     std::fill(std::begin(state.joints[slot].row_force), std::end(state.joints[slot].row_force), 0);
 }
 
+namespace {
+
+/// The integral of a force whose direction turns a little: of its size, its values and its directions at both
+/// ends, as a line and an arc.
+Vec2 integral_of(double size, double from, double to, Vec2 direction_from, Vec2 direction_to, double length) {
+  const Vec2 sum = direction_from + direction_to;
+  const Vec2 middle = sum / skerry::length(sum);
+  return (size / 6) * (sum + 4 * middle) + (length * (to - from) / 12) * (direction_to - direction_from);
+}
+
+}  // namespace
+
+void add_pushes(WorldState& state, const Island& island, const ContactMode& mode,
+                const AccelerationProblem::State& before, const AccelerationProblem::State& after,
+                const ModeForces& from, const ModeForces& to, double length) {
+  const std::size_t points = 6 * island.bodies.size(), grips = points + mode.points.size();
+  for (std::size_t p = 0; p < mode.points.size(); ++p) {
+    if (!mode.points[p].closed) continue;
+    state.contacts[island.contacts[mode.points[p].contact]].impulse +=
+        integral_of(after[points + p] - before[points + p], from.point_force[p], to.point_force[p],
+                    from.points[p].normal, to.points[p].normal, length);
+  }
+  for (std::size_t k = 0; k < mode.grips.size(); ++k) {
+    const Grip& grip = mode.grips[k];
+    if (grip.rolling) continue;
+    std::size_t p = point_of(grip, 0);
+    if (grip.count == 2 && !mode.points[p].closed) p = point_of(grip, 1);
+    state.contacts[island.contacts[grip.contact]].impulse +=
+        integral_of(after[grips + k] - before[grips + k], from.grip_force[k], to.grip_force[k],
+                    perp(from.points[p].normal), perp(to.points[p].normal), length);
+  }
+}
+
 void store_forces(WorldState& state, const Island& island, double h, const ContactMode& mode,
                   const ModeForces& forces, const AccelerationProblem::State& y) {
   clear_forces(state, island, h);

@@ -491,7 +491,7 @@ class OnePieceStep {
       forget_impulses(contact, h_);
       for (std::size_t row = first; row < i; ++row) {
         friction += assembly.origin[row].kind == RowKind::Friction;
-        remember_impulse(assembly.origin[row], assembly.system.rows[row].mu, lambda[row], contact);
+        remember_impulse(assembly.origin[row], assembly.system.rows[row], lambda[row], contact);
       }
     }
     return landings;
@@ -510,6 +510,7 @@ class OnePieceStep {
       return false;
     }
     memory.total_impact += lambda;
+    contact.impact += lambda * push_on_b(assembly.system.rows[row]);
     memory.impact_position = contact.manifold.points[static_cast<std::size_t>(origin.point)].position;
     contact.hit = true;
     if (-u <= contact.hit_speed) return true;

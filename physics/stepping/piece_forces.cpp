@@ -477,7 +477,10 @@ class PieceSolve {
       return;
     }
     PointMemory& memory = state_.contacts[origin.index].points[origin.point];
-    if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda;
+    if (origin.kind == RowKind::Normal) {
+      memory.normal_impulse = lambda;
+      memory.normal = push_on_b(assembly.system.rows[i]);
+    }
     if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda;
     if (origin.kind != RowKind::Friction) return;
     memory.friction_impulse = lambda;

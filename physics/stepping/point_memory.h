@@ -12,6 +12,11 @@
 
 namespace skerry {
 
+/// What the forces of the last solve give b [N s].
+inline Vec2 push_on_b(const PointForces& forces, Vec2 normal) {
+  return forces.normal_impulse * normal + forces.friction_impulse * perp(normal);
+}
+
 /// No impulses. @param h  length of the step [s]
 inline void forget_impulses(Contact& contact, double h) {
   for (PointMemory& memory : contact.points) {
@@ -22,15 +27,16 @@ inline void forget_impulses(Contact& contact, double h) {
 }
 
 /// The impulse of one row; normal ones come before those of their friction.
-/// @param mu  of a row of friction
-inline void remember_impulse(const RowOrigin& origin, double mu, double lambda, Contact& contact) {
+inline void remember_impulse(const RowOrigin& origin, const Row& row, double lambda, Contact& contact) {
   PointMemory& memory = contact.points[static_cast<std::size_t>(origin.point)];
+  contact.impulse += lambda * push_on_b(row);
   if (origin.kind == RowKind::Normal) memory.normal_impulse = lambda;
   if (origin.kind == RowKind::Rolling) memory.rolling_impulse = lambda;
   if (origin.kind != RowKind::Friction) return;
   memory.friction_impulse = lambda;
   memory.total_friction += lambda;
-  memory.sticking = memory.normal_impulse > 0 && std::abs(lambda) < mu * memory.normal_impulse * (1 - 1e-12);
+  memory.sticking =
+      memory.normal_impulse > 0 && std::abs(lambda) < row.mu * memory.normal_impulse * (1 - 1e-12);
 }
 
 /// That impulse of the last step, for one of length `h` [s].
@@ -46,9 +52,12 @@ inline double last_impulse(const Contact& contact, const RowOrigin& origin, doub
 /// Nothing moves: the forces of the last step act on for one of length `h` [s].
 inline void repeat_forces(WorldState& state, const Island& island, double h) {
   for (const std::uint32_t index : island.contacts) {
-    for (PointMemory& memory : state.contacts[index].points) {
+    Contact& contact = state.contacts[index];
+    contact.impulse = {};
+    for (PointMemory& memory : contact.points) {
       memory.total_normal = memory.normal_impulse;
       memory.total_friction = memory.friction_impulse;
+      contact.impulse += push_on_b(memory, contact.manifold.normal);
     }
   }
   for (const std::uint32_t slot : island.joints) {

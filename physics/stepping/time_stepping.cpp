@@ -24,6 +24,7 @@
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/piece_forces.h"
+#include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
@@ -493,9 +494,11 @@ class IslandStep {
     });
     if (excess != 0 && is_free(state_, island_)) give_spin(state_, island_, -excess);
     share_each(state_.island_threads, island_.contacts.size(), kContactsAPiece, [&](std::size_t k) {
-      for (PointMemory& memory : state_.contacts[island_.contacts[k]].points) {
+      Contact& contact = state_.contacts[island_.contacts[k]];
+      for (PointMemory& memory : contact.points) {
         memory.total_normal += part * memory.normal_impulse;
         memory.total_friction += part * memory.friction_impulse;
+        contact.impulse += part * push_on_b(memory, memory.normal);
       }
     });
     share_each(state_.island_threads, island_.joints.size(), kContactsAPiece, [&](std::size_t k) {

@@ -86,13 +86,16 @@ void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vecto
     const RowOrigin& origin = bilateral.origin[i];
     if (origin.joint) state.joints[origin.index].row_impulse[origin.point] += lambda[i];
     if (origin.joint || !piece) continue;
-    PointMemory& memory = state.contacts[origin.index].points[origin.point];
+    Contact& contact = state.contacts[origin.index];
+    PointMemory& memory = contact.points[origin.point];
+    contact.impulse += lambda[i] * push_on_b(bilateral.system.rows[i]);
     if (origin.kind == RowKind::Normal) {
       // Friction at its bound stays there.
       const double load = std::max(memory.normal_impulse + lambda[i], 1e-300),
                    share = load / memory.normal_impulse;
       if (!memory.sticking) {
         memory.total_friction += (share - 1) * memory.friction_impulse;
+        contact.impulse += (share - 1) * memory.friction_impulse * perp(contact.manifold.normal);
         memory.friction_impulse *= share;
       }
       memory.rolling_impulse *= share;

@@ -119,9 +119,9 @@ void draw_contacts(const OverlayContext& context, render::DrawList& list) {
   for (const ContactReport& contact : context.world.report().contacts_list) {
     for (int i = 0; i < contact.count; ++i) {
       const ContactPointReport& point = contact.points[static_cast<std::size_t>(i)];
-      const bool loaded = point.normal_impulse > 0 || point.impact_impulse > 0;
+      const bool struck = point.impact_impulse > 0, loaded = point.normal_impulse > 0 || struck;
       const Vec2 at = shown_point(context, contact, point.position);
-      add_contact(context, at, contact.normal, loaded, 1, layer);
+      add_contact(context, at, struck ? contact.impact_normal : contact.normal, loaded, 1, layer);
       if (is_selected(context.selection, contact))
         context.labels.add_off_edges(at, value_text(context, point), context.style.text);
     }

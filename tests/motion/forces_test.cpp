@@ -226,6 +226,47 @@ TEST_P(Forces, FieldThatThrowsOrIsNotFiniteLeavesTheBodiesWhereTheyWere) {
   EXPECT_THROW(world.set_drag(ball, {.linear = -1}), std::invalid_argument);
 }
 
+/// Its report says how far the world came, and why not farther; what comes then is as if it had not been
+/// tried.
+TEST_P(Forces, AStepThatWasInterruptedIsReportedAndMadeAgain) {
+  const auto make = [] {
+    World world(by(GetParam()));
+    add_ground(world, rough(make_disc(1), 0.5, 0.3));
+    for (int i = 0; i < 4; ++i) add(world, {0.1 * i, 0.3 + 0.7 * i}, rough(make_box({0.6, 0.6}), 0.5, 0.3));
+    add(world, {-2, 0.5}, rough(make_disc(0.3), 0.5, 0.3), 1, {6, 0}, 1);
+    return world;
+  };
+  World world = make(), other = make();
+  bool throws = false;
+  int calls = 0;
+  world.set_force_field([&](const FieldSample&) {
+    if (throws && ++calls > 7) throw std::runtime_error("no more");
+    return Wrench{};
+  });
+  other.set_force_field([](const FieldSample&) { return Wrench{}; });
+  for (int k = 0; k < 60; ++k) {
+    if (k % 10 == 5) {
+      const double energy = world.report().kinetic_energy + world.report().potential_energy;
+      const std::uint64_t hash = world.report().state_hash;
+      throws = true;
+      calls = 0;
+      EXPECT_THROW(world.step(1.0 / 60), std::runtime_error);
+      throws = false;
+      const StepReport& report = world.report();
+      EXPECT_EQ(report.interrupted, "no more");
+      EXPECT_EQ(report.step, static_cast<std::uint64_t>(k));
+      EXPECT_EQ(report.time, world.time());
+      EXPECT_EQ(report.h, 0);
+      EXPECT_EQ(report.dynamic_bodies, 5);
+      EXPECT_EQ(report.state_hash, hash);
+      EXPECT_NEAR(report.kinetic_energy + report.potential_energy, energy, 1e-12 * energy);
+      EXPECT_TRUE(report.contacts_list.empty() && report.events.empty());
+    }
+    EXPECT_TRUE(world.step(1.0 / 60).interrupted.empty());
+    EXPECT_EQ(other.step(1.0 / 60).state_hash, world.report().state_hash) << k;
+  }
+}
+
 /// Inner steps that are too long for a force diverge while they are tried; that is no fault of the force.
 TEST(SteepForces, AreIntegratedWithStepsThatAreShortEnough) {
   for (const char* stepper : {"event_driven", "auto"}) {

@@ -146,5 +146,34 @@ TEST(Events, WhatIsTakenAwayAndPulledBackInOneStepHasNotLeft) {
   EXPECT_TRUE(world.step(1.0 / 60).events.empty());
 }
 
+/// From the first touch to the last, from either side; a chain as a sensor, and one that a sensor crosses.
+TEST(Events, OfSensorsAndChainsLastAsLongAsTheyTouch) {
+  const double h = 1.0 / 60, speed = 1.5;
+  for (const double way : {-1.0, 1.0}) {
+    for (const bool chain_senses : {false, true}) {
+      for (const bool is_disc : {false, true}) {
+        World world(weightless());
+        const BodyId gate = world.create_body({.type = BodyType::Static});
+        ShapeDef line = smooth(make_chain(std::vector<Vec2>{{-1, 0}, {1, 0}})),
+                 shape = smooth(is_disc ? make_disc(0.25) : make_box({0.5, 0.5}));
+        (chain_senses ? line : shape).sensor = true;
+        world.add_shape(gate, line);
+        const BodyId body = add(world, {0.3, -1.0 * way}, shape, 1, {0, speed * way});
+        int begins = 0, ends = 0;
+        for (int i = 0; i < 90; ++i) {
+          for (const ContactEvent& event : world.step(h).events) {
+            begins += event.kind == ContactEventKind::Begin;
+            ends += event.kind == ContactEventKind::End;
+          }
+          const double y = way * world.position(body).y;
+          EXPECT_EQ(begins, y > -0.25 ? 1 : 0) << y;
+          EXPECT_EQ(ends, y > 0.25 ? 1 : 0) << y;
+        }
+        EXPECT_EQ(ends, 1);
+      }
+    }
+  }
+}
+
 }  // namespace events_test
 }  // namespace skerry
