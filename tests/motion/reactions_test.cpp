@@ -259,9 +259,14 @@ const Scene kScenes[] = {{"Bouncing", make_bouncing},
                          {"Terrain", make_terrain},
                          {"Tumbler", make_tumbler}};
 
+std::string name_of(const testing::TestParamInfo<Books::ParamType>& books) {
+  return std::string(std::get<0>(books.param)) + std::get<1>(books.param).name;
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Books,
                          testing::Combine(testing::Values("time_stepping", "event_driven"),
-                                          testing::ValuesIn(kScenes)));
+                                          testing::ValuesIn(kScenes)),
+                         name_of);
 
 /// The ball is over the next segment of the ground when the step of its bounce ends.
 TEST(Reactions, OfABounceThatIsOverAreListed) {
