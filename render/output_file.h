@@ -22,7 +22,7 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// Where the bytes go for now.
+  /// Where the bytes go until `finish`.
   [[nodiscard]] const std::string& target() const { return target_; }
   /// True where they cannot be taken back, and nobody can go back in them: a FIFO, a device, a descriptor.
   [[nodiscard]] bool in_place() const { return in_place_; }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "physics/joint_rows.h"
+#include "physics/solver/contact_states.h"
 #include "physics/spare.h"
 #include "physics/stepping/flight_queue.h"
 #include "physics/stepping/island_backup.h"
@@ -156,12 +157,12 @@ class EventStep {
   void keep_equations(const State& y) {
     if (!state_.observe.systems) return;
     IslandSystem system;
-    std::vector<double> lambda;
-    problem_.equations(mode_, elapsed_, y, forces_, h_, system, lambda);
+    Solution solution;
+    problem_.equations(mode_, elapsed_, y, forces_, h_, system, solution.lambda);
     if (system.rows.empty()) return;
-    const double residual = natural_map_residual(system, lambda);
-    keep_trace(state_, island_, elapsed_, std::move(system), std::move(lambda), SolveStatus::Solved,
-               result_.report.method, residual, false, nullptr, result_);
+    conclude(system, state_.config.solve, solution);
+    keep_trace(state_, island_, elapsed_, std::move(system), std::move(solution.lambda), solution.status,
+               result_.report.method, solution.residual, false, nullptr, result_);
   }
 
   /// Nothing moves and nothing will: the rest of the step is known.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "physics/stepping/chain_side.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -72,22 +73,17 @@ class FreePoints {
 class MiddleAboveSegment {
  public:
   MiddleAboveSegment(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b)
-      : of_a_(state.shapes[contact.shape_a].shape->kind == ShapeKind::Chain),
-        chain_(of_a_ ? a : b),
-        other_(of_a_ ? b : a) {
-    const Shape& chain = state.shapes[of_a_ ? contact.shape_a : contact.shape_b].shape;
-    const Shape& other = state.shapes[of_a_ ? contact.shape_b : contact.shape_a].shape;
-    start_ = chain.vertices[static_cast<std::size_t>(contact.child)];
-    normal_ = chain.normals[static_cast<std::size_t>(contact.child)];
-    for (const Vec2 corner : other.vertices) middle_ += corner / static_cast<double>(other.vertices.size());
-    thickness_ = half_width(other);
+      : side_(chain_side(state, contact)), chain_(side_.of_a ? a : b), other_(side_.of_a ? b : a) {
+    const auto segment = static_cast<std::size_t>(contact.child);
+    start_ = side_.chain.vertices[segment];
+    normal_ = side_.chain.normals[segment];
   }
 
   double height(double t) const {
     const Transform chain = chain_.at(t);
-    return dot(rotate(chain.q, normal_), to_world(other_.at(t), middle_) - to_world(chain, start_));
+    return dot(rotate(chain.q, normal_), to_world(other_.at(t), side_.middle) - to_world(chain, start_));
   }
-  double thickness() const { return thickness_; }
+  double thickness() const { return half_width(side_.other); }
 
   /// A time before `h` just before which the middle passes the line; `h` if it does not.
   double last_in_front(double h) const {
@@ -108,10 +104,9 @@ class MiddleAboveSegment {
   }
 
  private:
-  bool of_a_;
+  ChainSide side_;
   const Motion &chain_, &other_;
-  Vec2 start_, normal_, middle_;
-  double thickness_ = 0;  ///< half of it [m]
+  Vec2 start_, normal_;
 };
 
 /// Looks while less than a quarter of a body goes past a segment, as far as that can be afforded, and in any

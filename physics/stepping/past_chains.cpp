@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "physics/stepping/chain_side.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -64,14 +65,10 @@ struct Way {
 /// The shift that brings the middle of a contact's other shape in front of its segment again, through which
 /// it went in the step, world frame [m]; 0 where it did not.
 Vec2 way_back(const WorldState& state, const Contact& contact, double h) {
-  const bool of_a = state.shapes[contact.shape_a].shape->kind == ShapeKind::Chain;
-  const Shape& chain = state.shapes[of_a ? contact.shape_a : contact.shape_b].shape;
-  const Shape& other = state.shapes[of_a ? contact.shape_b : contact.shape_a].shape;
+  const auto& [of_a, chain, other, middle] = chain_side(state, contact);
   const std::uint32_t ground = of_a ? contact.body_a : contact.body_b,
                       body = of_a ? contact.body_b : contact.body_a;
   const Line line(chain, static_cast<std::size_t>(contact.child));
-  Vec2 middle;
-  for (const Vec2 corner : other.vertices) middle += corner / static_cast<double>(other.vertices.size());
   const Transform frame = pose_at(state, ground, h);
   const Vec2 now = to_local(frame, to_world(state.bodies.pose(body), middle));
   if (!(line.height(now) < 0)) return {};
@@ -91,6 +88,8 @@ void put_in_front_of_chains(WorldState& state, const Island& island, double h, I
   bool any = false;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
+    // Chains have no thickness.
+    if (state.thickness[contact.body_a] > 0 && state.thickness[contact.body_b] > 0) continue;
     const bool of_a = state.shapes[contact.shape_a].shape->kind == ShapeKind::Chain;
     if (!of_a && state.shapes[contact.shape_b].shape->kind != ShapeKind::Chain) continue;
     const Vec2 back = way_back(state, contact, h);

@@ -74,6 +74,7 @@ TEST(EventTraces, ForcesOfAStepSolveTheProblemThatIsShown) {
     const IslandTrace* trace = last_forces(worlds[1].report());
     ASSERT_NE(trace, nullptr) << scene.name;
     EXPECT_LE(natural_map_residual(trace->system, trace->lambda), 1e-10) << scene.name;
+    EXPECT_EQ(trace->status, SolveStatus::Solved) << scene.name;
     EXPECT_EQ(trace->bodies.size(), trace->system.bodies.size()) << scene.name;
     double sum = 0;
     for (std::size_t i = 0; i < trace->lambda.size(); ++i)
