@@ -83,6 +83,25 @@ TEST(EventTraces, ForcesOfAStepSolveTheProblemThatIsShown) {
   }
 }
 
+// Where it slides, W lambda - b is how fast it does when the step ends.
+TEST(EventTraces, OfWhatSlidesTellHowFast) {
+  World world({.stepper = "event_driven"});
+  box_on_slope(world, 0.3, -1);
+  world.observe({.systems = true});
+  for (int i = 0; i < 3; ++i) world.step(kStep);
+  const IslandTrace* trace = last_forces(world.report());
+  ASSERT_NE(trace, nullptr);
+  const std::vector<double> after = row_velocities(trace->system, trace->lambda);
+  const double speed = 1 + 3 * kStep * kG * (std::sin(kPi / 6) - 0.3 * std::cos(kPi / 6));
+  int rubs = 0;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (trace->system.rows[i].kind != RowKind::Friction) continue;
+    ++rubs;
+    EXPECT_NEAR(std::abs(after[i]), speed, 1e-9);
+  }
+  EXPECT_GT(rubs, 0);
+}
+
 TEST(EventTraces, WhatFliesHasNoProblem) {
   WorldConfig config;
   config.stepper = "event_driven";
