@@ -13,12 +13,19 @@ BodyMotion motion_at(const Motion& motion, double t) {
   return {then.p0, Rot::from_angle(then.angle0), then.v, then.omega};
 }
 
+/// Whether there is no end to pass: on a half-plane, or of a disc on a disc.
+bool are_endless(const Shape& a, const Shape& b) {
+  return a.kind == ShapeKind::HalfPlane || b.kind == ShapeKind::HalfPlane ||
+         (a.kind == ShapeKind::Disc && b.kind == ShapeKind::Disc);
+}
+
 }  // namespace
 
 std::optional<double> next_corner_time(const WorldState& state, const Contact& contact, const Motion& a,
                                        const Motion& b, std::uint8_t resting, double h) {
   const Shape &shape_a = state.shapes[contact.shape_a].shape, &shape_b = state.shapes[contact.shape_b].shape;
   std::optional<double> first;
+  if (are_endless(shape_a, shape_b)) return first;
   for (int i = 0; i < contact.manifold.count; ++i) {
     if ((resting >> i & 1) == 0) continue;
     const std::optional<ContactFeatures> features =
