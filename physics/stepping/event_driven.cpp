@@ -41,11 +41,11 @@ constexpr double kFinest = 1e-13;
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
-// A mode in which this many were tried has found its pace: if the rest of the step takes ten times the steps
-// or the work that there may be, its forces are too rough to follow (contacts that share them in many ways).
+// A mode in which this many were tried has found its pace: if the rest of the step takes twice the steps or
+// the work that there may be, its forces are too rough to follow (contacts that share them in many ways).
 // That is told at once, not when all of it is spent.
 constexpr int kPaceIsFound = 48;
-constexpr double kTooSlow = 10;
+constexpr double kTooSlow = 2;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
 constexpr double kUnit = 1;
 // Joints that are off by less of the smaller body's size are where they belong.
@@ -263,6 +263,7 @@ class EventStep {
     if (!(inner_step_ > 0)) inner_step_ = 0.2 / rate();
     const double accuracy = state_.config.accuracy.value_or(kFinest);
     const double most_work = kMaxWork + h_ * kMaxWorkPerSecond, work_before = problem_.work() - path_work_;
+    const double begin = elapsed_;
     const int steps_before = inner_steps_;
 
     for (;;) {
@@ -272,7 +273,8 @@ class EventStep {
       const double work = problem_.work() - path_work_;
       if (work > most_work) return false;
       if (const int tried = inner_steps_ - steps_before; tried > kPaceIsFound) {
-        const double ahead = left / length;
+        // At the pace of now, or that of all, whichever is the better one.
+        const double ahead = left / std::max(length, (elapsed_ - begin) / tried);
         if (ahead > kTooSlow * kMaxInnerSteps || ahead * (work - work_before) > kTooSlow * most_work * tried)
           return false;
       }
