@@ -3,6 +3,7 @@
 // Published results for event-driven stepping: rounding, or what the accuracy of the integration leaves.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "tests/support/worlds.h"
 
@@ -381,6 +382,37 @@ TEST(EventDriven, BusyIslandsAreMadeByTimeStepping) {
   for (int i = 0; i < 10; ++i) fallbacks += world.step(0.5).fallbacks;
   EXPECT_GT(fallbacks, 0);
   EXPECT_NEAR(world.position(ball).y, 0.5, 1e-2);
+}
+
+// In a pyramid whose boxes touch side by side forces are shared in many ways: what moves a little has forces
+// so rough that error control went on in steps of nanoseconds, up to the largest work (the slowest step took
+// 13 738 solves).
+TEST(EventDriven, ForcesTooRoughToFollowAreGivenUpSoon) {
+  World world(by_events({.gravity = {0, -10}}));
+  add_ground(world, rough(make_half_plane({0, 0}, {0, 1}), 0.5));
+  std::vector<BodyId> boxes;
+  for (int row = 0; row < 5; ++row) {
+    for (int i = 0; i < 5 - row; ++i)
+      boxes.push_back(add(world, {i + 0.5 * row - 2.5, row + 0.5}, rough(make_box({1, 1}), 0.5)));
+  }
+  for (const BodyId box : boxes) world.set_mass(box, 1, 1.0 / 6);
+  for (const double side : {-1.0, 1.0}) {
+    const BodyId wall =
+        world.create_body({.type = BodyType::Static, .position = {side * 8, 0}, .angle = side * kPi / 2});
+    world.add_shape(wall, rough(make_half_plane({0, 0}, {0, 1}), 0.5));
+  }
+  std::mt19937 random(3);
+  int most = 0;
+  for (int i = 0; i <= 64; ++i) {
+    if (i <= 60 && i % 4 == 0) {
+      const BodyId box = boxes[random() % 15];
+      const double angle = random() / 4294967296.0 * 2 * kPi;
+      world.apply_impulse(box, 0.1 * Vec2{std::cos(angle), std::sin(angle)}, world.position(box));
+    }
+    most = std::max(most, world.step(1.0 / 60).force_solves);
+  }
+  EXPECT_LT(most, 4000);
+  EXPECT_GT(most, 100);  // it does try
 }
 
 }  // namespace event_driven_test
