@@ -26,8 +26,9 @@ namespace {
 
 /// Covering vectors tried after a ray.
 constexpr int kCoverings = 8;
-/// Sizes up to which all complementary bases are tried in the end: 16384 small systems, some 30 ms.
-constexpr int kEnumerated = 14;
+/// Sizes up to which all complementary bases are tried in the end: 16384 small systems, some 30 ms; under a
+/// limit of work 256, a fifth of a millisecond.
+constexpr int kEnumerated = 14, kEnumeratedSoon = 8;
 
 /// The tableau w = M z + d z0 + q in the form  [w-columns | z-columns | z0 | rhs], one row a basic variable.
 template <typename Scalar>
@@ -198,8 +199,9 @@ void enumerate_bases(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, DenseLc
   }
 }
 
-/// Lemke's method on data of unit size.
-DenseLcpResult solve_scaled(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, int max_pivots) {
+/// Lemke's method on data of unit size. @param enumerated  size up to which all bases are tried in the end
+DenseLcpResult solve_scaled(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, int max_pivots,
+                            int enumerated) {
   const Eigen::Index n = q.size();
   DenseLcpResult best;
   best.z = Eigen::VectorXd::Zero(n);
@@ -241,7 +243,7 @@ DenseLcpResult solve_scaled(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, 
   const double scale = M.cwiseAbs().maxCoeff() * best.z.cwiseAbs().maxCoeff();
   // 1e-13: what a well-conditioned basis leaves in double after refinement.
   if (!best.solved || best.residual > 1e-13 * (1 + scale)) attempt(0.0L);
-  if (!best.solved && n <= kEnumerated) enumerate_bases(M, q, best);
+  if (!best.solved && n <= enumerated) enumerate_bases(M, q, best);
   if (!best.solved) best.z.setZero();
   return best;
 }
@@ -387,7 +389,8 @@ void solve_as_lcp(const ContactProblem& problem, const SolveOptions& options, So
     solution.status = SolveStatus::Failed;
     return;
   }
-  const DenseLcpResult result = solve_scaled(M, q, limit);
+  const DenseLcpResult result =
+      solve_scaled(M, q, limit, options.work_limit > 0 ? kEnumeratedSoon : kEnumerated);
   solution.iterations = solution.work.pivots = result.pivots;
   const Eigen::VectorXd others = lcp.particular + lcp.map * (lcp.scale.asDiagonal() * result.z * size);
   Eigen::VectorXd lambda = Eigen::VectorXd::Zero(n);
@@ -467,7 +470,7 @@ LcpSolution solve_lcp(std::span<const double> M, std::span<const double> q, int 
   const double size = std::max((scale.asDiagonal() * vector).cwiseAbs().maxCoeff(), 1e-300);
   const DenseLcpResult result =
       solve_scaled(scale.asDiagonal() * matrix * scale.asDiagonal(), scale.asDiagonal() * vector / size,
-                   max_pivots > 0 ? max_pivots : 50 * static_cast<int>(n) + 100);
+                   max_pivots > 0 ? max_pivots : 50 * static_cast<int>(n) + 100, kEnumerated);
   const Eigen::VectorXd z = scale.asDiagonal() * result.z * size;
   solution.solved = result.solved;
   solution.ray = result.ray && !result.solved;
