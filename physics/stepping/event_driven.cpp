@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "physics/joint_rows.h"
 #include "physics/solver/contact_states.h"
@@ -41,9 +42,10 @@ constexpr double kFinest = 1e-13;
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
-// A mode in which this many were tried has found its pace: if the rest of the step takes twice the steps or
-// the work that there may be, its forces are too rough to follow (contacts that share them in many ways).
-// That is told at once, not when all of it is spent.
+// A mode in which this many were tried has found its pace, if steps do not get longer any more: where the
+// rest of the step takes twice the steps or the work that there may be, its forces are too rough to follow
+// (contacts that share them in many ways). That is told then, and after twice as many, not when all of it is
+// spent.
 constexpr int kPaceIsFound = 48;
 constexpr double kTooSlow = 2;
 // Quantities below this [m, m/s, rad, rad/s] are accurate absolutely, not relatively.
@@ -58,6 +60,32 @@ constexpr double kNothingLeft = 1e-14;
 bool is_wild(const State& state) {
   return std::any_of(state.begin(), state.end(), [](double y) { return !(std::abs(y) < kFarthest); });
 }
+
+/// How fast error control comes on in a mode. Looks after 24 tries, and whenever they have doubled.
+class InnerPace {
+ public:
+  /// @param work, most  work of the step so far, and what it may have
+  InnerPace(double begin, double work, double most) : begin_(begin), work_(work), most_(most) {}
+
+  void took(double length) { longest_ = std::max(longest_, length); }
+
+  /// To be asked at each try.
+  bool is_too_slow(double time, double left, double length, double work) {
+    if (++tried_ <= look_) return false;
+    // At the pace of now, or that of all, whichever is the better one.
+    const double ahead = left / std::max(length, (time - begin_) / tried_);
+    const bool slow = ahead > kTooSlow * kMaxInnerSteps || ahead * (work - work_) > kTooSlow * most_ * tried_;
+    const bool steady = tried_ > kPaceIsFound && longest_ < 2 * longest_before_;
+    longest_before_ = std::exchange(longest_, 0);
+    look_ *= 2;
+    return slow && steady;
+  }
+
+ private:
+  double begin_, work_, most_;
+  int tried_ = 0, look_ = kPaceIsFound / 2;
+  double longest_ = 0, longest_before_ = kInfinity;  // of the steps since the last look, and before it
+};
 
 class EventStep {
  public:
@@ -262,9 +290,8 @@ class EventStep {
     const std::vector<ModeWatch> watched = events_.watches(forces_);
     if (!(inner_step_ > 0)) inner_step_ = 0.2 / rate();
     const double accuracy = state_.config.accuracy.value_or(kFinest);
-    const double most_work = kMaxWork + h_ * kMaxWorkPerSecond, work_before = problem_.work() - path_work_;
-    const double begin = elapsed_;
-    const int steps_before = inner_steps_;
+    const double most_work = kMaxWork + h_ * kMaxWorkPerSecond;
+    InnerPace pace(elapsed_, problem_.work() - path_work_, most_work);
 
     for (;;) {
       const double left = h_ - elapsed_;
@@ -272,12 +299,7 @@ class EventStep {
       if (++inner_steps_ > kMaxInnerSteps || !(length > kNothingLeft * h_)) return false;
       const double work = problem_.work() - path_work_;
       if (work > most_work) return false;
-      if (const int tried = inner_steps_ - steps_before; tried > kPaceIsFound) {
-        // At the pace of now, or that of all, whichever is the better one.
-        const double ahead = left / std::max(length, (elapsed_ - begin) / tried);
-        if (ahead > kTooSlow * kMaxInnerSteps || ahead * (work - work_before) > kTooSlow * most_work * tried)
-          return false;
-      }
+      if (pace.is_too_slow(elapsed_, left, length, work)) return false;
       const double error = method.attempt(elapsed_, y, dy, length, accuracy, kUnit);
       if (!(error <= 1)) {
         ++result_.rejected_steps;
@@ -312,6 +334,7 @@ class EventStep {
       std::swap(forces_, end);
       problem_.scatter(y, state_);
       elapsed_ = sum_of_times(length);
+      pace.took(length);
       const double factor = step_factor(error);
       if (length == inner_step_ || factor < 1) inner_step_ = length * factor;
       if (elapsed_ < h_) {
