@@ -332,7 +332,8 @@ TEST(EventDriven, HeapFallsWithoutGainingEnergyOrSinkingIn) {
   World world(by_events());
   add_ground(world, rough(make_disc(1), 0.4, 0.3));
   for (int i = 0; i < 12; ++i) {
-    const Vec2 at{0.3 * (i % 3) + 0.01 * i, 0.6 + 1.1 * (i / 3)};
+    const int row = i / 3;
+    const Vec2 at{0.3 * (i % 3) + 0.01 * i, 0.6 + 1.1 * row};
     add(world, {at.x * 3, at.y},
         i % 2 == 0 ? rough(make_disc(0.4), 0.4, 0.3) : rough(make_box({0.8, 0.6}), 0.4, 0.3), 1, {}, 0,
         0.3 * i);
