@@ -162,19 +162,27 @@ bool try_warm(const IslandSystem& system, std::span<const double> warm_start, co
   return true;
 }
 
+// Lemke's method, with its work.
+Solution solve_by_pivoting(const IslandSystem& system, const SolveOptions& options) {
+  static const SolverEntry& lemke = find_solver("lemke");
+  const auto rows = static_cast<double>(system.rows.size());
+  Solution found = lemke.solve(system, {}, options, nullptr);
+  found.work.visits += kPivotVisits * found.work.pivots * rows * rows;
+  return found;
+}
+
 // Where bodies are wedged in, other ways may lead to an answer that presses less.
 void loosen(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
   if (solution.status != SolveStatus::Solved || !is_wedged(system, solution.lambda)) return;
   note(solution, "impulses beyond what moves the bodies: smaller ones are looked for");
-  const auto rows = static_cast<double>(system.rows.size());
   for (const std::string_view name : {"body_space", "lemke", "nncg"}) {
     if (name == "lemke" && system.rows.size() > kStateRows) continue;
     SolveOptions within = options;
     if (name == "nncg") within.max_iterations = kLooseningSweeps;
     if (options.work_limit > 0) within.work_limit = options.work_limit - solution.work.visits;
     if (options.work_limit > 0 && !(within.work_limit > 0)) return;
-    Solution other = find_solver(name).solve(system, {}, within, nullptr);
-    if (name == "lemke") other.work.visits += kPivotVisits * other.work.pivots * rows * rows;
+    Solution other = name == "lemke" ? solve_by_pivoting(system, within)
+                                     : find_solver(name).solve(system, {}, within, nullptr);
     const bool smaller =
         other.status == SolveStatus::Solved &&
         size_of_impulses(system, other.lambda) < kSmaller * size_of_impulses(system, solution.lambda);
@@ -188,19 +196,16 @@ void loosen(const IslandSystem& system, const SolveOptions& options, Solution& s
 bool try_pivoting(const IslandSystem& system, const SolveOptions& options, Solution& solution) {
   if (system.rows.size() > kStateRows) return false;
   const auto rows = static_cast<double>(system.rows.size());
-  const double visits = kPivotVisits * rows * rows;
   double pivots = kPivotsARow * rows;
   if (options.work_limit > 0)
-    pivots = std::min(pivots, kPivotShare * (options.work_limit - solution.work.visits) / visits);
+    pivots = std::min(
+        pivots, kPivotShare * (options.work_limit - solution.work.visits) / (kPivotVisits * rows * rows));
   if (!(pivots > rows)) return false;
   SolveOptions within = options;
   within.max_iterations = static_cast<int>(pivots);
   within.work_limit = 1;  // with few bases enumerated: all of them would take milliseconds
   note(solution, "no answer: complementary pivoting");
-  static const SolverEntry& lemke = find_solver("lemke");
-  Solution found = lemke.solve(system, {}, within, nullptr);
-  found.work.visits += visits * found.work.pivots;
-  take_better(solution, std::move(found));
+  take_better(solution, solve_by_pivoting(system, within));
   return solution.status == SolveStatus::Solved;
 }
 
