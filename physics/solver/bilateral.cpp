@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "physics/archive.h"
+#include "physics/index.h"
 #include "physics/solver/body_space_model.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/simd.h"
@@ -40,10 +41,6 @@ constexpr double kRounding = 0x1p-52;
 constexpr double kStands = 0.01;
 
 using Velocity = std::array<double, 3>;
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 struct BilateralMemory final : SolverMemory {
   BodySpaceModel model;

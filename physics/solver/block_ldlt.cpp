@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/index.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -15,10 +16,6 @@ namespace {
 constexpr double kHuge = 1e200;
 
 constexpr int kColumns = BlockPattern::kMostAlike;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // C -= A B^T
 SKERRY_ALWAYS_INLINE void subtract_abt(Block3& C, const Block3& A, const Block3& B) {

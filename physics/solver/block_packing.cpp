@@ -7,15 +7,12 @@
 #include <atomic>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/solver/block_sweeps.h"
 #include "physics/spare.h"
 
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Fewer blocks leave too many lanes empty.
 constexpr std::size_t kFewBlocks = 12;

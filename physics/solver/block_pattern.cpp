@@ -6,14 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/spare.h"
 
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Block updates a node from which on nested dissection is tried: it takes some 0.7 us a node, minimum degree
 // 0.25, and an update 3 ns, of which it saves a twelfth to two fifths where bodies stand in rows. Heaps of

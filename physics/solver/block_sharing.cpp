@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "physics/index.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -16,10 +17,6 @@ constexpr std::int64_t kWorthSharing = 20000;
 constexpr int kSubtreesAThread = 2;
 // Panels for each thread, at least.
 constexpr int kPanelsAThread = 8;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -6,15 +6,12 @@
 #include <chrono>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/progress.h"
 #include "physics/spare.h"
 
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Blocks, or chunks of them, that a thread takes at a time where each is by itself.
 constexpr std::size_t kBlocksAPiece = 256, kChunksAPiece = 4;

@@ -6,12 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // A factor made with slightly different Jacobians still contracts the refinement; beyond this it is not
 // tried.

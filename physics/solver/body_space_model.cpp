@@ -5,14 +5,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "physics/index.h"
 #include "physics/solver/contact_states.h"
 
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // 1/x, or 1 for a direction without mobility: nothing couples to it.
 double mass_of(double inverse) {

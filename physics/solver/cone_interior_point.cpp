@@ -4,14 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/spare.h"
 
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Where the central path is joined, of the largest |b| and of the violation at least, and where it ends.
 constexpr double kStart = 0.3, kFarStart = 5, kEnd = 1e-8;

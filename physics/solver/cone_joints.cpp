@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Proximal weight of a row, of D: what a step leaves over, of what it changes.
 constexpr double kProximal = 1e-10;

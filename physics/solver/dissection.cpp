@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "physics/index.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -23,10 +24,6 @@ constexpr int kSmall = 10;
 constexpr double kWindow = 0.2, kUneven = 4;
 // Digits by which places are sorted.
 constexpr int kDigit = 2048;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 struct DissectionVectors {
   std::array<std::vector<int>, kDirections.size()> along;

@@ -5,15 +5,12 @@
 #include <array>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/spare.h"
 #include "physics/thread_pool.h"
 
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Fraction of the step to the boundary.
 constexpr double kToBoundary = 0.99;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/solver/block_sweeps.h"
 #include "physics/spare.h"
 
@@ -12,10 +13,6 @@ namespace {
 
 // What is left of a unit row less than this, squared, after others of its block is rounding.
 constexpr double kDependent = 1e-13;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// A row that holds both ways and does not give.
 bool is_free(const IslandSystem& system, int i) {

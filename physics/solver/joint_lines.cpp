@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/disjoint_sets.h"
+#include "physics/index.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -16,10 +17,6 @@ constexpr int kLong = 11;
 constexpr int kMostAtABody = 8;
 // What is left of a row's own part, one, is rounding.
 constexpr double kDependent = 1e-10;
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

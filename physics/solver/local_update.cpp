@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
 
 constexpr int kSide = 3 * LocalUpdate::kMostNodes;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 std::size_t entry(int row, int column) {
   return at(column) * at(kSide) + at(row);

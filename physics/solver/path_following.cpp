@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // A path that went back and forth for so many pivots without a new smallest t never arrived.
 constexpr int kPatience = 300;

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 constexpr double kEtaLeast = 1e-10;
 constexpr double kEtaGreatest = 4;

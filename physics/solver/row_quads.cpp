@@ -6,12 +6,10 @@
 #include <cstring>
 #include <numeric>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 using Quad = RowQuads::Quad;
 

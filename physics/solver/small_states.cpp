@@ -13,6 +13,7 @@
 #include <bit>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/solver/bilateral.h"
 #include "physics/solver/contact_states.h"
 #include "physics/solver/simd.h"
@@ -36,10 +37,6 @@ constexpr int kSweeps = 10;
 
 // Work of a step and of a factor for each row, and of a block of the factor [visits].
 constexpr double kStepVisits = 2, kFactorVisits = 1, kBlockVisits = 1;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 SKERRY_ALWAYS_INLINE void sum_of(const Vec4& x, double& sum) {
   sum = (x[0] + x[1]) + x[2];

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 
+#include "physics/index.h"
 #include "physics/solver/small_exact.h"
 
 namespace skerry::small {
@@ -16,10 +17,6 @@ namespace skerry::small {
 /// bodies and the ground has 21 edges.
 inline constexpr int kTogether = 4;
 inline constexpr int kGroups = 24;
-
-inline std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// What bounds the rows of a group.
 enum class Bounds : signed char {

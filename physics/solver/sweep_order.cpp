@@ -5,6 +5,8 @@
 #include <bit>
 #include <limits>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
 
@@ -17,10 +19,6 @@ constexpr int kWords = 2, kWord = 64;
 // the other order 1.9 times, with a seventh more groups.
 constexpr int kByLevels = 2;
 constexpr double kFarthestBehind = 1.0 / 3;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/index.h"
+
 namespace skerry {
 namespace {
 
@@ -15,10 +17,6 @@ constexpr std::size_t kMostCouplings = 3;
 constexpr double kDependent = 1e-9;
 // Error relative to b that needs no refinement, and the largest that is an answer.
 constexpr double kFine = 1e-14, kUsable = 1e-9;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double product(const std::array<double, 3>& x, const InverseMass& m, const std::array<double, 3>& y) {
   return m.linear * (x[0] * y[0] + x[1] * y[1]) + m.angular * x[2] * y[2];

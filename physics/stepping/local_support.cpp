@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "physics/index.h"
 #include "physics/share_islands.h"
 #include "physics/spare.h"
 #include "physics/thread_pool.h"
@@ -18,10 +19,6 @@ constexpr double kHelps = 1e-13;
 constexpr int kRounds = 50;
 // Bodies that a thread takes at a time.
 constexpr std::size_t kBodiesAPiece = 128;
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double dot(const Direction& x, const Direction& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
