@@ -49,6 +49,11 @@ struct BodyArrays {
   std::vector<std::uint8_t> asleep;  ///< 1: at rest to the bit and out of the working set (see sleep.h)
   std::vector<std::int32_t> island;  ///< number in the last step, -1: none (static, kinematic, asleep)
   std::vector<std::uint32_t> generation;
+  /// Of the slot among those that ever had a dynamic body, in the order in which they first had one; -1:
+  /// never. It stays with the slot, so that bodies keep what they are called by it while others go or are
+  /// held.
+  std::vector<std::int32_t> number;
+  std::int32_t numbered = 0;  ///< how many slots have one
 
   std::size_t size() const { return position.size(); }
   Transform pose(std::size_t i) const { return {position[i], rotation[i]}; }

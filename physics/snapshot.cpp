@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 24;
+constexpr std::uint32_t kSnapshotVersion = 25;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -20,15 +20,22 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
   };
   const BodyArrays& b = s.bodies;
   const std::size_t n = b.size();
-  for (const std::size_t size :
-       {b.angle.size(),        b.rotation.size(),        b.velocity.size(),      b.omega.size(),
-        b.force.size(),        b.torque.size(),          b.mass.size(),          b.inertia.size(),
-        b.inverse_mass.size(), b.inverse_inertia.size(), b.gravity_scale.size(), b.type.size(),
-        b.alive.size(),        b.asleep.size(),          b.island.size(),        b.generation.size(),
-        s.names.size(),        s.given_mass.size(),      s.given_inertia.size(), s.shapes_of.size(),
-        s.joints_of.size(),    s.centre.size(),          s.radius.size(),        s.reach.size(),
-        s.drag.size(),         s.step_memory.size(),     s.thickness.size(),     s.stray_guess.size(),
-        s.support.size(),      s.applied.size()}) {
+  for (const std::size_t size : {b.angle.size(),         b.rotation.size(),
+                                 b.velocity.size(),      b.omega.size(),
+                                 b.force.size(),         b.torque.size(),
+                                 b.mass.size(),          b.inertia.size(),
+                                 b.inverse_mass.size(),  b.inverse_inertia.size(),
+                                 b.gravity_scale.size(), b.type.size(),
+                                 b.alive.size(),         b.asleep.size(),
+                                 b.island.size(),        b.generation.size(),
+                                 b.number.size(),        s.names.size(),
+                                 s.given_mass.size(),    s.given_inertia.size(),
+                                 s.shapes_of.size(),     s.joints_of.size(),
+                                 s.centre.size(),        s.radius.size(),
+                                 s.reach.size(),         s.drag.size(),
+                                 s.step_memory.size(),   s.thickness.size(),
+                                 s.stray_guess.size(),   s.support.size(),
+                                 s.applied.size()}) {
     require(from.bodies, size == n, "the lists of the bodies differ in length");
   }
   const auto below = [](const std::vector<std::uint32_t>& list, std::size_t limit) {

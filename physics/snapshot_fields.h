@@ -90,9 +90,9 @@ inline void fields(Archive& a, Observe& v) {
 }
 inline void fields(Archive& a, BodyArrays& v) {
   auto& [position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass,
-         inverse_inertia, gravity_scale, type, alive, asleep, island, generation] = v;
+         inverse_inertia, gravity_scale, type, alive, asleep, island, generation, number, numbered] = v;
   a(position, angle, rotation, velocity, omega, force, torque, mass, inertia, inverse_mass, inverse_inertia,
-    gravity_scale, type, alive, asleep, island, generation);
+    gravity_scale, type, alive, asleep, island, generation, number, numbered);
 }
 inline void fields(Archive& a, ShapeRecord& v) {
   auto& [shape, body, filter, generation, sensor, alive, in_broad_phase, pairs_changed, friction_rule,

@@ -37,6 +37,7 @@ std::uint32_t new_body_slot(WorldState& s) {
   b.asleep.push_back(0);
   b.island.push_back(-1);
   b.generation.push_back(0);
+  b.number.push_back(-1);
   s.names.emplace_back();
   s.given_mass.emplace_back();
   s.given_inertia.emplace_back();
@@ -195,7 +196,10 @@ void begin_as(WorldState& s, std::uint32_t i, BodyType type) {
   const auto enter = [i](std::vector<std::uint32_t>& list) {
     list.insert(std::lower_bound(list.begin(), list.end(), i), i);
   };
-  if (type == BodyType::Dynamic) enter(s.awake);
+  if (type == BodyType::Dynamic) {
+    enter(s.awake);
+    if (b.number[i] < 0) b.number[i] = b.numbered++;
+  }
   if (type == BodyType::Kinematic) enter(s.kinematic);
 }
 

@@ -20,28 +20,16 @@ int positive(std::string_view key, std::string_view value, int least) {
   return number;
 }
 
-// @param rank of the body among the dynamic ones
-std::string label(const World& world, BodyId body, int rank) {
-  const std::string_view name = world.name(body);
-  if (!name.empty()) return std::string(name);
-  if (world.bodies().type[body.index] != BodyType::Dynamic) return "ground";
-  return rank < 26 ? std::string(1, static_cast<char>('A' + rank)) : std::to_string(rank + 1);
-}
-
 BodyId find_body(const World& world, const SelectedBody& selected, const char* who) {
   if (selected.empty() || selected.id)
     return selected.id && world.alive(selected.id) ? selected.id : BodyId{};
   const std::string& name = selected.label;
   std::vector<std::string> names;
-  int rank = 0;
   for (std::size_t i = 0; i < world.bodies().size(); ++i) {
-    const bool dynamic = world.bodies().type[i] == BodyType::Dynamic;
-    if (world.bodies().alive[i]) {
-      const BodyId body = world.body_id(i);
-      names.push_back(label(world, body, rank));
-      if (names.back() == name) return body;
-    }
-    rank += dynamic;
+    if (!world.bodies().alive[i]) continue;
+    const BodyId body = world.body_id(i);
+    names.push_back(body_label(world, body));
+    if (names.back() == name) return body;
   }
   throw UsageError(std::string(who) + ": no body \"" + name + '"' + suggestion(name, names));
 }
@@ -102,9 +90,11 @@ Selection resolve(const SelectionText& text, const World& world, const char* who
 
 std::string body_label(const World& world, BodyId body) {
   if (!body || !world.alive(body)) return "ground";
-  const std::vector<BodyType>& types = world.bodies().type;
-  const auto rank = std::count(types.begin(), types.begin() + body.index, BodyType::Dynamic);
-  return label(world, body, static_cast<int>(rank));
+  const std::string_view name = world.name(body);
+  if (!name.empty()) return std::string(name);
+  const std::int32_t number = world.bodies().number[body.index];
+  if (number < 0) return "ground";
+  return number < 26 ? std::string(1, static_cast<char>('A' + number)) : std::to_string(number + 1);
 }
 
 }  // namespace skerry::sandbox

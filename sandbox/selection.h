@@ -55,8 +55,8 @@ SelectionText merged(const SelectionText& base, const SelectionText& over);
 /// @param who  asks, for the message
 Selection resolve(const SelectionText& text, const World& world, const char* who = "select");
 
-/// A short name of a body for labels: its own, else a letter for the first 26 dynamic ones, else its number
-/// among them.
+/// A short name of a body for labels: its own, else a letter for the first 26 that were ever dynamic, else
+/// its number among them (`BodyArrays::number`); "ground" for one that never was.
 std::string body_label(const World& world, BodyId body);
 
 }  // namespace skerry::sandbox

@@ -46,12 +46,7 @@ bool ends_with(const std::string& text, const std::string& end) {
 }
 
 std::string contact_label(const World& world, const RestContact& contact) {
-  const auto label = [&](BodyId body) {
-    return world.bodies().type[body.index] == BodyType::Dynamic ? body_label(world, body)
-           : world.name(body).empty()                           ? std::string("ground")
-                                                                : std::string(world.name(body));
-  };
-  return label(contact.body_a) + "-" + label(contact.body_b);
+  return body_label(world, contact.body_a) + "-" + body_label(world, contact.body_b);
 }
 
 /// "47.0 %"; three digits are what a reader can use.

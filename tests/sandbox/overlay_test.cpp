@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "physics/snapshot.h"
 #include "render/gl_renderer.h"
 #include "sandbox/errors.h"
 #include "sandbox/loop.h"
@@ -314,6 +315,31 @@ TEST(SelectionText, BodiesAreFoundByTheirLabels) {
       run({"capture", path, "-o", folder / "x.png", "--at", "0.1", "--select", "body=lov"});
   EXPECT_EQ(outcome.code, kUsage);
   EXPECT_THAT(outcome.err, HasSubstr("did you mean \"low\""));
+}
+
+TEST(SelectionText, LettersStayWithTheirBodiesWhileOthersAreHeldOrGo) {
+  World world;
+  const BodyId ground = world.create_body({.type = BodyType::Static});
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 4; ++i) bodies.push_back(world.create_body({}));
+  const auto labels = [&] {
+    std::string all;
+    for (const BodyId body : bodies) all += body_label(world, body) + ' ';
+    return all;
+  };
+  EXPECT_EQ(labels(), "A B C D ");
+  world.set_type(bodies[1], BodyType::Static);
+  EXPECT_EQ(labels(), "A B C D ");
+  world.destroy(bodies[0]);
+  EXPECT_EQ(labels(), "ground B C D ");
+  bodies[0] = world.create_body({});
+  EXPECT_EQ(labels(), "A B C D ") << "the slot is used anew";
+  EXPECT_EQ(body_label(world, ground), "ground");
+  world.set_type(ground, BodyType::Dynamic);
+  bodies.push_back(ground);
+  EXPECT_EQ(labels(), "A B C D E ");
+  const World copy = load_snapshot(save_snapshot(world));
+  EXPECT_EQ(body_label(copy, ground), "E");
 }
 
 TEST(SelectionText, HighlightInAScriptNamesItsMistakes) {
