@@ -37,6 +37,10 @@ using State = AccelerationProblem::State;
 constexpr int kMaxEvents = 16;
 // Local error of an inner step when no accuracy was asked for.
 constexpr double kFinest = 1e-13;
+// Forces that contacts share in nearly any way are found to 1e-11 or so only; then errors fall with the step,
+// not with its eighth power, and what is as small as that needs no shorter ones: the error that is allowed
+// where steps of a quarter have not had a sixteenth of it, over the usual one.
+constexpr double kRough = 100, kTold = 4;
 // Work of the force solves of a step (see AccelerationProblem::work), and more for longer steps: what costs
 // more than about 0.2 s is for time stepping.
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
@@ -61,6 +65,25 @@ bool is_wild(const State& state) {
   return std::any_of(state.begin(), state.end(), [](double y) { return !(std::abs(y) < kFarthest); });
 }
 
+/// Tells rough forces from motions that are too fast for a step, by what shorter steps gain.
+class Roughness {
+ public:
+  /// To be asked where a step was not good enough.
+  /// @param error  over the one that is allowed
+  bool is_found(double length, double error) {
+    if (length_ == 0) {
+      length_ = length;
+      error_ = error;
+    }
+    const double shorter = length_ / length;
+    return shorter >= kTold && error <= kRough && error_ < shorter * shorter * error;
+  }
+  void forget() { length_ = 0; }
+
+ private:
+  double length_ = 0, error_ = 0;  // of the longest step from here
+};
+
 /// How fast error control comes on in a mode. Looks after 24 tries, and whenever they have doubled.
 class InnerPace {
  public:
@@ -72,18 +95,23 @@ class InnerPace {
   /// To be asked at each try.
   bool is_too_slow(double time, double left, double length, double work) {
     if (++tried_ <= look_) return false;
-    // At the pace of now, or that of all, whichever is the better one.
-    const double ahead = left / std::max(length, (time - begin_) / tried_);
-    const bool slow = ahead > kTooSlow * kMaxInnerSteps || ahead * (work - work_) > kTooSlow * most_ * tried_;
+    // At the pace of now, or that since the last look, whichever is the better one. Where forces grow beyond
+    // all bounds (a jam [Champneys & Varkonyi 2016]) steps shrink towards the time at which they would.
+    const int tried = tried_ - looked_;
+    const double ahead = left / std::max(length, (time - begin_) / tried);
+    const bool slow = ahead > kTooSlow * kMaxInnerSteps || ahead * (work - work_) > kTooSlow * most_ * tried;
     const bool steady = tried_ > kPaceIsFound && longest_ < 2 * longest_before_;
     longest_before_ = std::exchange(longest_, 0);
+    begin_ = time;
+    work_ = work;
+    looked_ = tried_;
     look_ *= 2;
     return slow && steady;
   }
 
  private:
-  double begin_, work_, most_;
-  int tried_ = 0, look_ = kPaceIsFound / 2;
+  double begin_, work_, most_;  // time and work at the last look
+  int tried_ = 0, looked_ = 0, look_ = kPaceIsFound / 2;
   double longest_ = 0, longest_before_ = kInfinity;  // of the steps since the last look, and before it
 };
 
@@ -289,7 +317,9 @@ class EventStep {
         static_cast<int>(6 * island_.bodies.size()));
     const std::vector<ModeWatch> watched = events_.watches(forces_);
     if (!(inner_step_ > 0)) inner_step_ = 0.2 / rate();
-    const double accuracy = state_.config.accuracy.value_or(kFinest);
+    double accuracy = state_.config.accuracy.value_or(kFinest);
+    bool may_be_rough = !state_.config.accuracy;
+    Roughness roughness;
     const double most_work = kMaxWork + h_ * kMaxWorkPerSecond;
     InnerPace pace(elapsed_, problem_.work() - path_work_, most_work);
 
@@ -303,9 +333,16 @@ class EventStep {
       const double error = method.attempt(elapsed_, y, dy, length, accuracy, kUnit);
       if (!(error <= 1)) {
         ++result_.rejected_steps;
+        if (may_be_rough && roughness.is_found(length, error)) {
+          accuracy *= kRough;
+          may_be_rough = false;
+          inner_step_ = length;
+          continue;
+        }
         inner_step_ = length * std::min(step_factor(error), 0.9);
         continue;
       }
+      roughness.forget();
       // The continuous output asks for more forces.
       std::swap(end, latest);
       ModeEvent event;

@@ -226,7 +226,7 @@ bool ModeEvents::find_roots(RungeKutta& method, const std::vector<ModeWatch>& wa
 
 bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeForces& begin,
                                ModeEvent& event) const {
-  State y;
+  State y(6 * island_.bodies.size());  // of which only places are filled in
   for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
     const Contact& contact = contact_at(k);
     const double span = event.theta * method.length();
@@ -244,7 +244,10 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
     if (now > 1.5 * span * speed && !unseen) continue;
     if (!method.prepare_dense()) return false;
     const auto gap = [&](double t) {
-      method.at(t / method.length(), y);
+      for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+        const int place = body == BodyId::kNone ? -1 : state_.local_index[body];
+        if (place >= 0) method.at(t / method.length(), 6 * static_cast<std::size_t>(place), 3, y);
+      }
       return open_gap(k, pose(contact.body_a, method.begin() + t, y),
                       pose(contact.body_b, method.begin() + t, y));
     };

@@ -207,9 +207,13 @@ bool RungeKutta::prepare_dense() {
 }
 
 void RungeKutta::at(double theta, State& y) const {
-  const double rest = 1 - theta;
   y.resize(y0_.size());
-  for (std::size_t j = 0; j < y.size(); ++j) {
+  at(theta, 0, y.size(), y);
+}
+
+void RungeKutta::at(double theta, std::size_t first, std::size_t count, State& y) const {
+  const double rest = 1 - theta;
+  for (std::size_t j = first; j < first + count; ++j) {
     double sum = 0;
     for (int i = 6; i >= 0; --i) sum = (sum + dense_[i][j]) * (i % 2 == 0 ? theta : rest);
     y[j] = y0_[j] + sum;

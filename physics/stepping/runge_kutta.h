@@ -35,6 +35,8 @@ class RungeKutta {
   bool prepare_dense();
   /// State at the share `theta` in [0, 1] of the step. @pre prepare_dense
   void at(double theta, State& y) const;
+  /// The same of `count` components from `first` on; the others are left as they are.
+  void at(double theta, std::size_t first, std::size_t count, State& y) const;
 
   /// Component `i` as the coefficients of a PathPiece. @pre prepare_dense
   std::array<double, 8> coefficients(std::size_t i) const;
