@@ -130,7 +130,50 @@ SegmentContact from_ridge_before(const Segment& s, const Hull& other, const Plac
     low = height;
   }
   if (lowest < 0 || !(std::abs(low - other.radius) <= margin)) return {};
+  // Under a sharp ridge what is in front of the segment before is below this one's line.
+  if (low < other.radius && dot(s.previous, placed.v[lowest] - s.v[1]) >= other.radius) return {};
   return foresee(s, placed, lowest, low, other.radius);
+}
+
+/// The corner of the core that is what is nearest to the ridge at the end, if this segment may answer it;
+/// else -1.
+int corner_over_ridge(const Segment& s, const Hull& other, const Placed& placed, double noise) {
+  int nearest = 0;
+  for (int i = 1; i < other.count; ++i)
+    if (length_squared(placed.v[i] - s.v[0]) < length_squared(placed.v[nearest] - s.v[0])) nearest = i;
+  const Vec2 corner = placed.v[nearest], gap = corner - s.v[0];
+  const double size = length(gap);
+  const auto beyond = [&](int i) { return dot(placed.v[i] - corner, gap) >= 0; };
+  const bool answers = size > noise && beyond((nearest + 1) % other.count) &&
+                       beyond((nearest + other.count - 1) % other.count) && s.may_push_at_end(gap / size);
+  return answers ? nearest : -1;
+}
+
+/// True if what is below this line is wholly in front of a neighbour's face, beyond a sharp ridge: then it is
+/// inside of nothing.
+bool is_clear_of_neighbour(const Segment& s, const Hull& other, const Placed& placed) {
+  const auto is_in_front = [&](Vec2 normal, Vec2 ridge) {
+    for (int i = 0; i < other.count; ++i)
+      if (dot(normal, placed.v[i] - ridge) < other.radius) return false;
+    return true;
+  };
+  return (s.has_previous && cross(s.previous, s.n[0]) < -kFlatSine && is_in_front(s.previous, s.v[1])) ||
+         (s.has_next && cross(s.n[0], s.next) < -kFlatSine && is_in_front(s.next, s.v[0]));
+}
+
+/// Of a rounded corner and the ridge at the end.
+SegmentContact meet_ridge(const Segment& s, const Hull& other, const Placed& placed, int corner,
+                          double margin) {
+  SegmentContact contact{{}, NormalFrom::Corners};
+  const Vec2 gap = placed.v[corner] - s.v[0];
+  const double distance = length(gap);
+  if (!(distance - other.radius <= margin)) return contact;
+  Manifold& m = contact.m;
+  m.normal = gap / distance;
+  m.count = 1;
+  m.points[0] = {placed.v[corner] - (0.5 * (distance + other.radius)) * m.normal, distance - other.radius,
+                 users_feature(make_feature(corner_code(0), corner_code(corner)))};
+  return contact;
 }
 
 }  // namespace
@@ -165,6 +208,11 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   middle = middle / other.count;
   const bool behind = dot(n, middle - s.v[1]) < 0;
   if (behind && !(s.has_next && cross(n, s.next) < 0 && dot(s.next, middle - s.v[0]) >= 0)) return none;
+  // This line and the edges alone do not tell a rounded corner over a sharp ridge from one that is inside.
+  if (other.radius > 0 && s.has_next && cross(n, s.next) < -kFlatSine) {
+    const int corner = corner_over_ridge(s, other, placed, kNoise * scale);
+    if (corner >= 0) return meet_ridge(s, other, placed, corner, margin);
+  }
   const int lowest_corner = axis.support;
   axis.separation = low;
   axis.n = n;
@@ -194,10 +242,11 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
       at_start = start;
     }
   }
-  // A corner that went over the ridge at the start and sank in below it has another edge nearer to that: then
-  // the segment before has nothing, and this face pushes.
+  // A corner that went over the ridge at the start and sank in below it, behind both faces, has another edge
+  // nearer to that: then the segment before has nothing, and this face pushes.
   if (axis.index < 0 && at_start && s.has_previous &&
-      nearest_to_start > axis.separation + kAxisBias * scale) {
+      nearest_to_start > axis.separation + kAxisBias * scale &&
+      dot(s.previous, placed.v[lowest_corner] - s.v[1]) < other.radius) {
     axis.separation = low;
     axis.index = 0;
     axis.n = n;
@@ -209,7 +258,9 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   const bool from_ridge = axis.index < 0 && !at_start;
   if (behind && !from_ridge) return none;
   // Another edge is nearer to the corner of the ridge: what is beside that is the next segment's concern.
-  if (from_ridge && nearest_to_end > axis.separation + kAxisBias * scale) return none;
+  if (from_ridge && nearest_to_end > axis.separation + kAxisBias * scale &&
+      corner_over_ridge(s, other, placed, kNoise * scale) < 0)
+    return none;
 
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n), lowest = placed.v[axis.index >= 0 ? axis.support : 0];
@@ -267,6 +318,9 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   }
   m.count = kept;
   if (kept == 0) return from_valley();
+  double deepest = 0;
+  for (int i = 0; i < m.count; ++i) deepest = std::min(deepest, m.points[i].separation);
+  if (deepest < -margin && is_clear_of_neighbour(s, other, placed)) return none;
   for (int i = 0; i < m.count; ++i) m.points[i].feature = users_feature(m.points[i].feature);
   return contact;
 }

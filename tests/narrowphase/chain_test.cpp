@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/narrowphase/collide.h"
+#include "physics/narrowphase/queries.h"
 #include "physics/narrowphase/time_of_impact.h"
 #include "tests/narrowphase/oracle.h"
 
@@ -340,6 +341,33 @@ TEST(Chain, ACornerThatSankInBelowARidgeIsPushedUp) {
   const Manifold m = collide_chain_segment(chain, 1, {}, triangle, {}, 0.01);
   ASSERT_EQ(m.count, 2);
   EXPECT_NEAR(std::min(m.points[0].separation, m.points[1].separation), -0.0053, 1e-4);
+}
+
+// However sharp a ridge is, its two sides together say what a triangle says: how far off the nearest of both
+// is.
+TEST(Chain, SharpRidgesAnswerAsTriangles) {
+  Scenes random(97);
+  for (const double degrees : {20.0, 60.0, 80.0, 88.0, 100.0, 120.0, 150.0}) {
+    const double half = 0.5 * degrees * kPi / 180;
+    const Vec2 left{-3 * std::sin(half), -3 * std::cos(half)}, right{-left.x, left.y};
+    const Shape chain = make_chain(std::vector<Vec2>{left, {0, 0}, right});
+    const Shape triangle = make_polygon(std::vector<Vec2>{right, {0, 0}, left});
+    for (const Shape& shape : {make_box({0.8, 0.5}), make_box({0.8, 0.5}, {}, 0, 0.1),
+                               make_capsule({-0.4, 0}, {0.4, 0}, 0.1), make_disc(0.3)}) {
+      for (int k = 0; k < 2000; ++k) {
+        Transform pose{{random.uniform(-1, 1), random.uniform(-0.2, 1)},
+                       Rot::from_angle(random.uniform(-3, 3))};
+        const ClosestPoints now = distance(triangle, {}, shape, pose);
+        pose.p -= (now.distance - 1e-4) * now.normal;
+        if (std::abs(distance(triangle, {}, shape, pose).distance - 1e-4) > 1e-9) continue;
+        double nearest = kInfinity;
+        for (const Manifold& m : contacts(chain, shape, pose, 0.005))
+          for (int i = 0; i < m.count; ++i) nearest = std::min(nearest, m.points[i].separation);
+        ASSERT_NEAR(nearest, 1e-4, 1e-9)
+            << degrees << " degrees, at " << pose.p.x << ' ' << pose.p.y << ", try " << k;
+      }
+    }
+  }
 }
 
 }  // namespace chain_test
