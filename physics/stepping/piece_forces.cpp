@@ -97,30 +97,40 @@ class PieceSolve {
         Contact& contact = state_.contacts[island_.contacts[k]];
         manifolds[k] = contact.manifold;
         if (piece_.resting[k] == 0) continue;
-        take_geometry(contact_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
-                                       state_.shapes[contact.shape_b].shape, pose(contact.body_b),
-                                       contact.margin, state_.config.skips.axes ? &contact.cache : nullptr,
-                                       &(*stats)[from / kContactsAPiece]),
-                      manifolds[k]);
+        const Manifold mid = contact_manifold(
+            contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
+            state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
+            state_.config.skips.axes ? &contact.cache : nullptr, &(*stats)[from / kContactsAPiece]);
+        if (take_geometry(mid, manifolds[k]) || !is_on_chain(contact)) continue;
+        // A disc that is over the next segment by then has its point below its middle all the same.
+        const std::uint32_t body = state_.local_index[contact.body_b] >= 0 ? contact.body_b : contact.body_a;
+        const Vec2 shift = pose(body).p - state_.bodies.position[body];
+        for (ManifoldPoint& point : manifolds[k].points) point.position += shift;
       }
     });
     for (const NarrowPhaseStats& piece : *stats) result_.narrow += piece;
     return true;
   }
 
-  /// Points keep their numbers; where the features changed on the way the old geometry serves.
-  static void take_geometry(const Manifold& mid, Manifold& same) {
+  bool is_on_chain(const Contact& contact) const {
+    return state_.shapes[contact.shape_a].shape->kind == ShapeKind::Chain ||
+           state_.shapes[contact.shape_b].shape->kind == ShapeKind::Chain;
+  }
+
+  /// Points keep their numbers. @return false where the features changed on the way: the old normal serves
+  static bool take_geometry(const Manifold& mid, Manifold& same) {
     int found = 0;
     for (int i = 0; i < same.count; ++i) {
       for (int j = 0; j < mid.count; ++j) found += mid.points[j].feature == same.points[i].feature;
     }
-    if (found != same.count) return;
+    if (found != same.count) return false;
     for (int i = 0; i < same.count; ++i) {
       for (int j = 0; j < mid.count; ++j) {
         if (mid.points[j].feature == same.points[i].feature) same.points[i].position = mid.points[j].position;
       }
     }
     same.normal = mid.normal;
+    return true;
   }
 
   /// @param damping  by body, factors of its inverse masses, if there are any
