@@ -11,9 +11,9 @@ namespace {
 
 // Hops shorter than 1e-12 of the piece are none.
 constexpr int kHalvings = 40;
-// Most looks within a piece for a thin body whose middle is past a segment at its end, and those for when it
-// passes.
-constexpr int kMostLooks = 64;
+// Most looks within a piece for thin bodies, for one whose middle is past a segment at the end of it, and
+// those for when that passes.
+constexpr int kMostLooksOfThin = 256, kMostLooks = 64;
 constexpr double kLeastLooks = 4, kLooksARadian = 4;
 // Of the stretch in which it passes.
 constexpr int kPassingHalvings = 20;
@@ -109,23 +109,33 @@ class MiddleAboveSegment {
   Vec2 start_, normal_;
 };
 
-/// Looks while less than a quarter of a body goes past a segment, as far as that can be afforded, and in any
-/// case just before its middle does: what turns down about a point that rests is past in no time.
+int looks_at(double way, double thickness, int most) {
+  return way > 0 ? static_cast<int>(std::clamp(4 * way / thickness, 1.0, 1.0 * most)) : 1;
+}
+
+/// Looks while less than a quarter of a body goes past the other one, as far as that can be afforded: what
+/// turns down about a point that rests is through something thin in no time. With a segment in any case just
+/// before the middle of the body passes it.
 /// @return a time at which a free point is deeper than `ignored`; `h` if there is none
 double first_deep_look(const WorldState& state, const Contact& contact, const FreePoints& free,
                        const Motion& a, const Motion& b, double h, double ignored) {
-  if (state.shapes[contact.shape_a].shape->kind != ShapeKind::Chain &&
-      state.shapes[contact.shape_b].shape->kind != ShapeKind::Chain)
-    return h;
-  const MiddleAboveSegment middle(state, contact, a, b);
+  const Shape &shape_a = state.shapes[contact.shape_a].shape, &shape_b = state.shapes[contact.shape_b].shape;
+  if (shape_a.kind == ShapeKind::HalfPlane || shape_b.kind == ShapeKind::HalfPlane) return h;
   const auto way_of = [&](const Motion& motion, std::uint32_t body) {
     const double turn = h * (std::abs(motion.omega) + 0.5 * h * std::abs(motion.alpha));
     return h * length(motion.v + (0.5 * h) * motion.a) + (turn > 0 ? turn * state.radius[body] : 0);
   };
   const double way = way_of(a, contact.body_a) + way_of(b, contact.body_b);
-  const int looks = static_cast<int>(std::clamp(4 * way / middle.thickness(), 1.0, 1.0 * kMostLooks));
-  const double last = middle.last_in_front(h);
   const auto is_deep = [&](double t) { return free.separation(t) < -ignored; };
+  if (shape_a.kind != ShapeKind::Chain && shape_b.kind != ShapeKind::Chain) {
+    const int looks = looks_at(way, half_width(shape_a) + half_width(shape_b), kMostLooksOfThin);
+    for (int i = 1; i < looks; ++i)
+      if (is_deep(h * i / looks)) return h * i / looks;
+    return h;
+  }
+  const MiddleAboveSegment middle(state, contact, a, b);
+  const int looks = looks_at(way, middle.thickness(), kMostLooks);
+  const double last = middle.last_in_front(h);
   for (int i = 1; i < looks && h * i / looks < last; ++i)
     if (is_deep(h * i / looks)) return h * i / looks;
   return last < h && is_deep(last) ? last : h;

@@ -247,11 +247,13 @@ class OnePieceStep {
                     : solve_in_flow(*points, before, after, *spare, more, *warm, options);
     };
     Solution solution = answer();
-    if (bounced_ && gains_energy((more ? **more : *spare).system, solution.lambda, after)) {
+    // What bounces goes its new way for all of the piece, through whatever nobody foresaw there.
+    const bool strays = bounced_ && exact_ && meets_more(spare->system, solution.lambda, after, *points);
+    if (strays || (bounced_ && gains_energy((more ? **more : *spare).system, solution.lambda, after))) {
       // What is squeezed does not bounce.
       bounces_ = false;
       more.reset();
-      choose_points(*points);
+      if (!strays) choose_points(*points);
       set_up(*points, before, after, *spare, *warm);
       const SolveWork bouncing = solution.work;
       give_spare(std::move(solution.lambda));
@@ -386,10 +388,7 @@ class OnePieceStep {
                          SolveOptions options) {
     bool missed = false;
     const auto look = [&](const std::vector<double>& lambda) {
-      Spare<std::vector<Velocity>> then;
-      *then = after;
-      apply_impulses(assembly.system, lambda, *then);
-      missed = add_missed(*then, points);
+      missed = meets_more(assembly.system, lambda, after, points);
       return missed;
     };
     double astray = kInfinity;
@@ -421,6 +420,15 @@ class OnePieceStep {
     }
     give_spare(std::move(first.lambda));
     return rest;
+  }
+
+  /// Chooses points that end deep with these impulses, too. @return whether there are any
+  bool meets_more(const IslandSystem& system, const std::vector<double>& lambda,
+                  const std::vector<Velocity>& free, std::vector<std::uint8_t>& points) const {
+    Spare<std::vector<Velocity>> then;
+    *then = free;
+    apply_impulses(system, lambda, *then);
+    return add_missed(*then, points);
   }
 
   /// Chooses points that end deep with these velocities. @return whether there are any
