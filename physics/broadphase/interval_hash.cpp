@@ -13,8 +13,15 @@ namespace {
 
 /// Far cells coincide, which costs time only.
 constexpr double kFarCell = 0x1p60;
+/// So does all that is farther away [m]: a length from end to end is still a number.
+constexpr double kFarthest = 0x1p1022;
+
 /// Octaves below the mean length that are told apart.
 constexpr int kOctavesBelowMean = 12;
+
+double within_reach(double x) {
+  return std::clamp(x, -kFarthest, kFarthest);
+}
 
 }  // namespace
 
@@ -29,7 +36,7 @@ int IntervalHash::octave_of(Interval interval) const {
   if (kind_ == IntervalCells::Equal) return 0;
   // The power of two at or above the length; the largest is about half of the numbers' range.
   int exponent = 0;
-  const double length = interval.upper - interval.lower;
+  const double length = within_reach(interval.upper) - within_reach(interval.lower);
   if (!(length < 0x1p1023)) return 1023;
   if (length <= 0) return lowest_octave_;
   const double fraction = std::frexp(length, &exponent);
@@ -37,7 +44,8 @@ int IntervalHash::octave_of(Interval interval) const {
 }
 
 IntervalHash::Cells IntervalHash::cells_of(Interval interval, int octave) const {
-  const auto index = [&](double x) {
+  const auto index = [&](double end) {
+    const double x = within_reach(end);
     const double scaled = kind_ == IntervalCells::Equal ? x / cell_ : std::ldexp(x, -octave);
     return static_cast<std::int64_t>(std::floor(std::clamp(scaled, -kFarCell, kFarCell)));
   };

@@ -97,6 +97,34 @@ TEST_P(EveryBroadPhaseContract, RefusesRegionsAndRaysThatMeanNothing) {
   EXPECT_NE(refusal([&] { tested->ray_cast({{kInfinity, 0}, {1, 0}, 1}, found); }), "");
 }
 
+TEST_P(EveryBroadPhaseContract, BoxesWhoseWidthIsNoNumberAreFoundAmongOthers) {
+  const auto tested = make();
+  const double far = 1.7e308;
+  std::vector<Aabb> boxes{
+      {{-far, -far}, {far, far}}, {{-far, 3}, {far, 4}}, {{0.9 * far, 0.9 * far}, {far, far}}};
+  for (int i = 0; i < 40; ++i) boxes.push_back({{i * 1.0, 0}, {i + 1.5, 1}});
+  std::vector<Pair> expected, pairs;
+  for (ProxyIndex i = 0; i < boxes.size(); ++i) {
+    tested->insert(i, boxes[i], i == 1 ? ProxyKind::Fixed : ProxyKind::Moving);
+    for (ProxyIndex k = i + 1; k < boxes.size(); ++k)
+      if (overlap(boxes[i], boxes[k])) expected.push_back({i, k});
+  }
+  tested->moved_pairs(pairs);
+  EXPECT_EQ(pairs, expected);
+  // And once the others are in their places.
+  const std::vector<BoxUpdate> moved{{0, boxes[0]}, {2, {{0.8 * far, -far}, {far, far}}}};
+  tested->update(moved);
+  std::erase_if(expected, [](const Pair& pair) { return pair.low > 0; });
+  expected.push_back({1, 2});
+  tested->moved_pairs(pairs);
+  EXPECT_EQ(pairs, expected);
+  std::vector<ProxyIndex> found;
+  tested->query(Vec2{0.95 * far, 0.95 * far}, found);
+  EXPECT_THAT(found, testing::ElementsAre(0, 2));
+  tested->query(Aabb{{-kInfinity, 2}, {kInfinity, 3.5}}, found);
+  EXPECT_THAT(found, testing::ElementsAre(0, 1, 2));
+}
+
 TEST_P(EveryBroadPhaseContract, IsEmptyBeforeTheFirstAndAfterTheLastBox) {
   const auto tested = make();
   std::vector<Pair> pairs{{1, 2}};
