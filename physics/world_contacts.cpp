@@ -231,6 +231,22 @@ void Step::update_table() {
   if (rounds_ > 0) find_again(s_, plan->fresh);
 }
 
+/// Of a step that is undone: what touched before it still does, until a step that is through finds it apart.
+void Step::put_back_lost() {
+  std::vector<Contact>& table = s_.contacts;
+  std::vector<Contact>& lost = s_.scratch.lost;
+  if (lost.empty()) return;
+  const auto middle = static_cast<std::ptrdiff_t>(table.size());
+  table.insert(table.end(), lost.begin(), lost.end());
+  std::inplace_merge(table.begin(), table.begin() + middle, table.end(),
+                     [](const Contact& x, const Contact& y) { return x.key() < y.key(); });
+  // Their boxes are apart already, and contacts of boxes that do not change would stay.
+  for (const Contact& contact : lost)
+    s_.shapes[contact.shape_a].pairs_changed = s_.shapes[contact.shape_b].pairs_changed = true;
+  s_.table_changed = true;
+  lost.clear();
+}
+
 PairVerdict Step::judge(const Pair& pair, const PairLook& look) const {
   if (!look.may_touch) return PairVerdict::Never;
   if (!is_near(pair, look)) return PairVerdict::Distant;

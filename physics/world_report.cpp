@@ -128,11 +128,7 @@ void add_events(WorldState& s) {
         if (((*kinds)[contact] & bit_of(kind)) != 0) events[place++] = event_of(s, s.contacts[contact], kind);
     }
   });
-  for (const Contact& contact : s.scratch.lost) {
-    if (s.shapes[contact.shape_a].alive && s.shapes[contact.shape_b].alive) {
-      events.push_back(event_of(s, contact, ContactEventKind::End));
-    }
-  }
+  for (const Contact& contact : s.scratch.lost) events.push_back(event_of(s, contact, ContactEventKind::End));
 }
 
 ContactReport report_of(const WorldState& s, const Contact& contact) {

@@ -125,7 +125,7 @@ struct StepScratch {
   std::vector<PairLook> looks;        ///< at `WorldState::pairs`, in the first round
   std::vector<std::uint32_t> left;    ///< bodies whose boxes have to grow
   std::vector<int> segments;          ///< of a chain
-  std::vector<Contact> lost;  ///< touching contacts whose boxes parted, of steps that did not end, too
+  std::vector<Contact> lost;          ///< touching contacts whose boxes parted
   /// Where bodies were that a prescribed motion put elsewhere.
   std::vector<std::pair<std::uint32_t, BodyBackup>> before_motion;
   std::vector<SteppedIsland> last_round;  ///< islands of the round before

@@ -85,6 +85,7 @@ void Step::undo() {
     s_.ledger.mark(i);
   }
   for (JointStart& start : s_.joint_start) start.begun = 0;
+  put_back_lost();
   forget_resting(s_);
   s_.graph_known = false;
 }

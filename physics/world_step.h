@@ -79,6 +79,7 @@ class Step {
   void choose_wanted();
   void drop_known(std::vector<ContactKey>& wanted) const;
   void update_table();
+  void put_back_lost();
   bool is_chain(const Pair& pair) const;
   void add_wanted(const Pair& pair);
   PairVerdict judge(const Pair& pair, const PairLook& look) const;

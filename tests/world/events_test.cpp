@@ -6,8 +6,10 @@
 #include <map>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
+#include "physics/snapshot.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -173,6 +175,55 @@ TEST(Events, OfSensorsAndChainsLastAsLongAsTheyTouch) {
       }
     }
   }
+}
+
+/// A box on a floor that was told to touch it, moved away, and a step that did not come through.
+struct Interrupted {
+  Interrupted() {
+    floor = world.create_body({.type = BodyType::Static});
+    world.add_shape(floor, rough(make_box({4, 1}), 0.5));
+    box = world.create_body({.position = {0, 1}});
+    shape = world.add_shape(box, rough(make_box({1, 1}), 0.5));
+    EXPECT_EQ(told(world), "begin ");
+    world.set_pose(box, {30, 1}, 0);
+    world.set_force_field([now = world.time()](const FieldSample& sample) -> Wrench {
+      if (sample.time > now) throw std::runtime_error("no");
+      return {};
+    });
+    EXPECT_THROW(world.step(1.0 / 60), std::runtime_error);
+    EXPECT_THROW(world.step(1.0 / 60), std::runtime_error);
+    world.set_force_field({});
+  }
+  /// What a step reports.
+  static std::string told(World& world) {
+    std::string all;
+    for (const ContactEvent& event : world.step(1.0 / 60).events)
+      all += event.kind == ContactEventKind::Begin ? "begin " : "end ";
+    return all;
+  }
+
+  World world{weightless()};
+  BodyId floor, box;
+  ShapeId shape;
+};
+
+TEST(Events, AfterAStepThatThrewAreThoseOfWhatTouchedBefore) {
+  Interrupted moved;
+  World loaded = load_snapshot(save_snapshot(moved.world));
+  for (World* world : {&moved.world, &loaded}) {
+    EXPECT_EQ(Interrupted::told(*world), "end ");
+    EXPECT_EQ(world->report().pairs, 0);
+    EXPECT_EQ(Interrupted::told(*world), "");
+  }
+  Interrupted back;
+  back.world.set_pose(back.box, {0, 1}, 0);
+  EXPECT_EQ(Interrupted::told(back.world), "") << "it touches as before";
+  back.world.set_pose(back.box, {30, 1}, 0);
+  EXPECT_EQ(Interrupted::told(back.world), "end ");
+  Interrupted gone;
+  gone.world.destroy(gone.shape);
+  EXPECT_EQ(gone.world.add_shape(gone.box, rough(make_disc(0.3), 0.5)).index, gone.shape.index);
+  EXPECT_EQ(Interrupted::told(gone.world), "") << "another shape in its place never touched";
 }
 
 }  // namespace events_test
