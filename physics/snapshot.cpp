@@ -99,9 +99,11 @@ void complete(WorldState& s) {
   }
   s.travelled.resize(n);
   s.strayed.resize(n);
+  // What the next step does not begin anew is slow: it sleeps, or it is kinematic and stands.
   for (std::uint32_t i = 0; i < n; ++i) {
+    const bool slow = b.type[i] == BodyType::Kinematic || flies_freely(s, i);
     s.allowance.push_back(2 * s.reach[i]);
-    s.flight.push_back(flies_freely(s, i) ? FlightKind::Slow : FlightKind::Bent);
+    s.flight.push_back(slow ? FlightKind::Slow : FlightKind::Bent);
   }
   // Sleepers have the ways of their last step, and what kept them from falling on these.
   for (const SleepingIsland& island : s.sleepers.islands()) {

@@ -117,7 +117,8 @@ void World::set_motion(BodyId id, PrescribedMotion motion) {
     set_pose(id, now.position, now.angle);
   }
   state_->prescribed[i] = std::move(motion);
-  state_->sleepers.wake_at(*state_, i);
+  // Without a motion, too: what stands still from now on is begun once more as what it is.
+  touch(*state_, i);
 }
 
 bool World::has_motion(BodyId id) const {
@@ -137,7 +138,11 @@ void World::adopt(const WorldCallbacks& callbacks) {
   s.field = callbacks.field;
   s.field_threads = callbacks.field_threads;
   s.sleepers.wake_all(s);
-  for (const std::uint32_t i : s.kinematic) s.prescribed[i] = nullptr;
+  for (const std::uint32_t i : s.kinematic) {
+    if (!s.prescribed[i]) continue;
+    s.prescribed[i] = nullptr;
+    touch(s, i);
+  }
   for (const auto& [body, motion] : callbacks.motions)
     if (alive(body) && s.bodies.type[body.index] == BodyType::Kinematic) s.prescribed[body.index] = motion;
 }

@@ -34,7 +34,8 @@ void build_heap(World& world) {
   std::uniform_real_distribution<double> jitter(-0.3, 0.3);
   add_ground(world, rough(make_disc(1), 0.6));
   for (int i = 0; i < 20; ++i) {
-    const Vec2 at{jitter(random) + i % 5, 1 + 1.1 * (i / 5)};
+    const int column = i % 5, row = i / 5;
+    const Vec2 at{jitter(random) + column, 1 + 1.1 * row};
     const Shape shape = i % 3 == 0   ? make_disc(0.4)
                         : i % 3 == 1 ? make_box({0.7, 0.5})
                                      : make_capsule({-0.3, 0}, {0.3, 0}, 0.2);
@@ -271,6 +272,34 @@ TEST(Snapshot, KeepsWhatWasDoneBetweenSteps) {
   for (int i = 0; i < 30; ++i) {
     expect_same(world.step(kStep), loaded.step(kStep), "step " + std::to_string(i));
     ASSERT_FALSE(HasFatalFailure());
+  }
+}
+
+/// What falls fast onto a body that stands looks at how that one flies.
+TEST(Snapshot, BodiesThatStandAreWhatTheyWere) {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    std::mt19937 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    World world;
+    const BodyId plate = world.create_body({.type = BodyType::Kinematic, .angle = 0.2});
+    world.add_shape(plate, rough(make_box({4, 0.2}), 0.5));
+    for (unsigned k = 0; k <= seed % 3; ++k) {
+      const Shape shape = k % 2 ? make_box({0.8, 0.3}) : make_capsule({-0.4, 0}, {0.4, 0}, 0.1);
+      add(world, {uniform(-1, 1), 1.0 + k}, rough(shape, 0.5, 0.3), 1, {uniform(-4, 4), uniform(-9, 0)},
+          uniform(-9, 9), uniform(-2, 2));
+    }
+    // It stood, or moved as told until now.
+    if (seed % 2) world.set_motion(plate, [](double) { return Placement{{0, 0}, 0.2}; });
+    world.step(kStep);
+    if (seed % 2) world.set_motion(plate, {});
+    World loaded = load_snapshot(save_snapshot(world));
+    for (int i = 0; i < 40; ++i) {
+      expect_same(world.step(kStep), loaded.step(kStep),
+                  "seed " + std::to_string(seed) + ", step " + std::to_string(i));
+      ASSERT_FALSE(HasFatalFailure());
+    }
   }
 }
 
