@@ -8,6 +8,8 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <random>
+#include <stdexcept>
+#include <tuple>
 
 #include "physics/solver/impact_law.h"
 #include "physics/stepping/stepper.h"
@@ -322,6 +324,145 @@ TEST(Snapshot, SolversLeaveNothingBehindWhenTheyAreExchanged) {
   other.solver = "none such";
   EXPECT_THROW(world.reconfigure(other), std::invalid_argument);
   EXPECT_EQ(world.config().solver, "pgs");
+}
+
+/// A small world of everything, and what a user does to it between steps.
+class Anything {
+ public:
+  explicit Anything(unsigned seed) : random_(seed), world(config(seed)) {
+    const BodyId ground = world.create_body({.type = BodyType::Static});
+    if (one_of(2))
+      world.add_shape(ground, rough(make_half_plane({0, 0}, {0, 1}), 0.5));
+    else
+      world.add_shape(ground, rough(make_chain(std::vector<Vec2>{{-8, 2}, {-2, 0}, {2, 0}, {8, 2}}), 0.5));
+    for (int i = 0; i < 9; ++i) create();
+    for (int i = 0; i < 3; ++i) join();
+  }
+
+  void act() {
+    const BodyId body = any();
+    switch (one_of(10)) {
+      case 0:
+        return world.set_type(body, static_cast<BodyType>(one_of(3)));
+      case 1:
+        return world.set_pose(body, place(), uniform(-3, 3));
+      case 2:
+        world.destroy(body);
+        std::erase(bodies_, body);
+        return create();
+      case 3:
+        if (joints_.empty() || !world.alive(joints_.back())) return;
+        world.destroy(joints_.back());
+        return joints_.pop_back();
+      case 4:
+        return join();
+      case 5:
+        return world.apply_force(body, {uniform(-50, 50), 50}, world.position(body));
+      case 6:
+        return throw_up();
+      case 7:
+        if (world.bodies().type[body.index] == BodyType::Dynamic) world.set_drag(body, {.linear = 1});
+        return;
+      case 8:
+        if (world.bodies().type[body.index] != BodyType::Static) world.set_velocity(body, {}, 0);
+        return;
+      default:
+        return;
+    }
+  }
+  unsigned one_of(unsigned count) { return random_() % count; }
+
+ private:
+  std::mt19937 random_;
+  std::vector<BodyId> bodies_;
+  std::vector<JointId> joints_;
+
+  static WorldConfig config(unsigned seed) {
+    WorldConfig config;
+    config.stepper = steppers()[seed % steppers().size()].name;
+    return config;
+  }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  Vec2 place() { return {uniform(-4, 4), uniform(0.6, 5)}; }
+  BodyId any() { return bodies_[one_of(static_cast<unsigned>(bodies_.size()))]; }
+
+  void create() {
+    const unsigned kind = one_of(8);
+    const BodyType type = kind == 0 ? BodyType::Static : kind <= 2 ? BodyType::Kinematic : BodyType::Dynamic;
+    const Vec2 velocity = kind == 1 ? Vec2{} : Vec2{uniform(-4, 4), uniform(-4, 0)};
+    bodies_.push_back(world.create_body({.type = type, .position = place(), .velocity = velocity}));
+    const unsigned form = one_of(3);
+    ShapeDef shape = rough(form == 0   ? make_disc(uniform(0.1, 0.4))
+                           : form == 1 ? make_box({uniform(0.3, 1), uniform(0.2, 0.6)})
+                                       : make_capsule({-0.3, 0}, {0.3, 0}, 0.1),
+                           0.5, one_of(2) ? 0 : 0.4);
+    world.add_shape(bodies_.back(), shape);
+    shape.sensor = true;
+    if (one_of(3) == 0) world.add_shape(bodies_.back(), shape);
+  }
+  void join() {
+    const BodyId a = any(), b = any();
+    if (a == b) return;
+    const Vec2 at = 0.5 * (world.position(a) + world.position(b));
+    JointDef def{.a = a, .b = b, .anchor_a = at, .anchor_b = at};
+    if (one_of(2)) {
+      def.kind = JointKind::Spring;
+      def.stiffness = 40;
+      def.damping = 1;
+      def.break_force = 60;
+    }
+    joints_.push_back(world.create_joint(def));
+  }
+  void throw_up() {
+    world.set_force_field([now = world.time()](const FieldSample& sample) -> Wrench {
+      if (sample.time > now) throw std::runtime_error("no");
+      return {};
+    });
+    try {
+      world.step(kStep);
+    } catch (const std::runtime_error&) {
+    }
+    world.set_force_field({});
+  }
+
+ public:
+  World world;
+};
+
+/// Where and between what, as well.
+void expect_same_events(const StepReport& x, const StepReport& y, const std::string& where) {
+  const auto events = [](const StepReport& r) {
+    std::vector<std::tuple<int, ShapeId, ShapeId, double, bool>> all;
+    for (const ContactEvent& e : r.events)
+      all.emplace_back(static_cast<int>(e.kind), e.shape_a, e.shape_b, e.time, e.sensor);
+    return all;
+  };
+  ASSERT_TRUE(events(x) == events(y)) << where;
+  ASSERT_EQ(x.joint_events.size(), y.joint_events.size()) << where;
+}
+
+/// After any step, while some sleep, and right after anything that the user did.
+TEST(Snapshot, RandomWorldsGoOnAsWithoutTheDetour) {
+  for (int trial = 0; trial < test_scale(40); ++trial) {
+    const unsigned seed = 7000 + static_cast<unsigned>(trial);
+    Anything any(seed);
+    World& world = any.world;
+    for (unsigned left = 1 + any.one_of(trial % 4 == 0 ? 240 : 60); left > 0; --left) {
+      if (any.one_of(12) == 0) any.act();
+      world.step(kStep);
+    }
+    any.act();
+    World loaded = load_snapshot(save_snapshot(world));
+    for (int i = 0; i < 30; ++i) {
+      const std::string where = "seed " + std::to_string(seed) + ", step " + std::to_string(i);
+      const StepReport &x = world.step(kStep), &y = loaded.step(kStep);
+      expect_same_events(x, y, where);
+      if (!HasFatalFailure()) expect_same(x, y, where);
+      ASSERT_FALSE(HasFatalFailure());
+    }
+  }
 }
 
 std::string refusal(std::span<const std::byte> bytes) {
