@@ -93,6 +93,32 @@ struct LocalHit {
   Vec2 normal;
 };
 
+/// Whether a ray runs so nearly along an edge that the point where they meet is a quotient of roundings.
+/// @param rate  product of its direction and the edge's normal
+bool runs_along(double rate, double direction_squared) {
+  return rate * rate < 1e-6 * direction_squared;
+}
+
+/// Parameters at which a ray passes two corners, the lesser one first.
+struct Corners {
+  double first, last;
+};
+
+Corners corners_along(Vec2 p, Vec2 q, Vec2 origin, Vec2 direction, double direction_squared) {
+  const double at_p = dot(p - origin, direction) / direction_squared;
+  const double at_q = dot(q - origin, direction) / direction_squared;
+  return {std::min(at_p, at_q), std::max(at_p, at_q)};
+}
+
+/// Where a ray meets the edge from p to q, whose ends lie on both sides of it: wherever roundings put that
+/// point, it is between the corners.
+double between_corners(double t, Vec2 p, Vec2 q, double rate, Vec2 origin, Vec2 direction) {
+  const double square = length_squared(direction);
+  if (!runs_along(rate, square)) return t;
+  const Corners at = corners_along(p, q, origin, direction, square);
+  return std::clamp(t, at.first, at.last);
+}
+
 /// Ray against a circle; the square of the half chord is a product of a sum and a difference, so nothing
 /// cancels for grazing rays.
 void hit_circle(Vec2 origin, Vec2 direction, Vec2 centre, double radius, LocalHit& best) {
@@ -103,7 +129,9 @@ void hit_circle(Vec2 origin, Vec2 direction, Vec2 centre, double radius, LocalHi
   if (miss > speed * radius) return;
   const double chord = std::sqrt((speed * radius - miss) * (speed * radius + miss));
   const double distance = length(m);
-  const double t = (distance - radius) * (distance + radius) / (chord - along);
+  // It enters before it is nearest to the centre; on the circle and along it both quotients are of roundings.
+  const double t =
+      std::min((distance - radius) * (distance + radius) / (chord - along), -along / (speed * speed));
   if (!(t >= 0 && t < best.t)) return;
   best.t = t;
   best.normal = (m + t * direction) / radius;
@@ -147,16 +175,28 @@ void hit_circle(Vec2 origin, Vec2 direction, Vec2 centre, double radius, LocalHi
     if (enters == 0) return {};
   }
   const int edge = std::countr_zero(enters);
-  const Vec2 n = hull.n[edge];
-  const double height = dot(n, origin - hull.v[edge]), rate = dot(n, direction);
+  const auto end_of = [&](int i) { return hull.v[i + 1 < hull.count ? i + 1 : 0]; };
+  const Vec2 n = hull.n[edge], p = hull.v[edge], q = end_of(edge);
+  const double height = dot(n, origin - p), rate = dot(n, direction);
   if (height > 0) {
     if (!(rate < 0)) return {};
-    return {height / -rate, n};
+    const double t = between_corners(height / -rate, p, q, rate, origin, direction);
+    if (!(t >= 0)) return {};
+    return {t, n};
   }
-  // Behind the edge where the line enters: inside unless also beyond the one where it leaves.
+  // Behind the edge where the line enters: inside unless also beyond the one where it leaves. Before an edge
+  // along which it runs, or after it, roundings would decide.
+  const double square = length_squared(direction);
+  if (runs_along(rate, square)) {
+    const double first = corners_along(p, q, origin, direction, square).first;
+    if (first > 0) return {first, n};
+  }
   const std::uint64_t all = hull.count < 64 ? (std::uint64_t{1} << hull.count) - 1 : ~std::uint64_t{0};
   const int exit = std::countr_zero(crossing(~left & all));
   if (dot(hull.n[exit], origin - hull.v[exit]) > 0) return {};
+  if (runs_along(dot(hull.n[exit], direction), square) &&
+      corners_along(hull.v[exit], end_of(exit), origin, direction, square).last < 0)
+    return {};
   return {0, -direction / length(direction)};
 }
 
@@ -209,8 +249,8 @@ LocalHit hit_chain(const Shape& chain, Vec2 origin, Vec2 direction, double t_max
     const Vec2 p = chain.vertices[i], q = chain.vertices[i + 1 < corners ? i + 1 : 0], n = chain.normals[i];
     const double rate = dot(n, direction), height = dot(n, origin - p);
     if (!(rate < 0 && height >= 0)) return;
-    const double t = height / -rate;
-    if (!(t < best.t)) return;
+    const double t = between_corners(height / -rate, p, q, rate, origin, direction);
+    if (!(t >= 0 && t < best.t)) return;
     // The sides of the ray's line on which the ends lie; a ray through a shared corner hits at least one.
     const double side_p = cross(direction, p - origin), side_q = cross(direction, q - origin);
     if ((side_p > 0 && side_q > 0) || (side_p < 0 && side_q < 0)) return;
@@ -337,8 +377,10 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shap
   if (enters == 0) return left == 0 ? missed(ray) : ray_cast_hull(shape, pose, ray);
   const auto edge = static_cast<std::size_t>(std::countr_zero(enters));
   const Two n = load(shape.normals[edge]), heights = n * (o - load(v[edge])), rates = n * d;
-  const double height = heights.low() + heights.high(), t = height / -(rates.low() + rates.high());
-  if (!(height > 0)) return ray_cast_hull(shape, pose, ray);
+  const double height = heights.low() + heights.high(), rate = rates.low() + rates.high(), t = height / -rate;
+  const Two squares = d * d;
+  if (!(height > 0) || runs_along(rate, squares.low() + squares.high()))
+    return ray_cast_hull(shape, pose, ray);
   if (!(t > 0 && t <= last_of(ray))) return missed(ray);
   std::optional<RayHit> hit(RayHit{t, {}, {}});
   (load(ray.origin) + Two::both(t) * load(ray.direction)).store(&hit->point.x);
@@ -395,10 +437,12 @@ SKERRY_TWICE [[gnu::noinline]] std::optional<RayHit> ray_cast_polygon(const Shap
   const Two products = lows(m, m) * exchanged(d) + highs(m, m) * with_low_negated(d);
   const Two own = d * d, far = m * m, lengths = lows(own, far) + highs(own, far);
   const double miss = products.low(), along = products.high();
-  const double height = lengths.high() - area, square = lengths.low() * area - miss * miss;
+  const double height = lengths.high() - area, most = lengths.low() * area, square = most - miss * miss;
   if (height <= 0) return starts_inside(ray);
   // Neither negative nor infinite nor NaN, by one comparison.
   if (!(along < 0 && bits_of(square) < bits_of(kInfinity))) return missed(ray);
+  // Along the circle where it starts on it, the parameter is a quotient of roundings.
+  if (square < 1e-12 * most) return ray_cast_hull(shape, pose, ray);
   // Both quotients take no longer than one.
   const Two quotients = Two::of(height, 1) / Two::of(narrow::root(square) - along, radius);
   const double t = quotients.low();

@@ -182,6 +182,59 @@ TEST(RayCast, AlongEachSideOfABoxFromBothEndsHitsAtItsEndWithFiniteResults) {
   }
 }
 
+// Where they enter is a quotient of roundings.
+TEST(RayCast, AlongAnEdgeOfTurnedShapesHitsBetweenItsCornersOrNotAtAll) {
+  const unsigned seed = 72;
+  Scenes scenes(seed);
+  int hits = 0;
+  for (int k = 0; k < test_scale(20000); ++k) {
+    const int kind = scenes.below(5), corners = 3 + scenes.below(8);
+    std::vector<Vec2> ring(static_cast<std::size_t>(corners));
+    for (int i = 0; i < corners; ++i)
+      ring[static_cast<std::size_t>(i)] = rotate(Rot::from_angle(2 * kPi * (i + 0.3) / corners), {1, 0});
+    const Shape shape = kind == 0   ? make_box({2, 1}, {0.1, 0.2}, 0.3)
+                        : kind == 1 ? make_box({2, 1}, {}, 0, 0.1)
+                        : kind == 2 ? make_capsule({-1, 0}, {1, 0.3}, 0.2)
+                        : kind == 3 ? make_chain(ring)
+                                    : make_polygon(ring);
+    const Transform pose{5 * scenes.direction(), Rot::from_angle(scenes.angle())};
+    const std::size_t edge = static_cast<std::size_t>(scenes.below(static_cast<int>(shape.normals.size())));
+    const Vec2 out = shape.radius * shape.normals[edge];
+    Vec2 p = to_world(pose, shape.vertices[edge] + out);
+    Vec2 q = to_world(pose, shape.vertices[(edge + 1) % shape.vertices.size()] + out);
+    if (scenes.below(2) == 0) std::swap(p, q);
+    // From before the edge, from its end, or past it.
+    const int place = scenes.below(3);
+    const double before = place == 0 ? 0 : scenes.uniform(place == 1 ? -3 : 0, 2);
+    const Ray ray{p - before * (q - p), scenes.uniform(1, 4) * (q - p), 3};
+    const auto hit = ray_cast(shape, pose, ray);
+    if (!hit) continue;
+    ++hits;
+    ASSERT_NEAR(closest_point(shape, pose, hit->point).distance, 0, 1e-12) << k << " seed " << seed;
+    ASSERT_NEAR(length(hit->normal), 1, 1e-12) << k << " seed " << seed;
+  }
+  EXPECT_GT(hits, 1000);
+}
+
+TEST(RayCast, FromAPointOfACircleAlongItHitsThereOrNotAtAll) {
+  const unsigned seed = 73;
+  Scenes scenes(seed);
+  int hits = 0;
+  for (int k = 0; k < test_scale(20000); ++k) {
+    const Vec2 n = rotate(Rot::from_angle(scenes.angle()), {1, 0});
+    const bool is_disc = scenes.below(2) == 0;
+    const Shape shape = is_disc ? make_disc(1) : make_capsule({0, 0}, -0.7 * n, 1);
+    const Transform pose{5 * scenes.direction(), {}};
+    const auto hit = ray_cast(shape, pose, {pose.p + n, scenes.uniform(0.5, 5) * perp(n), 10});
+    if (!hit) continue;
+    ++hits;
+    ASSERT_NEAR(length(hit->point - (pose.p + n)), 0, 1e-7) << k << " seed " << seed;
+    ASSERT_NEAR(closest_point(shape, pose, hit->point).distance, 0, 1e-12) << k << " seed " << seed;
+    ASSERT_NEAR(length(hit->normal), 1, 1e-12) << k << " seed " << seed;
+  }
+  EXPECT_GT(hits, 1000);
+}
+
 TEST(RayCast, RefusesAZeroDirectionAndNumbersThatAreNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Shape& shape :
