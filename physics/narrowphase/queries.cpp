@@ -55,6 +55,17 @@ ClosestPoints closest_of(const Hull& a, const Transform& pose_a, const Hull& b, 
   return closest(a, b, pose_a, narrow::relative_pose(pose_a, pose_b));
 }
 
+/// From either side, as to a line.
+ClosestPoints closest_to_segment(const Shape& chain, int i, const Transform& pose_chain, const Hull& other,
+                                 const Transform& pose_other) {
+  // Coordinates from the segment's start: a long chain is as exact as a short one.
+  const Vec2 start = chain.vertices[static_cast<std::size_t>(i)];
+  const Segment segment(chain, i, start);
+  Transform relative = narrow::relative_pose(pose_chain, pose_other);
+  relative.p -= start;
+  return closest(segment.hull(), other, {to_world(pose_chain, start), pose_chain.q}, relative);
+}
+
 ClosestPoints closest_to_chain(const Shape& chain, const Transform& pose_chain, const Hull& other,
                                const Transform& pose_other) {
   ClosestPoints best;
@@ -71,13 +82,7 @@ ClosestPoints closest_to_chain(const Shape& chain, const Transform& pose_chain, 
     return !(bound - noise > best.distance);
   };
   narrow::visit_segments(chain, wanted, [&](int i) {
-    // Coordinates from the segment's start: a long chain is as exact as a short one.
-    const Vec2 start = chain.vertices[static_cast<std::size_t>(i)];
-    const Segment segment(chain, i, start);
-    Transform relative = narrow::relative_pose(pose_chain, pose_other);
-    relative.p -= start;
-    const Transform frame{to_world(pose_chain, start), pose_chain.q};
-    const ClosestPoints near = closest(segment.hull(), other, frame, relative);
+    const ClosestPoints near = closest_to_segment(chain, i, pose_chain, other, pose_other);
     if (near.distance < best.distance) best = near;
   });
   return best;
@@ -269,6 +274,29 @@ void require_pair(const Shape& a, const Shape& b, const char* what) {
     throw std::invalid_argument(
         std::string(what).append(": one of the shapes must be a disc, capsule or polygon"));
   }
+}
+
+/// Where a shape that moves against a chain touches it at time t: the segment that it meets then, since it
+/// may be passing others from behind, which are as near.
+ClosestPoints touch_of_chain(const Shape& chain, const Motion& motion_chain, const Shape& other,
+                             const Motion& motion_other, double t) {
+  const Transform pose_chain = motion_chain.at(t), pose_other = motion_other.at(t);
+  const Aabb box = bounding_box(other, pose_other);
+  const double noise =
+      1e-9 * (narrow::magnitude(box.lower) + narrow::magnitude(box.upper) + narrow::magnitude(pose_chain.p));
+  std::vector<int> segments;
+  chain_segments_near(chain, pose_chain, grown(box, noise), segments);
+  ClosestPoints touch;
+  double first = kInfinity;
+  for (const int i : segments) {
+    const ImpactTime impact = time_of_impact_chain_segment(chain, i, motion_chain, other, motion_other, 1);
+    if (!impact.hit || impact.t > first) continue;
+    const ClosestPoints near = closest_to_segment(chain, i, pose_chain, narrow::hull_of(other), pose_other);
+    if (impact.t == first && !(near.distance < touch.distance)) continue;
+    first = impact.t;
+    touch = near;
+  }
+  return first < kInfinity ? touch : distance(chain, pose_chain, other, pose_other);
 }
 
 }  // namespace
@@ -478,11 +506,14 @@ std::optional<RayHit> shape_cast(const Shape& moving, const Transform& pose_movi
     m.v = v;
     return m;
   };
-  const ImpactTime impact =
-      time_of_impact(target, motion(pose_target, {}), moving, motion(pose_moving, translation), 1);
+  const Motion of_target = motion(pose_target, {}), of_moving = motion(pose_moving, translation);
+  const ImpactTime impact = time_of_impact(target, of_target, moving, of_moving, 1);
   if (!impact.hit) return std::nullopt;
   const ClosestPoints touch =
-      distance(target, pose_target, moving, {pose_moving.p + impact.t * translation, pose_moving.q});
+      target.kind == ShapeKind::Chain ? touch_of_chain(target, of_target, moving, of_moving, impact.t)
+      : moving.kind == ShapeKind::Chain
+          ? exchanged(touch_of_chain(moving, of_moving, target, of_target, impact.t))
+          : distance(target, pose_target, moving, {pose_moving.p + impact.t * translation, pose_moving.q});
   return RayHit{impact.t, touch.point_a, touch.normal};
 }
 

@@ -303,5 +303,42 @@ TEST(ShapeCast, StopsAtTheFirstTouch) {
   EXPECT_THROW(shape_cast(chain, {}, {1, 0}, chain, {}), std::invalid_argument);
 }
 
+// When the box comes to the ceiling it is half through a floor that it passes from below.
+TEST(ShapeCast, AgainstAChainTellsTheSegmentThatStopsItNotOnePassedFromBehind) {
+  const Shape chain = make_chain(std::vector<Vec2>{{-3, 1}, {3, 1}, {4, 1}, {4, 1.6}, {3, 1.6}, {-3, 1.6}});
+  const Shape box = make_box({1, 1});
+  const auto up = shape_cast(box, {}, {0, 5}, chain, {});
+  ASSERT_TRUE(up);
+  EXPECT_NEAR(up->t, 0.22, 1e-15);
+  EXPECT_NEAR(up->point.y, 1.6, 1e-15);
+  EXPECT_EQ(up->normal, (Vec2{0, -1}));
+  // The chain moves: point and normal are those of the box.
+  const auto down = shape_cast(chain, {}, {0, -5}, box, {});
+  ASSERT_TRUE(down);
+  EXPECT_NEAR(down->t, 0.22, 1e-15);
+  EXPECT_NEAR(down->point.y, 0.5, 1e-15);
+  EXPECT_EQ(down->normal, (Vec2{0, 1}));
+}
+
+TEST(ShapeCast, AgainstAChainTouchesThereWithANormalAgainstTheMotion) {
+  const unsigned seed = 74;
+  Scenes scenes(seed);
+  int hits = 0;
+  for (int k = 0; k < test_scale(5000); ++k) {
+    std::vector<Vec2> way(10);
+    for (Vec2& p : way) p = {scenes.uniform(-2, 2), scenes.uniform(-2, 2)};
+    const Shape chain = make_chain(way), moving = scenes.shape(0.5);
+    const Transform from{4 * scenes.direction(), Rot::from_angle(scenes.angle())};
+    const Transform pose{{}, Rot::from_angle(scenes.angle())};
+    const Vec2 translation = -2 * from.p;
+    const auto hit = shape_cast(moving, from, translation, chain, pose);
+    if (!hit || hit->t == 0) continue;
+    ++hits;
+    ASSERT_LT(dot(hit->normal, translation), 1e-9) << k << " seed " << seed;
+    ASSERT_NEAR(closest_point(chain, pose, hit->point).distance, 0, 1e-12) << k << " seed " << seed;
+  }
+  EXPECT_GT(hits, 500);
+}
+
 }  // namespace queries_test
 }  // namespace skerry
