@@ -389,4 +389,25 @@ bool Step::extend_reach() {
   return true;
 }
 
+/// A body in flow may go a little farther than was foreseen for it: queries look at what left its box until
+/// it has a new one.
+void Step::loosen_overrun() {
+  for (const SteppedIsland& island : s_.islands) {
+    if (island.flew_alone || island.kept) continue;
+    for (const std::uint32_t i : island.island.bodies) {
+      // What was forgiven is noted as just the bound.
+      const bool astray = s_.flight[i] == FlightKind::Fast && s_.strayed[i] >= s_.allowance[i];
+      if (!(s_.travelled[i] > 0) || (s_.travelled[i] < s_.reach[i] && !astray)) continue;
+      for (const std::uint32_t shape : s_.shapes_of[i]) {
+        const Aabb now = bounding_box(s_.shapes[shape].shape, s_.bodies.pose(i)),
+                   known = s_.shapes[shape].box;
+        if (contains(known, now.lower) && contains(known, now.upper)) continue;
+        // Once, so that steps do without more memory.
+        if (s_.loose_shapes.capacity() < s_.shapes.size()) s_.loose_shapes.reserve(s_.shapes.size());
+        s_.loose_shapes.push_back(shape);
+      }
+    }
+  }
+}
+
 }  // namespace skerry

@@ -359,6 +359,7 @@ void Step::finish() {
     restore({i});
     contain(i, ContainmentCause::NotFinite);
   }
+  loosen_overrun();
   s_.time += h_;
   ++s_.steps;
   s_.last_h = h_;

@@ -103,6 +103,7 @@ class Step {
   Motion straight_motion(std::uint32_t body) const;
   bool meet_deeply(const Contact& contact) const;
   bool extend_reach();
+  void loosen_overrun();
 
   // world_islands.cpp: which contacts belong to the step, the islands that they make, and their steps.
   void link_contacts();

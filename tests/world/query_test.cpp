@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -148,6 +149,45 @@ TEST(Queries, DistanceBetweenTwoShapesOfTheWorld) {
   EXPECT_NEAR(world.distance(disc, box).distance, 2, 1e-15);
   world.destroy(box);
   EXPECT_THROW(world.distance(disc, box), std::invalid_argument);
+}
+
+// A pile in flow takes what little its discs overlap to the next step, and some leave the boxes that were
+// made for this one by centimetres.
+TEST(Queries, FindWhatLeftItsBoxInFlow) {
+  World w;
+  const BodyId pit = w.create_body({.type = BodyType::Static});
+  for (const Shape& side :
+       {make_half_plane({0, 0}, {0, 1}), make_half_plane({-4, 0}, {1, 0}), make_half_plane({4, 0}, {-1, 0})})
+    w.add_shape(pit, {.shape = side});
+  const std::size_t sides = w.shapes().size();
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 1500; ++i) {
+    const double across = 3 * unit(random);
+    add(w, {-3.6 + 0.8 * (i % 10), 1 + 0.8 * (i / 10)}, smooth(make_disc(0.3)), 1, {across, -10});
+  }
+  int outside = 0;
+  for (int t = 0; t < 20; ++t) {
+    w.step(1.0 / 60);
+    const auto shapes = w.shapes();
+    for (std::uint32_t i = static_cast<std::uint32_t>(sides); i < shapes.size(); ++i) {
+      const Vec2 middle = w.pose(shapes[i].body).p;
+      for (const Vec2 way : {Vec2{1, 0}, Vec2{0, 1}, Vec2{-1, 0}, Vec2{0, -1}}) {
+        const Vec2 tip = middle + (0.3 - 1e-6) * way;
+        if (contains(shapes[i].box, tip)) continue;
+        ++outside;
+        const auto is_it = [&](ShapeId id) { return id.index == i; };
+        const auto at = w.shapes_at(tip), near = w.shapes_in_box({tip, tip});
+        const auto hits = w.ray_cast_all({tip + 1e-3 * way, -1e-2 * way, 1});
+        ASSERT_TRUE(std::any_of(at.begin(), at.end(), is_it)) << "step " << t << " shape " << i;
+        ASSERT_TRUE(std::any_of(near.begin(), near.end(), is_it)) << "step " << t << " shape " << i;
+        ASSERT_TRUE(
+            std::any_of(hits.begin(), hits.end(), [&](const QueryHit& hit) { return is_it(hit.shape); }))
+            << "step " << t << " shape " << i;
+      }
+    }
+  }
+  EXPECT_GT(outside, 10);
 }
 
 }  // namespace query_test
