@@ -254,6 +254,8 @@ bool Step::may_strike(const Pair& pair, const PairLook& look) const {
 bool Step::is_near(const Pair& pair, const PairLook& look) const {
   const std::uint32_t a = look.body_a, b = look.body_b;
   if (!look.alike || !(look.gap > s_.config.contact_margin)) return true;
+  // What little solid shapes may overlap, and leave to the next step, a sensor is to tell now.
+  if (s_.shapes[pair.low].sensor || s_.shapes[pair.high].sensor) return true;
   const double margin = s_.config.contact_margin;
   if (look.gap > margin + way_of(a) + way_of(b) || look.nearest > margin + strays(a) + strays(b))
     return false;

@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <optional>
+#include <random>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "physics/snapshot.h"
@@ -224,6 +227,60 @@ TEST(Events, AfterAStepThatThrewAreThoseOfWhatTouchedBefore) {
   gone.world.destroy(gone.shape);
   EXPECT_EQ(gone.world.add_shape(gone.box, rough(make_disc(0.3), 0.5)).index, gone.shape.index);
   EXPECT_EQ(Interrupted::told(gone.world), "") << "another shape in its place never touched";
+}
+
+// Solid shapes leave what little they overlap in flow to the next step; sensors tell it in this one.
+TEST(Events, OfSensorsComeInTheStepInWhichWhatFlowsMeetsThem) {
+  std::mt19937_64 random(3);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  World world;
+  const BodyId pit = world.create_body({.type = BodyType::Static});
+  for (const Shape& side :
+       {make_half_plane({0, 0}, {0, 1}), make_half_plane({-4, 0}, {1, 0}), make_half_plane({4, 0}, {-1, 0})})
+    world.add_shape(pit, {.shape = side});
+  const auto first_sensor = static_cast<std::uint32_t>(world.shapes().size());
+  for (int i = 0; i < 100; ++i) {
+    const double x = uniform(-4, 4), y = uniform(0, 2);
+    const BodyId gate = world.create_body({.type = BodyType::Static, .position = {x, y}});
+    world.add_shape(gate, {.shape = make_box({0.3, 0.3}), .sensor = true});
+  }
+  const auto first_capsule = static_cast<std::uint32_t>(world.shapes().size());
+  for (int row = 0; row < 6; ++row) {
+    BodyId last;
+    for (int column = 0; column < 10; ++column) {
+      const Vec2 at{-3.6 + 0.8 * column, 1 + 0.8 * row};
+      const BodyId body = world.create_body({.position = at, .velocity = {6 * uniform(-1, 1), -20}});
+      world.add_shape(body,
+                      {.shape = make_capsule({-0.35, 0}, {0.35, 0}, 0.05), .material = {.restitution = 0.5}});
+      if (column % 2 == 1)
+        world.create_joint(
+            {.kind = JointKind::Revolute, .a = last, .b = body, .anchor_a = {at.x - 0.4, at.y}});
+      last = body;
+    }
+  }
+  std::set<std::pair<std::uint32_t, std::uint32_t>> told;
+  for (int step = 0; step < 10; ++step) {
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      if (!event.sensor) continue;
+      const std::pair pair(event.shape_a.index, event.shape_b.index);
+      if (event.kind == ContactEventKind::Begin) told.insert(pair);
+      if (event.kind == ContactEventKind::End) told.erase(pair);
+    }
+    const auto shapes = world.shapes();
+    for (std::uint32_t i = first_sensor; i < first_capsule; ++i) {
+      for (std::uint32_t j = first_capsule; j < shapes.size(); ++j) {
+        const double gap =
+            distance(shapes[i].shape, world.pose(shapes[i].body), shapes[j].shape, world.pose(shapes[j].body))
+                .distance;
+        if (std::abs(gap) < 1e-9) continue;
+        ASSERT_EQ(told.count({i, j}), gap < 0 ? 1u : 0u)
+            << "step " << step << " sensor " << i << " capsule " << j << " gap " << gap;
+      }
+    }
+  }
+  EXPECT_GT(told.size(), 10u);
 }
 
 }  // namespace events_test

@@ -162,9 +162,11 @@ TEST(Queries, FindWhatLeftItsBoxInFlow) {
   const std::size_t sides = w.shapes().size();
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  for (int i = 0; i < 1500; ++i) {
-    const double across = 3 * unit(random);
-    add(w, {-3.6 + 0.8 * (i % 10), 1 + 0.8 * (i / 10)}, smooth(make_disc(0.3)), 1, {across, -10});
+  for (int row = 0; row < 150; ++row) {
+    for (int column = 0; column < 10; ++column) {
+      const double across = 3 * unit(random);
+      add(w, {-3.6 + 0.8 * column, 1 + 0.8 * row}, smooth(make_disc(0.3)), 1, {across, -10});
+    }
   }
   int outside = 0;
   for (int t = 0; t < 20; ++t) {
