@@ -12,6 +12,7 @@
 
 #include "render/bounded_queue.h"
 #include "render/error.h"
+#include "render/output_file.h"
 #include "render/sink_base.h"
 #include "render/utf8.h"
 
@@ -137,7 +138,7 @@ class StillSink final : public SinkBase {
   Image last_;
 };
 
-/// A PNG file for each frame, by several threads.
+/// A PNG file for each frame, by several threads. None has its name before all of them are written.
 class PngSequenceSink final : public SinkBase {
  public:
   using SinkBase::SinkBase;
@@ -145,7 +146,6 @@ class PngSequenceSink final : public SinkBase {
     if (threads_.empty()) return;
     queue_.abandon();
     join();
-    remove_files();
   }
 
  private:
@@ -176,10 +176,11 @@ class PngSequenceSink final : public SinkBase {
     while (std::optional<Job> job = queue_.pop()) {
       try {
         const std::vector<std::uint8_t> bytes = encode_png(*job->image);
-        write_file(file_name(job->index), bytes.data(), bytes.size());
+        auto file = std::make_unique<OutputFile>(file_name(job->index));
+        file->write(bytes.data(), bytes.size());
         const std::lock_guard lock(mutex_);
         bytes_ += bytes.size();
-        written_.push_back(job->index);
+        written_.push_back(std::move(file));
       } catch (...) {
         const std::lock_guard lock(mutex_);
         if (!failure_) failure_ = std::current_exception();
@@ -201,10 +202,6 @@ class PngSequenceSink final : public SinkBase {
     queue_.push({frames(), last_});
   }
 
-  void remove_files() const {
-    for (const std::int64_t index : written_) std::remove(file_name(index).c_str());
-  }
-
   void join() {
     for (std::thread& thread : threads_) thread.join();
     threads_.clear();
@@ -213,10 +210,8 @@ class PngSequenceSink final : public SinkBase {
   void finish(SinkReport& report) override {
     queue_.close();
     join();
-    if (failure_) {
-      remove_files();
-      std::rethrow_exception(failure_);
-    }
+    if (failure_) std::rethrow_exception(failure_);
+    for (const auto& file : written_) file->finish();
     report.bytes = bytes_;
     report.format = "png sequence";
   }
@@ -226,7 +221,7 @@ class PngSequenceSink final : public SinkBase {
   std::mutex mutex_;
   std::exception_ptr failure_;
   std::uint64_t bytes_ = 0;
-  std::vector<std::int64_t> written_;
+  std::vector<std::unique_ptr<OutputFile>> written_;
   std::shared_ptr<const Image> last_;
 };
 

@@ -2,46 +2,60 @@
 #include "render/output_file.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cerrno>
-#include <climits>
 #include <cstring>
 #include <fcntl.h>
+#include <mutex>
 #include <string_view>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <vector>
 
 #include "render/error.h"
 
 namespace skerry::render {
+
+/// A name that a signal handler can read at any moment. They are never freed, only used again.
+struct UnfinishedFile {
+  enum State : int { Empty, Changing, Valid };
+  explicit UnfinishedFile(std::size_t bytes) : size(bytes), name(new char[bytes]) {}
+  std::atomic<int> state{Empty};
+  const std::size_t size;
+  char* const name;
+  UnfinishedFile* next = nullptr;
+};
+
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Names that a signal handler can read at any moment.
-struct Unfinished {
-  enum State : int { Empty, Changing, Valid };
-  std::atomic<int> state{Empty};
-  std::array<char, PATH_MAX> name{};
-};
-std::array<Unfinished, 32> unfinished;
+std::atomic<UnfinishedFile*> all_unfinished{nullptr};
+std::mutex empty_mutex;  // guards empty_unfinished, which the handler does not look at
+std::vector<UnfinishedFile*> empty_unfinished;
 
-/// @return the place in the list; -1 when it is full
-int remember(const std::string& name) {
-  if (name.size() >= PATH_MAX) return -1;
-  for (std::size_t i = 0; i < unfinished.size(); ++i) {
-    int expected = Unfinished::Empty;
-    if (!unfinished[i].state.compare_exchange_strong(expected, Unfinished::Changing)) continue;
-    std::memcpy(unfinished[i].name.data(), name.c_str(), name.size() + 1);
-    unfinished[i].state = Unfinished::Valid;
-    return static_cast<int>(i);
+UnfinishedFile* remember(const std::string& name) {
+  constexpr std::size_t kUsual = 256;  // with its end
+  const std::lock_guard lock(empty_mutex);
+  UnfinishedFile* place = nullptr;
+  if (!empty_unfinished.empty() && empty_unfinished.back()->size > name.size()) {
+    place = empty_unfinished.back();
+    empty_unfinished.pop_back();
+    place->state = UnfinishedFile::Changing;
+  } else {
+    place = new UnfinishedFile(std::max(kUsual, name.size() + 1));
+    place->next = all_unfinished;
+    all_unfinished = place;
   }
-  return -1;
+  std::memcpy(place->name, name.c_str(), name.size() + 1);
+  place->state = UnfinishedFile::Valid;
+  return place;
 }
 
-void forget(int slot) {
-  if (slot >= 0) unfinished[static_cast<std::size_t>(slot)].state = Unfinished::Empty;
+void forget(UnfinishedFile* place) {
+  place->state = UnfinishedFile::Empty;
+  const std::lock_guard lock(empty_mutex);
+  empty_unfinished.push_back(place);
 }
 
 /// N of "/dev/fd/N", "/proc/self/fd/N" and "/proc/PID/fd/N"; -1 for others.
@@ -120,7 +134,7 @@ void OutputFile::make_part() {
     const int file = ::open(target_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0 && errno == EEXIST) continue;
     if (file < 0) fail("create", errno);
-    slot_ = remember(target_);
+    remembered_ = remember(target_);
     // Where the file system has no permissions the old ones do not matter either.
     if (permissions_ != 0) static_cast<void>(::fchmod(file, permissions_));
     ::close(file);
@@ -132,7 +146,7 @@ void OutputFile::make_part() {
 OutputFile::~OutputFile() {
   if (in_place_ || finished_) return;
   ::unlink(target_.c_str());
-  forget(slot_);
+  forget(remembered_);
 }
 
 void OutputFile::write(const void* bytes, std::size_t size) {
@@ -158,14 +172,14 @@ void OutputFile::write(const void* bytes, std::size_t size) {
 void OutputFile::finish() {
   if (!in_place_) {
     if (::rename(target_.c_str(), final_.c_str()) != 0) fail("write", errno);
-    forget(slot_);
+    forget(remembered_);
   }
   finished_ = true;
 }
 
 void remove_unfinished_files() noexcept {
-  for (const Unfinished& file : unfinished)
-    if (file.state == Unfinished::Valid) ::unlink(file.name.data());
+  for (const UnfinishedFile* file = all_unfinished; file != nullptr; file = file->next)
+    if (file->state == UnfinishedFile::Valid) ::unlink(file->name);
 }
 
 }  // namespace skerry::render

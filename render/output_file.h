@@ -9,6 +9,8 @@
 
 namespace skerry::render {
 
+struct UnfinishedFile;
+
 /// Keeps what stands under a name until the new bytes are complete: they go to a file of its own beside it,
 /// "NAME.PID-N.part", which takes the name at the end. Symbolic links are followed, they stay what they are;
 /// a file that is replaced hands on its permissions. FIFOs and devices, and open descriptors (/dev/stdout,
@@ -43,7 +45,7 @@ class OutputFile {
   unsigned permissions_ = 0;  // of the file that is replaced; 0: none
   bool in_place_ = false;
   bool finished_ = false;
-  int slot_ = -1;  // in the list of unfinished files
+  UnfinishedFile* remembered_ = nullptr;  // its place in the list of unfinished files
 };
 
 /// The open descriptor that a name such as /dev/stdout or /dev/fd/3 stands for, links followed; -1: none.

@@ -10,6 +10,7 @@
 
 #include "render/error.h"
 #include "render/frame_sink.h"
+#include "render/output_file.h"
 #include "tests/render/support.h"
 
 namespace skerry::render {
@@ -256,6 +257,47 @@ TEST(FrameSink, AFullDiskIsAnErrorThatLeavesNoFile) {
     EXPECT_THAT(message, HasSubstr("File too large")) << name;
     EXPECT_EQ(scratch.files(), 0u) << name;
   }
+}
+
+// So many that the names of the new ones do not fit into a short list.
+TEST(FrameSink, AnOldPngSequenceStaysUntilTheNewOneIsComplete) {
+  constexpr int kFrames = 70;
+  const Scratch scratch;
+  const auto path = scratch / "f_%02d.png";
+  encode(path, kFrames, {}, 60, 32, 18);
+  const auto expect_old = [&](const char* when) {
+    EXPECT_EQ(scratch.files(), kFrames) << when;
+    for (const int i : {0, 1, kFrames - 1}) {
+      const auto file = scratch / ("f_" + std::string(i < 10 ? "0" : "") + std::to_string(i) + ".png");
+      EXPECT_EQ(read_png(file), test_frame(32, 18, i)) << when;
+    }
+  };
+  {
+    const auto sink = make_sink(path);
+    sink->begin({64, 18, 60, "", "", {}});
+    for (int i = 0; i < kFrames; ++i) sink->frame(test_frame(64, 18, i));
+  }
+  expect_old("no end()");
+  const pid_t child = fork();
+  if (child == 0) {
+    const auto sink = make_sink(path);
+    sink->begin({64, 18, 60, "", "", {}});
+    for (int i = 0; i < kFrames; ++i) sink->frame(test_frame(64, 18, i));
+    while (scratch.files() < 2 * kFrames) usleep(1000);
+    remove_unfinished_files();
+    _exit(0);
+  }
+  waitpid(child, nullptr, 0);
+  expect_old("a signal");
+  std::filesystem::create_directory(scratch / "f_70.png");
+  try {
+    encode(path, kFrames + 1, {}, 60, 64, 18);
+    ADD_FAILURE() << "no exception";
+  } catch (const EnvironmentError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("f_70.png"));
+  }
+  std::filesystem::remove(scratch / "f_70.png");
+  expect_old("the last one cannot be written");
 }
 
 TEST(FrameSink, RefusesWhatItCannotDo) {
