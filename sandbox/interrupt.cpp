@@ -12,7 +12,8 @@ volatile std::sig_atomic_t interrupt_seen = 0;  // number of the signal
 volatile std::sig_atomic_t catching = 0;
 
 extern "C" void note_interrupt(int signal) {
-  if (catching != 0 && interrupt_seen == 0) {
+  const bool stops = signal != SIGPIPE && signal != SIGQUIT;  // as Ctrl-C does
+  if (stops && catching != 0 && interrupt_seen == 0) {
     interrupt_seen = signal;
     return;
   }
@@ -33,7 +34,9 @@ void stop_if_interrupted(const std::string& what) {
 }
 
 void handle_signals() {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  // A file that reaches its limit is a write that fails.
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT}) {
     // Who started the program so that it goes on (nohup) means it.
     if (std::signal(signal, note_interrupt) == SIG_IGN) std::signal(signal, SIG_IGN);
   }

@@ -20,7 +20,7 @@ bool interrupted();
 /// From now on Ctrl-C, SIGTERM and SIGHUP only set the flag; a second one ends the process at once, without
 /// the files that are not complete.
 void catch_interrupts();
-/// Until then the first one does. Signals that are ignored stay so.
+/// Until then the first one does, and SIGPIPE and SIGQUIT always. Signals that are ignored stay so.
 void handle_signals();
 /// @param what  became of the outputs: "x.png not written" @throws Interrupted
 void stop_if_interrupted(const std::string& what);

@@ -302,7 +302,7 @@ TEST_F(Capture, FullDiskIsAnEnvironmentErrorThatLeavesNoFile) {
         arguments, elsewhere / "err",
         [] {
           // Files may not grow beyond 2 KiB: writing fails as on a full disk.
-          signal(SIGXFSZ, SIG_IGN);
+          signal(SIGXFSZ, SIG_DFL);
           const rlimit limit{2048, 2048};
           setrlimit(RLIMIT_FSIZE, &limit);
         },
@@ -333,6 +333,30 @@ TEST_F(Capture, CtrlCFinishesTheFile) {
   EXPECT_THAT(probe, HasSubstr("codec_name=h264"));
   EXPECT_THAT(probe, testing::Not(HasSubstr("nb_read_frames=0")));
   EXPECT_EQ(folder_.files(), 1u);
+}
+
+TEST_F(Capture, SignalsThatEndItAtOnceLeaveNoUnfinishedFile) {
+  for (const int number : {SIGPIPE, SIGQUIT}) {
+    const TemporaryFolder elsewhere;
+    bool begun = false;
+    const int code = run_apart(
+        {"capture", "--demos", demo_tree(), "newtons_cradle", "-o", folder_ / "long.mp4", "--size", "320x180",
+         "--seconds", "3600"},
+        elsewhere / "err",
+        [number] {
+          signal(number, SIG_DFL);
+          const rlimit no_core{0, 0};
+          setrlimit(RLIMIT_CORE, &no_core);
+        },
+        [&](pid_t child) {
+          for (int i = 0; i < 3000 && folder_.files() == 0; ++i) usleep(10000);
+          begun = folder_.files() > 0;
+          kill(child, number);
+        });
+    EXPECT_TRUE(begun);
+    EXPECT_EQ(code, -1) << number;
+    EXPECT_EQ(folder_.files(), 0u) << number;
+  }
 }
 
 TEST_F(Capture, ExportWritesTheFrameAndCurvesAsFigures) {
