@@ -9,6 +9,7 @@
 #include <imgui.h>
 #include <stdexcept>
 
+#include "render/error.h"
 #include "render/font_data.h"
 #include "render/gl_program.h"
 #include "render/ui_raster.h"
@@ -71,6 +72,43 @@ ImVec4 to_imgui(Color color) {
 /// The characters of our panels: Latin, Greek, arrows, mathematics, geometric shapes.
 constexpr ImWchar kRanges[] = {0x0020, 0x017f, 0x0370, 0x03ff, 0x2010, 0x2027, 0x2070, 0x209c, 0x2190,
                                0x21ff, 0x2200, 0x22ff, 0x25a0, 0x25ff, 0x2713, 0x2717, 0};
+
+// Sizes of the fonts at scale 1 [px].
+constexpr double kRegular = 16, kTitle = 23, kMono = 15;
+
+/// How the letters of all panels are baked into one texture.
+struct Baking {
+  int width = 2048;    ///< [texels]
+  int oversample = 4;  ///< quarter pixels, as in the labels
+  double share = 1;    ///< of the size in the picture; the letters of very large pictures are magnified
+};
+
+/// @param most  texels that a side of a texture may have
+Baking baking_for(double scale, int most) {
+  constexpr double kTexels = 430e3;  // that the four fonts take, at scale 1 and not oversampled
+  constexpr int kTallest = 16384;    // ImGui leaves out letters, silently, not far beyond
+  constexpr int kWidths[] = {2048, 4096};
+  const double height = std::min(most, kTallest);
+  for (const int oversample : {4, 2, 1}) {
+    for (const int width : kWidths)
+      if (width <= most && kTexels * scale * scale * oversample <= width * height)
+        return {width, oversample, 1};
+  }
+  const int width = std::min(most, kWidths[1]);
+  return {width, 1, std::sqrt(width * height / kTexels) / scale};
+}
+
+/// Magnifies what was baked too small.
+void magnify(ImFont& font, float size) {
+  const float factor = size / font.FontSize;
+  for (ImFontGlyph& glyph : font.Glyphs) {
+    for (float* number : {&glyph.X0, &glyph.X1, &glyph.Y0, &glyph.Y1, &glyph.AdvanceX}) *number *= factor;
+  }
+  font.FontSize = size;
+  font.Ascent *= factor;
+  font.Descent *= factor;
+  font.BuildLookupTable();
+}
 
 void apply(const Style& style, double scale) {
   ImGuiStyle look;
@@ -177,27 +215,45 @@ void UiHost::State::build_fonts() {
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
   letters.clear();
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  const Baking baking = baking_for(scale, most);
+  const auto pixels_of = [&](double size) { return static_cast<float>(std::round(size * scale)); };
   const auto add = [&](FontData data, double size) {
     ImFontConfig config;
     config.FontDataOwnedByAtlas = false;
-    config.OversampleH = 4;  // quarter pixels, as in the labels
+    config.OversampleH = baking.oversample;
     config.OversampleV = 1;
     config.PixelSnapH = false;
     config.GlyphRanges = kRanges;
+    const double share = baking.share;
+    const float baked = share < 1 ? static_cast<float>(std::floor(size * scale * share)) : pixels_of(size);
     // ImGui only reads the bytes, although it asks for a pointer to mutable ones.
     return atlas.AddFontFromMemoryTTF(const_cast<std::uint8_t*>(data.bytes), static_cast<int>(data.size),
-                                      static_cast<float>(std::round(size * scale)), &config);
+                                      baked, &config);
   };
   // ImGui counts from the ascent to the descent, 1.164 em in this font: 16 is the size of 13.7 px in a
   // browser.
-  regular = add(sans_font(), 16);
-  bold = add(sans_bold_font(), 16);
-  title = add(sans_bold_font(), 23);
-  mono = add(mono_font(), 15);
-  atlas.TexDesiredWidth = 2048;
+  regular = add(sans_font(), kRegular);
+  bold = add(sans_bold_font(), kRegular);
+  title = add(sans_bold_font(), kTitle);
+  mono = add(mono_font(), kMono);
+  atlas.TexDesiredWidth = baking.width;
+  // A power of two of rows may be more than there can be.
+  atlas.Flags = baking.width > Baking().width ? ImFontAtlasFlags_NoPowerOfTwoHeight : ImFontAtlasFlags_None;
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
   atlas.GetTexDataAsRGBA32(&pixels, &width, &height);
+  if (height > most)
+    throw EnvironmentError("panels: letters at scale " + std::to_string(scale) + " take a texture of " +
+                           std::to_string(width) + " x " + std::to_string(height) +
+                           ", the driver allows sides of up to " + std::to_string(most));
+  if (baking.share < 1) {
+    magnify(*regular, pixels_of(kRegular));
+    magnify(*bold, pixels_of(kRegular));
+    magnify(*title, pixels_of(kTitle));
+    magnify(*mono, pixels_of(kMono));
+  }
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, fonts.name);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);

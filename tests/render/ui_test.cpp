@@ -17,10 +17,10 @@ class Panels : public GlTest {
 
   /// Drawn by OpenGL; the built-in rasteriser has to agree.
   template <class Content>
-  Image frame(UiHost& ui, const Content& content, const UiInput& input = {}) {
+  Image frame(UiHost& ui, const Content& content, const UiInput& input = {}, double scale = 1) {
     Target target(640, 360);
     renderer.draw(list, camera, target);
-    ui.begin_frame(640, 360, 1, 1.0 / 60, input);
+    ui.begin_frame(640, 360, scale, 1.0 / 60, input);
     content();
     ui.end_frame(target);
     Image image, own;
@@ -63,6 +63,37 @@ TEST_F(Panels, CostNothingWhenThereAreNone) {
   UiHost ui(style(Theme::Dark));
   const Image image = frame(ui, [] {});
   EXPECT_EQ(image, Image(640, 360, list.background));
+}
+
+// All letters of all fonts would take so much room then that they are baked coarser and smaller.
+TEST_F(Panels, LettersOfVeryLargePicturesAreThereAndAsLargeAsAsked) {
+  UiHost ui(style(Theme::Light));
+  list.background = kWhite;
+  double small = 0;
+  for (const int lines : {720, 16384}) {
+    const double scale = ui_scale(lines);
+    const auto letters = [&] {
+      ImDrawList& to = *ImGui::GetForegroundDrawList();
+      ImFont* const fonts[] = {ui.regular(), ui.bold(), ui.title(), ui.mono()};
+      for (int i = 0; i < 4; ++i) {
+        EXPECT_EQ(fonts[i]->FontSize, std::round((i < 2 ? 16 : i == 2 ? 23 : 15) * scale));
+        to.AddText(fonts[i], 80, {150.0f * static_cast<float>(i) + 10, 20}, IM_COL32_BLACK, "Wg");
+        to.AddText(fonts[i], 80, {150.0f * static_cast<float>(i) + 10, 150}, IM_COL32_BLACK, "\u2264e");
+      }
+    };
+    const Image image = frame(ui, letters, {}, scale);
+    for (int i = 0; i < 4; ++i) {
+      for (int half = 0; half < 4; ++half) {
+        double dark = 0;
+        for (int y = 0; y < 110; ++y)
+          for (int x = 0; x < 60; ++x)
+            dark += 255 - image.at(150 * i + 10 + 60 * (half % 2) + x, 20 + 130 * (half / 2) + y).r;
+        EXPECT_GT(dark, 255 * 300) << lines << " lines, font " << i << ", letter " << half;
+      }
+    }
+    if (lines == 720) small = ink(image);
+    EXPECT_NEAR(ink(image), small, 0.05 * small) << lines;
+  }
 }
 
 TEST_F(Panels, ShowTexturesPixelByPixel) {
