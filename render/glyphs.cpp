@@ -67,7 +67,7 @@ bool GlyphAtlas::place(int width, int height, int& u, int& v) {
 }
 
 const Glyph* GlyphAtlas::glyph(char32_t code, double size, int quarter, double halo) {
-  const auto eighths = static_cast<std::uint64_t>(std::lround(std::clamp(size, 1.0, 500.0) * 8));
+  const auto eighths = static_cast<std::uint64_t>(std::lround(std::clamp(size, 1.0, kLargest) * 8));
   const auto halo_eighths = static_cast<std::uint64_t>(std::lround(std::clamp(halo, 0.0, 30.0) * 8));
   const std::uint64_t key = static_cast<std::uint64_t>(code) << 32 | eighths << 16 | halo_eighths << 8 |
                             static_cast<std::uint64_t>(quarter);
@@ -122,7 +122,7 @@ const Glyph* GlyphAtlas::glyph(char32_t code, double size, int quarter, double h
 
 void GlyphAtlas::clear() {
   baked_.clear();
-  height_ = std::min(height_ * 2, 8192);
+  height_ = std::min(height_ * 2, kTallest);
   texels_.assign(static_cast<std::size_t>(kWidth) * height_ * 2, 0);
   shelf_u_ = shelf_v_ = shelf_height_ = 0;
   dirty_ = {0, height_};

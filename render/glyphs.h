@@ -38,15 +38,18 @@ class GlyphAtlas {
   [[nodiscard]] double cap_height() const { return cap_height_; }
 
   /// Bakes if needed.
+  /// @param size     at most kLargest [px]
   /// @param quarter  horizontal offset in quarter pixels, 0 to 3
   /// @param halo     radius of the halo [px]
-  /// @return null if the atlas is full: clear() and start the frame again
+  /// @return null if the atlas is full: clear() and start the frame again, or go without when it is at its
+  ///         tallest
   const Glyph* glyph(char32_t code, double size, int quarter, double halo);
 
-  /// Forgets all glyphs and doubles the height, up to 8192.
+  /// Forgets all glyphs and doubles the height, up to kTallest.
   void clear();
 
-  static constexpr int kWidth = 1024;
+  static constexpr int kWidth = 1024, kTallest = 8192;
+  static constexpr double kLargest = 500;
   [[nodiscard]] int height() const { return height_; }
   /// `kWidth` x height() texels of two bytes: coverage, halo.
   [[nodiscard]] const std::vector<std::uint8_t>& texels() const { return texels_; }

@@ -141,8 +141,9 @@ struct Span {
   int x0 = 0, x1 = 0;
   [[nodiscard]] SKERRY_INLINE bool empty() const { return x0 >= x1; }
 };
-/// The first pixel whose centre is beyond `edge`; 0 to `width`.
+/// The first pixel whose centre is beyond `edge`; 0 to `width`, and 0 if `edge` is no number.
 SKERRY_INLINE int pixel_after(double edge, int width) {
+  if (!(edge > 0)) return 0;
   return static_cast<int>(clamped(edge - 0.5, -1.0, static_cast<double>(width - 1)) + 1);
 }
 SKERRY_INLINE Span span_of(double low, double high, int width) {

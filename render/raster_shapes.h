@@ -313,6 +313,8 @@ inline void paint_polygon(const Surface& surface, const ShapeInstance& shape, co
   const double hx = static_cast<double>(shape.half[0]), hy = static_cast<double>(shape.half[1]);
   Convex whole, core;
   frame.add_box(whole, -hx - margin, hx + margin, hy + margin);
+  // Where all edges are parallel they leave it open at the ends.
+  frame.add_box(core, -hx, hx, hy);
   const double depth =
       lesser(static_cast<double>(shape.radius) - static_cast<double>(shape.outline) - 0.501, 0.0);
   struct Edge {

@@ -14,6 +14,10 @@ namespace {
 // Beyond these sizes float pixels lose the edge, so shapes are cut to the picture in double first.
 constexpr double kLargeExtent = 8192;
 constexpr double kLargeRadius = 1e5;
+// Floats beyond have no finite square, and the rasteriser no distances.
+constexpr float kMost = 1e18f;
+// Corners so near one another are one point.
+constexpr double kNoLength = 1e-6;
 
 bool finite(Point p) {
   return std::isfinite(p.x) && std::isfinite(p.y);
@@ -68,6 +72,12 @@ bool ShapeBatches::is_point(Program program, const ShapeInstance& shape) const {
 }
 
 void ShapeBatches::push(Program program, const ShapeInstance& shape) {
+  for (const float number : {shape.centre[0], shape.centre[1], shape.half[0], shape.half[1], shape.radius}) {
+    if (!(std::abs(number) < kMost)) {
+      ++culled;
+      return;
+    }
+  }
   const auto index = static_cast<std::uint32_t>(shapes.size());
   shapes.push_back(shape);
   if (!batches.empty()) {
@@ -192,8 +202,15 @@ void ShapeBatches::add_line(Point from, Point to, double width, Color color, dou
   const double period = 2 * std::max(dash, 1.0);
   const double first = std::max(0.0, std::floor((near - reach_) / period));
   const double last = std::min(length / period, (near + reach_) / period + 1);
-  for (double k = first; k <= last && k - first < 4096; k += 1) {
-    piece(k * period, std::min(k * period + 0.5 * period, length));
+  // From so far away that numbers do not tell one dash from the next it looks like a plain line.
+  if (first + 1 == first) {
+    piece(0, length);
+    return;
+  }
+  constexpr int kMostDashes = 4096;
+  for (int i = 0; i < kMostDashes && first + i <= last; ++i) {
+    const double begin = (first + i) * period;
+    piece(begin, std::min(begin + 0.5 * period, length));
   }
 }
 
@@ -314,6 +331,15 @@ void ShapeBatches::add_polygon(const DrawLayer& layer, const Polygon& polygon) {
       axis = {e.x / length, e.y / length};
     }
   }
+  const bool sharp = radius == 0 && n <= 8;
+  // Without an edge there is no side of one: a disc.
+  if (!sharp && longest < kNoLength) {
+    if (radius > 0)
+      add_box(corner[0], {1, 0}, 0, 0, radius, outline, polygon.fill, polygon.outline);
+    else
+      ++culled;
+    return;
+  }
   const Point side{-axis.y, axis.x};
   low = {1e300, 1e300};
   high = {-1e300, -1e300};
@@ -323,7 +349,6 @@ void ShapeBatches::add_polygon(const DrawLayer& layer, const Polygon& polygon) {
     high = {std::max(high.x, x), std::max(high.y, y)};
   }
   const Point middle{0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
-  const bool sharp = radius == 0 && n <= 8;
   const auto first = static_cast<std::uint32_t>(corners.size() / 4);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t from = area > 0 ? i : n - 1 - i, to = area > 0 ? (i + 1) % n : (2 * n - 2 - i) % n;
@@ -407,10 +432,14 @@ void ShapeBatches::add_layer(const DrawLayer& layer) {
   }
 }
 
+/// @return whether the atlas had room for all letters
 bool ShapeBatches::add_labels(const std::vector<Label>& labels, GlyphAtlas& atlas) {
+  // Larger letters look the same at whole pixels, and take much room.
+  constexpr double kQuarters = 128;
+  bool fits = true;
   for (const Label& label : labels) {
     const Point at = to_px(label.at);
-    const double size = label.size_px * px_, gap = label.offset_px * px_,
+    const double size = std::min(label.size_px * px_, GlyphAtlas::kLargest), gap = label.offset_px * px_,
                  halo = label.halo.a > 0 ? 2.2 * px_ : 0;
     if (!finite(at) || !(size > 0) || std::abs(at.x) > 1e6 || std::abs(at.y) > 1e6) {
       ++culled;
@@ -440,11 +469,13 @@ bool ShapeBatches::add_labels(const std::vector<Label>& labels, GlyphAtlas& atla
       const double baseline = std::floor(top + cap + static_cast<double>(row) * kLineSpacing * size + 0.5);
       for (std::size_t i = 0; i < lines[row].size();) {
         const char32_t code = next_code_point(lines[row], i);
-        const double quarters = std::floor(pen * 4 + 0.5);
+        const double quarters = size > kQuarters ? 4 * std::floor(pen + 0.5) : std::floor(pen * 4 + 0.5);
         const double whole = std::floor(quarters / 4);
         const Glyph* glyph = atlas.glyph(code, size, static_cast<int>(quarters - whole * 4), halo);
-        if (glyph == nullptr) return false;
-        if (glyph->width > 0) {
+        if (glyph == nullptr) {
+          fits = false;
+          ++culled;
+        } else if (glyph->width > 0) {
           glyphs.push_back({{to_float(whole + glyph->left), to_float(baseline + glyph->top)},
                             {glyph->u, glyph->v},
                             {glyph->width, glyph->height},
@@ -467,7 +498,7 @@ bool ShapeBatches::add_labels(const std::vector<Label>& labels, GlyphAtlas& atla
       }
     }
   }
-  return true;
+  return fits;
 }
 
 void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, GlyphAtlas& atlas,
@@ -479,14 +510,14 @@ void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, G
   height_ = static_cast<double>(camera.height_px) * ssaa;
   reach_ = 0.5 * std::hypot(width_, height_);
   middle_ = {0.5 * width_, 0.5 * height_};
-  // A second pass after the atlas overflowed: it has then grown and holds only what this frame shows.
-  for (int attempt = 0; attempt < 3; ++attempt) {
+  // Another pass after the atlas overflowed: it has then grown and holds only what this frame shows.
+  for (bool largest = false;;) {
+    bool fits = true;
     shapes.clear();
     corners.clear();
     glyphs.clear();
     batches.clear();
     culled = 0;
-    bool fits = true;
     for (int k = first_layer; k < last_layer; ++k) {
       const DrawLayer& layer = list.layers[k];
       add_layer(layer);
@@ -495,8 +526,9 @@ void ShapeBatches::build(const DrawList& list, const Camera& camera, int ssaa, G
       const auto count = static_cast<std::uint32_t>(glyphs.size()) - first;
       if (count > 0) batches.push_back({Program::Text, first, count, false});
     }
-    if (fits) break;
-    if (attempt < 2) atlas.clear();
+    if (fits || largest) break;
+    atlas.clear();
+    largest = atlas.height() == GlyphAtlas::kTallest;
   }
   split_points();
 }

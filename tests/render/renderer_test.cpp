@@ -267,6 +267,29 @@ TEST_F(Renderer, SurvivesAnyTextAndManySizes) {
   EXPECT_EQ(first, draw());
 }
 
+TEST_F(Renderer, LargeLabelsAreThereInTheFirstPicture) {
+  auto& labels = list[Layer::Labels].labels;
+  for (int i = 0; i < 8; ++i)
+    labels.push_back(
+        {{0, 1.2 - 0.3 * i}, "abcdefghijklmnop", kBlack, {}, 290 + 10.0f * static_cast<float>(i)});
+  const Image first = draw();
+  EXPECT_EQ(stats.culled, 0);
+  EXPECT_EQ(first, draw());
+  // Beyond the largest letters there are, words stay words.
+  list.clear();
+  labels.push_back({{0, 0}, "ab", kBlack, {}, 900});
+  const Image largest = draw();
+  labels[0].size_px = 3000;
+  EXPECT_EQ(draw(), largest);
+  // What is too much leaves room for the rest.
+  list.clear();
+  for (int i = 0; i < 20; ++i)
+    labels.push_back({{90, 0}, "abcdefghijklmnop", kBlack, {}, 700 + static_cast<float>(i)});
+  labels.push_back({{0, 0}, "small", kBlack, {}, 20});
+  EXPECT_GT(ink(draw()), 50);
+  EXPECT_GT(stats.culled, 100);
+}
+
 // Everything a scene shows, moved far away: the same picture, as far as the coordinates can tell it.
 TEST_F(Renderer, LooksTheSameFarFromTheOrigin) {
   const auto scene = [&](double x, double y) {
@@ -380,6 +403,44 @@ TEST_F(Renderer, LeavesOutWhatIsNotFiniteAndDrawsTheRest) {
     }
     EXPECT_EQ(draw(), clean) << b;
     EXPECT_GT(stats.culled, 5);
+  }
+}
+
+TEST_F(Renderer, LinesAndPolygonsBeyondAllMeasureEndAndDrawWhatTheyCan) {
+  for (const double far : {1e10, 1e16, 1e100}) {
+    list.clear();
+    list[Layer::Structure].lines.push_back({{-far, 0.005}, {far, 0.005}, kBlack, 4, 6});
+    const double all = 2.4 * camera.width_px;
+    // Half of it are dashes, their round ends aside.
+    EXPECT_NEAR(ink(draw()), far < 1e12 ? 0.78 * all : all, 0.05 * all) << far;
+  }
+  bodies().discs.push_back({{0, 0}, 0.5, kRed, kRed, 0});
+  const Image clean = draw();
+  const double far = 1e100;
+  const Point corners[] = {{-far, -far}, {far, -far}, {far, 0.1 * far}, {0, far}, {-far, 0.2 * far}};
+  bodies().polygon(corners, 5, kBlack, kBlack, 0.1 * far);
+  EXPECT_EQ(draw(), clean);
+  EXPECT_EQ(stats.culled, 1);
+}
+
+// Polygons that are only a point or a line: rounded, a disc or a capsule.
+TEST_F(Renderer, FlatPolygonsStayWithinTheirRounding) {
+  for (const int count : {3, 5, 12}) {
+    for (const double length : {0.0, 1.0}) {
+      std::vector<Point> corners;
+      for (int i = 0; i < count; ++i) corners.push_back({i < count / 2 ? 0 : length, 0.005});
+      list.clear();
+      bodies().polygon(corners.data(), corners.size(), kRed, kRed, 0.3);
+      const double polygon = ink(draw());
+      EXPECT_EQ(draw().at(390, 149), kWhite) << count;
+      list.clear();
+      bodies().capsules.push_back({{0, 0.005}, {length, 0.005}, 0.3, kRed, kRed});
+      EXPECT_NEAR(polygon, ink(draw()), 2) << count << " corners, length " << length;
+      if (length > 0) continue;
+      list.clear();
+      bodies().polygon(corners.data(), corners.size(), kRed, kRed);
+      EXPECT_EQ(ink(draw()), 0) << count;
+    }
   }
 }
 
