@@ -4,6 +4,7 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
+#include <libavutil/pixdesc.h>
 }
 
 #include <algorithm>
@@ -140,6 +141,7 @@ class VideoSink final : public SinkBase {
   void finish(SinkReport& report) override;
 
   void open_encoder();
+  void check_encoder(const AVCodec& codec) const;
   void open_file();
   void add_chapters();
   void fill_gif(const Image& image, AVFrame& frame);
@@ -180,6 +182,24 @@ void VideoSink::open() {
   encoder_ = std::thread([this] { encode_loop(); });
 }
 
+/// FFmpeg itself says only that an argument is invalid.
+void VideoSink::check_encoder(const AVCodec& codec) const {
+  if (codec.type != AVMEDIA_TYPE_VIDEO)
+    throw std::invalid_argument(name() + ": the encoder " + recipe_.encoder + " is none for video");
+  if (codec.pix_fmts == nullptr) return;
+  std::string known;
+  for (const AVPixelFormat* format = codec.pix_fmts; *format != AV_PIX_FMT_NONE; ++format) {
+    if (*format == recipe_.format) return;
+    known += std::string(known.empty() ? "" : " ") + av_get_pix_fmt_name(*format);
+  }
+  throw std::invalid_argument(name() + ": the encoder " + recipe_.encoder + " does not take the pixels " +
+                              av_get_pix_fmt_name(recipe_.format) + " of this " + recipe_.container +
+                              (options_.lossless ? " without loss"
+                               : options_.sharp  ? " in full colour"
+                                                 : "") +
+                              ", only " + known);
+}
+
 void VideoSink::open_encoder() {
   const bool halved = recipe_.format == AV_PIX_FMT_YUV420P;
   if (halved && (info().width % 2 != 0 || info().height % 2 != 0)) {
@@ -195,6 +215,7 @@ void VideoSink::open_encoder() {
                                                         : "; `ffmpeg -encoders` lists those there are";
     throw EnvironmentError(name() + ": FFmpeg on this machine lacks the encoder " + recipe_.encoder + remedy);
   }
+  check_encoder(*codec);
   codec_.reset(avcodec_alloc_context3(codec));
   packet_.reset(av_packet_alloc());
   if (!codec_ || !packet_) throw std::bad_alloc();
@@ -258,8 +279,19 @@ void VideoSink::open_encoder() {
     codec_->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
   }
   const int error = avcodec_open2(codec_.get(), codec, &dictionary);
+  // What an encoder does not know stays in the dictionary.
+  const bool knows_lossless =
+      kind_ == VideoKind::Webm && av_dict_get(dictionary, "lossless", nullptr, 0) == nullptr;
   av_dict_free(&dictionary);
-  if (error < 0) fail("cannot start the encoder", error);
+  if (error < 0) fail(("cannot start the encoder " + recipe_.encoder).c_str(), error);
+  if (!options_.lossless || options_.encoder.empty() || knows_lossless) return;
+  const AVCodecDescriptor* descriptor = avcodec_descriptor_get(codec->id);
+  const int kinds = descriptor == nullptr ? 0 : descriptor->props;
+  const bool never_loses = (kinds & AV_CODEC_PROP_LOSSLESS) != 0 && (kinds & AV_CODEC_PROP_LOSSY) == 0;
+  if (!never_loses && recipe_.encoder != usual_recipe(kind_, options_).encoder)
+    throw std::invalid_argument(name() + ": the encoder " + recipe_.encoder +
+                                " has no option lossless and may lose some of the picture; " +
+                                "leave it out, or take ffv1 in .mkv");
 }
 
 void VideoSink::open_file() {

@@ -170,6 +170,29 @@ TEST(VideoSink, RepeatedFramesDecodeLikeFramesThatWereGivenAgain) {
   }
 }
 
+TEST(VideoSink, OtherEncodersLoseNothingOrSayWhatTheyLack) {
+  const Scratch scratch;
+  const auto complaint = [&](const char* file, bool sharp, bool lossless, const char* encoder) {
+    try {
+      encode(scratch / file, 3, {.sharp = sharp, .lossless = lossless, .encoder = encoder});
+    } catch (const std::exception& error) {
+      EXPECT_EQ(scratch.files(), 0u) << encoder;
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(complaint("a.mkv", false, false, "aac"), HasSubstr("a.mkv: the encoder aac is none for video"));
+  EXPECT_THAT(complaint("a.mkv", true, false, "mpeg4"),
+              HasSubstr("the encoder mpeg4 does not take the pixels yuv444p of this matroska in full colour, "
+                        "only yuv420p"));
+  EXPECT_THAT(complaint("a.mkv", false, true, "mpeg4"), HasSubstr("pixels bgr0"));
+  if (run("ffmpeg -v error -encoders").text.find(" libaom-av1 ") != std::string::npos) {
+    EXPECT_THAT(complaint("a.webm", false, true, "libaom-av1"),
+                HasSubstr("libaom-av1 has no option lossless"));
+  }
+  EXPECT_EQ(complaint("a.mkv", false, true, "ffv1"), "none");
+}
+
 TEST(FrameSink, LeavesNothingBehindWithoutEnd) {
   const Scratch scratch;
   for (const char* name : {"a.mp4", "a.mkv", "a.webm", "a.gif", "f_%04d.png", "a.png", "a.txt"}) {
