@@ -16,7 +16,11 @@
 namespace skerry::render {
 namespace {
 
-/// Appends elements; numbers have at most three decimals and never depend on the locale.
+// Numbers are rounded to one over so many: lengths [px], and the entries of a turn, which long shapes
+// multiply.
+constexpr double kSteps = 1e3, kTurnSteps = 1e8;
+
+/// Appends elements; numbers are rounded and never depend on the locale.
 class Writer {
  public:
   std::string text;
@@ -25,14 +29,19 @@ class Writer {
     text += piece;
     return *this;
   }
-  Writer& number(double value) {
-    const double rounded = std::round(value * 1000) / 1000 + 0.0;  // no "-0"
+  Writer& number(double value, double steps = kSteps) {
+    const double rounded = std::round(value * steps) / steps + 0.0;  // no "-0"
     char digits[32];
-    const auto end = std::to_chars(digits, digits + sizeof digits, rounded).ptr;
+    const bool tiny = std::abs(rounded) < 1e-3;  // and not written with an exponent
+    const auto end =
+        tiny ? std::to_chars(digits, digits + sizeof digits, rounded, std::chars_format::fixed).ptr
+             : std::to_chars(digits, digits + sizeof digits, rounded).ptr;
     text.append(digits, end);
     return *this;
   }
-  Writer& pair(double x, double y) { return number(x).raw(" ").number(y); }
+  Writer& pair(double x, double y, double steps = kSteps) {
+    return number(x, steps).raw(" ").number(y, steps);
+  }
   Writer& attribute(std::string_view name, double value) {
     return raw(" ").raw(name).raw("=\"").number(value).raw("\"");
   }
@@ -76,7 +85,11 @@ void write_paint(Writer& out, const ShapeInstance& shape, bool outlined) {
 }
 
 void write_frame(Writer& out, const ShapeInstance& s) {
-  out.raw(" transform=\"matrix(").pair(s.axis[0], s.axis[1]).raw(" ").pair(-s.axis[1], s.axis[0]).raw(" ");
+  out.raw(" transform=\"matrix(")
+      .pair(s.axis[0], s.axis[1], kTurnSteps)
+      .raw(" ")
+      .pair(-s.axis[1], s.axis[0], kTurnSteps)
+      .raw(" ");
   out.pair(s.centre[0], s.centre[1]).raw(")\"/>\n");
 }
 

@@ -2,6 +2,7 @@
 #include "render/svg.h"
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <limits>
 
@@ -83,6 +84,22 @@ TEST_F(Svg, LooksLikeTheRendering) {
     list[Layer::Contacts].markers.push_back({at(-5 + i, -1), s.contact, s.warning, 6});
   }
   expect_alike("arrows, lines, markers");
+}
+
+TEST_F(Svg, LongShapesPointWhereTheyPoint) {
+  for (const double angle : {0.3004, 1e-5, -2.0003}) {
+    list.clear();
+    list[Layer::Structure].lines.push_back(
+        {at(0, 0), at(6 * std::cos(angle), 6 * std::sin(angle)), kBlack, 2});
+    const std::string svg = to_svg(list, camera);
+    const std::size_t from = svg.find("matrix(");
+    ASSERT_NE(from, std::string::npos);
+    double m[4];
+    ASSERT_EQ(std::sscanf(svg.c_str() + from, "matrix(%lf %lf %lf %lf", m, m + 1, m + 2, m + 3), 4);
+    const double expected[] = {std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)};
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(m[i], expected[i], 1e-7) << angle;
+    EXPECT_EQ(svg.find("e-0"), std::string::npos) << angle;
+  }
 }
 
 TEST_F(Svg, KeepsTextAsTextAndEscapesIt) {
