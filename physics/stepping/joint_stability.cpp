@@ -9,6 +9,12 @@
 namespace skerry {
 namespace {
 
+// Share of the size of a body at which a joint sits at its centre.
+constexpr double kNoArm = 1e-3;
+// Angle by which bodies may turn about their joints in a step, and in a piece of one in which they turn by
+// more [rad].
+constexpr double kFarTurn = 0.8, kTurn = 0.5;
+
 bool moves(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && (state.bodies.velocity[body] != Vec2{} || state.bodies.omega[body] != 0);
 }
@@ -88,6 +94,32 @@ double stable_length(const WorldState& state, const Island& island, double enoug
 
 double stable_length_of_rods(const WorldState& state, const Island& island) {
   return stable_length_where(state, island, [](const JointRecord& joint) { return is_rod(joint); });
+}
+
+double stable_length_of_turns(const WorldState& state, const Island& island, double h) {
+  // At a glance, as nearly nothing turns as fast.
+  const auto turns = [&](BodyId body) {
+    return body && std::abs(state.bodies.omega[body.index]) * h > kFarTurn;
+  };
+  double fastest = 0;
+  for (const std::uint32_t slot : island.joints) {
+    const JointRecord& joint = state.joints[slot];
+    const JointDef& def = joint.def;
+    if (!turns(def.a) && !turns(def.b)) continue;
+    if (def.kind == JointKind::Gear || def.kind == JointKind::Motor) continue;
+    const JointEnd a = joint_end(state, def.a.index), b = joint_end(state, def.b.index);
+    const Vec2 anchor_b = b.p + rotate(b.q, joint.local_b);
+    // What slides pushes where it is.
+    const bool slides = def.kind == JointKind::Prismatic || def.kind == JointKind::Wheel;
+    const Vec2 arm_a = slides ? anchor_b - a.p : rotate(a.q, joint.local_a);
+    const auto turn = [&](BodyId body, double omega, Vec2 arm) {
+      if (body && length(arm) > kNoArm * state.radius[body.index])
+        fastest = std::max(fastest, std::abs(omega));
+    };
+    turn(def.a, a.omega, arm_a);
+    turn(def.b, b.omega, anchor_b - b.p);
+  }
+  return fastest * h > kFarTurn ? kTurn / fastest : kInfinity;
 }
 
 bool swings_fast(const WorldState& state, const Island& island, double h) {

@@ -19,6 +19,14 @@ double stable_length(const WorldState& state, const Island& island, double enoug
 /// The same for its rods, ropes, springs and pulleys alone.
 double stable_length_of_rods(const WorldState& state, const Island& island);
 
+/// The length [s] in which bodies turn by half a radian that joints hold away from their centres; infinity
+/// where none of them turns by more than 0.8 in a step of length `h` [s].
+///
+/// Of loads that nobody asked for yet, because a joint is new or its bodies were given another velocity,
+/// `stable_length` knows nothing: a bar that is set spinning about a hinge pulls at it with m w^2 r from the
+/// first moment on. And where free motion takes it half-way says nothing of where it goes.
+double stable_length_of_turns(const WorldState& state, const Island& island, double h);
+
 /// Whether a spring of the island swings its bodies faster than a piece of length `h` [s] can follow: w h
 /// > 2.
 bool swings_fast(const WorldState& state, const Island& island, double h);

@@ -155,8 +155,10 @@ class IslandStep {
         if (impact.spent && rule_.work_limit > 0) return elapsed_;
       }
       // Joints that shake light bodies get shorter pieces, which are not cuts.
-      const double stable =
-          std::max(stable_length(state_, island_, to - elapsed_), (to - from) / kStablePieces);
+      const double left = to - elapsed_;
+      const double stable = std::max(
+          std::min(stable_length(state_, island_, left), stable_length_of_turns(state_, island_, to - from)),
+          (to - from) / kStablePieces);
       const bool whole = to - elapsed_ <= stable;
       const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
