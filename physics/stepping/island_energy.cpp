@@ -8,6 +8,7 @@
 #include "physics/solver/impact_tools.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/kinematic.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
@@ -98,23 +99,42 @@ constexpr double kNoAnswer = 1e8;
 // there are no joints, by wedges (`impact::kWedge`).
 constexpr double kLever = 4;
 
-/// True if a kinematic body or a conveyor may bring energy.
+bool is_kinematic(const WorldState& state, std::uint32_t body) {
+  return body != BodyId::kNone && state.bodies.type[body] == BodyType::Kinematic;
+}
+
+/// True if what the contact is with may bring energy: a kinematic body or a conveyor.
+bool ground_moves(const WorldState& state, const Contact& contact) {
+  return contact.surface_velocity != 0 || is_kinematic(state, contact.body_a) ||
+         is_kinematic(state, contact.body_b);
+}
+
 bool ground_moves(const WorldState& state, const Island& island) {
-  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
-    const Contact& contact = state.contacts[island.contacts[k]];
-    return contact.surface_velocity != 0 || state.bodies.type[contact.body_a] == BodyType::Kinematic ||
-           state.bodies.type[contact.body_b] == BodyType::Kinematic;
-  });
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece,
+                [&](std::size_t k) { return ground_moves(state, state.contacts[island.contacts[k]]); });
+}
+
+/// True if ground that moves touches, or joints held something to it in the last piece.
+bool ground_takes_along(const WorldState& state, const Island& island) {
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece,
+                [&](std::size_t k) {
+                  const Contact& contact = state.contacts[island.contacts[k]];
+                  return ground_moves(state, contact) && (pushes(contact) || touches(state, contact));
+                }) ||
+         any_of(state.island_threads, island.joints.size(), kContactsAPiece, [&](std::size_t k) {
+           const std::uint32_t slot = island.joints[k];
+           const JointDef& def = state.joints[slot].def;
+           return (is_kinematic(state, def.a.index) || is_kinematic(state, def.b.index)) &&
+                  (holds_always(def) || state.held_rows[slot] != 0);
+         });
 }
 
 /// True if joints may bring energy, or keep it.
 bool is_driven(const WorldState& state, const Island& island) {
   return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
     const JointDef& def = state.joints[i].def;
-    const auto told = [&](BodyId body) {
-      return body && state.bodies.type[body.index] == BodyType::Kinematic;
-    };
-    return def.motor_speed || def.stiffness > 0 || def.damping > 0 || told(def.a) || told(def.b);
+    return def.motor_speed || def.stiffness > 0 || def.damping > 0 || is_kinematic(state, def.a.index) ||
+           is_kinematic(state, def.b.index);
   });
 }
 
@@ -426,8 +446,8 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
 }
 
 void IslandEnergy::keep(WorldState& state, const Island& island, double work) const {
-  if (may_be_given_energy(state, island)) return;
-  const double gained = gain(state, island, true) - work;
+  if (ground_takes_along(state, island)) return;
+  const double gained = gain(state, island, true) + energy_of_springs(state, island) - springs_ - work;
   if (gained == 0) return;
   const InnerMotion inner(state, island);
   const double small = island.contacts.empty() ? kSmallForJoints : kSmallCorrection;

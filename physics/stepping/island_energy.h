@@ -64,8 +64,8 @@ class IslandEnergy {
   void bound(WorldState& state, const Island& island, double h, std::vector<Velocity>& after) const;
   /// Gives a projection that was small against the motion the energy from before it and the `work` of its
   /// friction [J], in the same way but in both directions: the midpoint rule keeps the energy of what does
-  /// not rub, and so does the whole piece then. Does nothing where moving ground, motors or springs may have
-  /// brought energy.
+  /// not rub, and so does the whole piece then; that of springs counts. Motors have no part in it. Does
+  /// nothing where ground that moves, and holds or touches, may have brought energy.
   void keep(WorldState& state, const Island& island, double work) const;
 
  private:

@@ -127,4 +127,30 @@ std::uint8_t held_rows_of(const WorldState& state, const JointRecord& joint, dou
   return bits;
 }
 
+bool has_motors(const WorldState& state, const Island& island) {
+  return std::any_of(island.joints.begin(), island.joints.end(),
+                     [&](std::uint32_t slot) { return state.joints[slot].def.motor_speed.has_value(); });
+}
+
+bool hold_passed_motors(WorldState& state, const Island& island, double elapsed) {
+  bool any = false;
+  for (const std::uint32_t slot : island.joints) {
+    const JointRecord& joint = state.joints[slot];
+    const JointDef& def = joint.def;
+    if (!def.motor_speed) continue;
+    if (def.motor_limit < kInfinity) {
+      JointRows rows;
+      const int count = joint_rows(joint, joint_end(state, def.a.index, elapsed),
+                                   joint_end(state, def.b.index, elapsed), rows);
+      for (int k = 0; k < count; ++k) {
+        const JointRow& row = rows[static_cast<std::size_t>(k)];
+        if (row.kind == JointRowKind::Motor && joint.row_force[k] * (row.rate - row.speed) > 0)
+          state.held_rows[slot] |= 1u << k;
+      }
+    }
+    any |= def.motor_limit == kInfinity || state.held_rows[slot] != 0;
+  }
+  return any;
+}
+
 }  // namespace skerry

@@ -38,4 +38,12 @@ std::optional<double> next_limit_time(const WorldState& state, const JointRecord
 std::uint8_t held_rows_of(const WorldState& state, const JointRecord& joint, double elapsed,
                           std::uint8_t reached, bool whole);
 
+/// Whether an island has motors.
+bool has_motors(const WorldState& state, const Island& island);
+/// Motors that pushed as hard as they can and are past their speed after a piece of a step hold it, as others
+/// at their speed do (`WorldState::held_rows`): at its end, before the projection, what they drive is slower.
+/// @param elapsed  since the beginning of the step [s]
+/// @return whether a motor holds its speed
+bool hold_passed_motors(WorldState& state, const Island& island, double elapsed);
+
 }  // namespace skerry

@@ -38,9 +38,10 @@ struct VelocityShift {
 /// smaller.
 /// @param pushed  contacts and limits that it would pull by more than they were pushed in a piece of this
 ///                length [s] open instead; 0: none do
-/// @param rows      those of `project_positions`, if it said that they hold and nothing has moved since
+/// @param rows    those of `project_positions`, if it said that they hold and nothing has moved since
+/// @param motors  those at their speed hold it
 VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
-                                 IslandResult& result, Assembly* rows = nullptr);
+                                 IslandResult& result, Assembly* rows = nullptr, bool motors = true);
 
 /// True if what joints, or motors without limit, hold moves otherwise: bodies were given another velocity, or
 /// motors another speed.

@@ -242,9 +242,15 @@ class IslandStep {
         Assembly& rows = vectors->rows;
         const bool hold = project_positions(state_, island_, elapsed_, result_, rows);
         VelocityShift shift;
+        // Motors would pay for what joints take, beyond their largest force, or for ever: they come after it
+        // was given back.
+        const bool motors = carried && has_motors(state_, island_);
         if (forces.moving)
-          shift = project_velocities(state_, island_, elapsed_, solved, result_, hold ? &rows : nullptr);
+          shift =
+              project_velocities(state_, island_, elapsed_, solved, result_, hold ? &rows : nullptr, !motors);
         if (carried) carried->keep(state_, island_, shift.friction);
+        if (motors && hold_passed_motors(state_, island_, elapsed_))
+          project_velocities(state_, island_, elapsed_, solved, result_);
         // The plastic end of a step is of first order and lifts what it lets sink in.
         if (energy && last)
           energy->take_gain(state_, island_, hit);

@@ -147,7 +147,7 @@ struct VelocityScratch {
 };
 
 /// The contacts and limits that carry load, with all joints: rows at the present geometry.
-void assemble_loaded(const WorldState& state, const Island& island, double elapsed,
+void assemble_loaded(const WorldState& state, const Island& island, double elapsed, bool motors,
                      VelocityScratch& scratch) {
   std::vector<std::uint8_t>& points = scratch.points;
   points.assign(island.contacts.size(), 0);
@@ -165,7 +165,7 @@ void assemble_loaded(const WorldState& state, const Island& island, double elaps
   std::transform(island.joints.begin(), island.joints.end(), scratch.limits.begin(),
                  [&](std::uint32_t slot) { return state.held_rows[slot]; });
   request.limits = &scratch.limits;
-  request.actuators = AssemblyRequest::Actuators::All;
+  request.actuators = motors ? AssemblyRequest::Actuators::All : AssemblyRequest::Actuators::None;
   request.elapsed = elapsed;
   assemble(state, island, request, scratch.full);
 }
@@ -401,7 +401,7 @@ bool take_away(WorldState& state, const Island& island, Assembly& bilateral, dou
 }  // namespace
 
 VelocityShift project_velocities(WorldState& state, const Island& island, double elapsed, double pushed,
-                                 IslandResult& result, Assembly* rows) {
+                                 IslandResult& result, Assembly* rows, bool motors) {
   if (island.joints.empty() && velocities_hold(state, island, elapsed)) return {};
   Spare<VelocityScratch> scratch;
   island_velocities(state, island, scratch->v);
@@ -409,13 +409,13 @@ VelocityShift project_velocities(WorldState& state, const Island& island, double
   // Joints that only hold slide nowhere, and so nothing comes along.
   const bool ready = rows != nullptr;
   scratch->companions.clear();
-  if (!ready) assemble_loaded(state, island, elapsed, *scratch);
+  if (!ready) assemble_loaded(state, island, elapsed, motors, *scratch);
   Assembly& bilateral = ready ? *rows : select_bilateral(state, scratch->v, fastest, pushed > 0, *scratch);
   // What is left does work against the joints' forces all the way to the next projection.
   const double floor = (pushed > 0 ? kVelocityFloor : kFineVelocityFloor) * std::max(fastest, 1e-3);
   VelocityShift done;
   if (!take_away(state, island, bilateral, floor, fastest, pushed, result, *scratch, done))
-    return project_velocities(state, island, elapsed, pushed, result);
+    return project_velocities(state, island, elapsed, pushed, result, nullptr, motors);
   return done;
 }
 

@@ -233,5 +233,42 @@ TEST(SpinningJoints, OfAWheelCutNoStep) {
   for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(1.0 / 60).substeps, 1);
 }
 
+// What joints take while they turn is given back to the motion, also where something weak drives or holds it:
+// each of these braked by 7 % a second, more than a motor could do about.
+TEST(SpinningJoints, AreNotBrakedByWhatBringsNothing) {
+  JointDef motor, damper, spring, rope;
+  motor.motor_speed = 1e5;
+  motor.motor_limit = 1e-3;
+  damper.damping = 1e-9;
+  spring.stiffness = 1e-6;
+  for (const JointDef& axle : {JointDef{}, motor, damper, spring}) {
+    Rotor rotor(Rotor::Kind::Welded, 40, axle);
+    for (int i = 0; i < 60; ++i) rotor.world.step(1.0 / 60);
+    EXPECT_NEAR(rotor.world.omega(rotor.hub), 40, 1e-4);
+  }
+  Rotor rotor(Rotor::Kind::Welded, 40, {});
+  const BodyId kite = rotor.world.create_body({.type = BodyType::Kinematic, .position = {0, 1}});
+  rotor.world.create_joint(
+      {.kind = JointKind::Rope, .a = kite, .b = rotor.hub, .anchor_a = {0, 1}, .length = 5.0});
+  for (int i = 0; i < 60; ++i) rotor.world.step(1.0 / 60);
+  EXPECT_NEAR(rotor.world.omega(rotor.hub), 40, 1e-9);
+}
+
+TEST(SpinningJoints, OfAMotorGetToItsSpeedAndLetItIdle) {
+  JointDef motor;
+  motor.motor_speed = 40;
+  motor.motor_limit = 200;
+  Rotor rotor(Rotor::Kind::Welded, 38, motor);
+  double fastest = 0;
+  for (int i = 0; i < 120; ++i) {
+    rotor.world.step(1.0 / 60);
+    fastest = std::max(fastest, rotor.world.omega(rotor.hub));
+  }
+  EXPECT_NEAR(rotor.world.omega(rotor.hub), 40, 1e-9);
+  EXPECT_LT(fastest, 40 + 1e-9);
+  // What is left is of second order.
+  EXPECT_NEAR(rotor.world.joint_torque(rotor.hinge), 0, 10);
+}
+
 }  // namespace joint_energy_test
 }  // namespace skerry
