@@ -70,8 +70,8 @@ SinkReport SinkBase::end() {
   report.path = name_;
   report.frames = frames_;
   report.repeats = repeats_;
+  phase_ = Phase::Done;  // whether or not it succeeds
   finish(report);
-  phase_ = Phase::Done;
   return report;
 }
 
@@ -138,10 +138,34 @@ class StillSink final : public SinkBase {
   Image last_;
 };
 
+/// Where a name has its %d, %6d or %06d: the number of the frame.
+struct Counter {
+  std::size_t first = 0, size = 0;  // 0: it has none
+};
+
+/// Looks at what comes after the last '/'. Other '%' are themselves, but not where one means a conversion.
+/// @throws std::invalid_argument
+Counter counter_in(const std::string& name) {
+  Counter counter;
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const std::size_t folder = name.rfind('/');
+  for (std::size_t i = name.find('%', folder == std::string::npos ? 0 : folder); i != std::string::npos;
+       i = name.find('%', i + 1)) {
+    std::size_t end = i + 1;
+    while (end < name.size() && is_digit(name[end])) ++end;
+    if (end >= name.size() || !is_letter(name[end])) continue;
+    if (name[end] != 'd' || end - i > 3 || counter.size > 0)
+      throw std::invalid_argument(name + ": a pattern has exactly one %d, such as frame_%06d.png");
+    counter = {i, end + 1 - i};
+  }
+  return counter;
+}
+
 /// A PNG file for each frame, by several threads. None has its name before all of them are written.
 class PngSequenceSink final : public SinkBase {
  public:
-  using SinkBase::SinkBase;
+  explicit PngSequenceSink(const std::string& name) : SinkBase(name), counter_(counter_in(name)) {}
   ~PngSequenceSink() override {
     if (threads_.empty()) return;
     queue_.abandon();
@@ -155,11 +179,10 @@ class PngSequenceSink final : public SinkBase {
   };
 
   [[nodiscard]] std::string file_name(std::int64_t index) const {
-    std::string text(name().size() + 32, '\0');
-    // The pattern was checked by make_sink: exactly one conversion, of an int.
-    const int length = std::snprintf(text.data(), text.size(), name().c_str(), static_cast<int>(index));
-    text.resize(static_cast<std::size_t>(length));
-    return text;
+    char number[128];
+    const std::string format = name().substr(counter_.first, counter_.size);
+    std::snprintf(number, sizeof number, format.c_str(), static_cast<int>(index));
+    return name().substr(0, counter_.first) + number + name().substr(counter_.first + counter_.size);
   }
 
   void open() override {
@@ -216,6 +239,7 @@ class PngSequenceSink final : public SinkBase {
     report.format = "png sequence";
   }
 
+  const Counter counter_;
   BoundedQueue<Job> queue_{6};
   std::vector<std::thread> threads_;
   std::mutex mutex_;
@@ -252,19 +276,11 @@ class TeeSink final : public FrameSink {
   std::vector<std::unique_ptr<FrameSink>> sinks_;
 };
 
-/// How many conversions of an int (%d, %6d, %06d) the file name has; -1 if it has any other one.
-int count_conversions(const std::string& name) {
-  int count = 0;
-  for (std::size_t i = name.find('%'); i != std::string::npos; i = name.find('%', i + 1)) {
-    std::size_t end = i + 1;
-    while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
-    if (end >= name.size() || name[end] != 'd' || end - i > 3) return -1;
-    ++count;
-  }
-  return count;
-}
-
 }  // namespace
+
+bool counts_frames(const std::filesystem::path& path) {
+  return counter_in(path.string()).size > 0;
+}
 
 std::unique_ptr<FrameSink> make_sink(const std::filesystem::path& path, const SinkOptions& options) {
   namespace fs = std::filesystem;
@@ -278,19 +294,14 @@ std::unique_ptr<FrameSink> make_sink(const std::filesystem::path& path, const Si
     std::error_code error;
     fs::create_directories(path, error);
     if (error) throw EnvironmentError(name + ": cannot create: " + error.message());
-    if (name.find('%') != std::string::npos) {
-      throw std::invalid_argument(name + ": the name of a directory for frames cannot contain '%'");
-    }
     return std::make_unique<PngSequenceSink>((path / "frame_%06d.png").string());
   }
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
   if (extension == ".png") {
-    const int conversions = count_conversions(name);
-    if (conversions == 0) return std::make_unique<StillSink>(name);
-    if (conversions == 1) return std::make_unique<PngSequenceSink>(name);
-    throw std::invalid_argument(name + ": a pattern has exactly one %d, such as frame_%06d.png");
+    if (counts_frames(path)) return std::make_unique<PngSequenceSink>(name);
+    return std::make_unique<StillSink>(name);
   }
   if (extension == ".mp4") return make_video_sink(name, VideoKind::Mp4, options);
   if (extension == ".mkv") return make_video_sink(name, VideoKind::Mkv, options);

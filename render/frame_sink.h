@@ -60,7 +60,7 @@ class FrameSink {
   /// Starts a chapter at the next frame. Formats without chapters ignore it.
   virtual void chapter(const std::string& title);
 
-  /// Finishes the file and gives it its name.
+  /// Finishes the file and gives it its name. After that, and after it failed, nothing else may be called.
   /// @throws EnvironmentError with the file's name
   virtual SinkReport end() = 0;
 };
@@ -79,6 +79,11 @@ struct SinkOptions {
 /// @throws std::invalid_argument for an unknown extension, with the list of known ones
 [[nodiscard]] std::unique_ptr<FrameSink> make_sink(const std::filesystem::path& path,
                                                    const SinkOptions& options = {});
+
+/// Whether the name of a PNG has a counter in its last part, such as %06d, for a file of each frame. Other
+/// '%' are themselves.
+/// @throws std::invalid_argument for several counters, or one that is none, such as %s
+[[nodiscard]] bool counts_frames(const std::filesystem::path& path);
 
 /// Several sinks fed at once, e.g. a video and its hashes. Reports are those of the first.
 [[nodiscard]] std::unique_ptr<FrameSink> tee(std::vector<std::unique_ptr<FrameSink>> sinks);

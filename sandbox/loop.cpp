@@ -12,7 +12,8 @@ std::uint64_t frame_count(const Demo& demo, const LoopClock& clock) {
   const double frames = static_cast<double>(demo.total_steps()) * demo.dt() * clock.fps / clock.speed;
   // Only slow motion of an endless run has more.
   constexpr double kMost = 1e18;
-  return static_cast<std::uint64_t>(std::ceil(std::min(frames, kMost) - 1e-6));
+  // The first one shows the beginning, however short the rest is.
+  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::ceil(std::min(frames, kMost) - 1e-6)));
 }
 
 bool run_loop(Demo& demo, const LoopClock& clock, const LoopCallbacks& callbacks) {

@@ -27,7 +27,7 @@ struct LoopCallbacks {
   std::function<void(const Demo&)> frame;
 };
 
-/// Number of frames of the whole demo.
+/// Number of frames of the whole demo, at least 1.
 std::uint64_t frame_count(const Demo& demo, const LoopClock& clock);
 
 /// Runs the demo to its end, or to `until`, then evaluates what waits for the end. Frame k shows the world at

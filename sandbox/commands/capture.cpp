@@ -57,7 +57,7 @@ std::string extension_of(const fs::path& path) {
 // A picture of one moment: a PNG without a counter in its name, or what has no ending to tell.
 bool is_still(const Options& options, const std::string& path) {
   if (options.at && (is_standard_output(path) || render::is_special(path))) return true;
-  return extension_of(path) == ".png" && path.find('%') == std::string::npos;
+  return extension_of(path) == ".png" && !render::counts_frames(path);
 }
 
 std::string output_path(const Options& options, const DemoFile& file) {

@@ -323,11 +323,34 @@ TEST(FrameSink, AnOldPngSequenceStaysUntilTheNewOneIsComplete) {
   expect_old("the last one cannot be written");
 }
 
+// Only the last part of a name has a counter, and only "%d" is one.
+TEST(FrameSink, PercentSignsAreNamesWhereTheyCount) {
+  const Scratch scratch;
+  std::filesystem::create_directory(scratch / "100%d");
+  encode(scratch / "100%d/50%.png", 2, {}, 60, 32, 18);
+  encode(scratch / "100%d/5%-%02d-%.png", 2, {}, 60, 32, 18);
+  encode(scratch / "100%d/", 1, {}, 60, 32, 18);
+  for (const char* name : {"50%.png", "5%-00-%.png", "5%-01-%.png", "frame_000000.png"})
+    EXPECT_TRUE(std::filesystem::exists(scratch / (std::string("100%d/") + name))) << name;
+}
+
+TEST(FrameSink, NothingCanBeCalledAfterAnEndThatFailed) {
+  const Scratch scratch;
+  std::filesystem::create_symlink("/dev/full", scratch / "full.mkv");
+  const auto sink = make_sink(scratch / "full.mkv");
+  sink->begin({320, 180, 60, "", "", {}});
+  sink->frame(test_frame(320, 180, 0));
+  EXPECT_THROW(sink->end(), EnvironmentError);
+  EXPECT_THROW(sink->end(), std::logic_error);
+  EXPECT_THROW(sink->frame(test_frame(320, 180, 0)), std::logic_error);
+}
+
 TEST(FrameSink, RefusesWhatItCannotDo) {
   const Scratch scratch;
   EXPECT_THROW(make_sink("a.avi"), std::invalid_argument);
   EXPECT_THROW(make_sink("a_%s.png"), std::invalid_argument);
   EXPECT_THROW(make_sink("a_%d_%d.png"), std::invalid_argument);
+  EXPECT_THROW(make_sink("a_%0123d.png"), std::invalid_argument);
   EXPECT_THROW(make_sink("a.mp4", {false, false, 99}), std::invalid_argument);
   const auto sink = make_sink(scratch / "a.mp4");
   EXPECT_THROW(sink->frame(test_frame(320, 180, 0)), std::logic_error);

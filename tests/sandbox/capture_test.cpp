@@ -114,6 +114,25 @@ TEST_F(Capture, PngSequenceHasOneFileAFrame) {
   EXPECT_EQ(folder_.files(), 6u);
 }
 
+TEST_F(Capture, PercentSignsCanBePartOfNames) {
+  for (const char* name : {"50%.png", "50%/"}) {
+    const Outcome outcome = capture({"free_fall", "-o", folder_ / name, "--at", "0.05", "--size", "320x180"});
+    EXPECT_EQ(outcome.code, kGood) << outcome.err;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "50%.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "50%/free_fall.png"));
+}
+
+TEST_F(Capture, AVeryFastOneHasOneFrame) {
+  for (const char* name : {"x.gif", "x%d.png"}) {
+    const Outcome outcome = capture(
+        {"free_fall", "-o", folder_ / name, "--seconds", "0.01", "--speed", "1e6", "--size", "320x180"});
+    EXPECT_EQ(outcome.code, kGood) << outcome.err;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "x0.png"));
+  EXPECT_EQ(folder_.files(), 2u);
+}
+
 TEST_F(Capture, FolderTakesSeveralDemosByName) {
   const Outcome outcome =
       capture({"stack", "free_fall", "-o", folder_ / "out/", "--at", "0.1", "--size", "320x180"});
