@@ -27,6 +27,10 @@ constexpr double kVain = 0.5, kPoor = 0.1;
 // Velocities that joints do not allow, in shares of the fastest one, and of 1 m/s, which are rounding.
 constexpr double kObeyed = 1e-9;
 
+// Share of their distance to which anchors of a spring come along its line in half of a piece, by free
+// motion, from which on they pass each other.
+constexpr double kPassing = 0.25;
+
 // A way [m or rad] below which geometry changes by less than rounding.
 constexpr double kStill = 1e-12;
 
@@ -133,6 +137,28 @@ class PieceSolve {
     return true;
   }
 
+  /// Springs along a line, whose free way would take their anchors past each other, keep the direction of the
+  /// beginning: half-way it would point the other way, which the stretch of the beginning does not.
+  void keep_springs_this_side(const Assembly& start, Assembly& mid) const {
+    if (state_.springs == 0) return;
+    for (std::size_t i = 0; i < mid.origin.size() && mid.origin[i].joint; ++i) {
+      if (!mid.origin[i].spring()) continue;
+      const JointRecord& joint = state_.joints[mid.origin[i].index];
+      const bool line = joint.def.kind == JointKind::Distance || joint.def.kind == JointKind::Spring;
+      if (!line || !(joint.length > 0)) continue;
+      Row& row = mid.system.rows[i];
+      const Row& first = start.system.rows[i];
+      const auto part = [](const std::array<double, 3>& J) { return Vec2{J[0], J[1]}; };
+      const double turned = dot(part(row.Ja), part(first.Ja)) + dot(part(row.Jb), part(first.Jb));
+      const double both = length_squared(part(first.Ja)) + length_squared(part(first.Jb));
+      const double before = start.origin[i].error + joint.length, now = mid.origin[i].error + joint.length;
+      if (turned * now > kPassing * both * before) continue;
+      row.Ja = first.Ja;
+      row.Jb = first.Jb;
+      mid.drive[i] = start.drive[i];
+    }
+  }
+
   /// @param damping  by body, factors of its inverse masses, if there are any
   void solve_once(const std::vector<Velocity>& before, std::vector<Velocity>& after,
                   const std::vector<InverseMass>* damping = nullptr) {
@@ -163,6 +189,7 @@ class PieceSolve {
         request.manifolds = &scratch->manifolds;
         assemble(state_, island_, request, mid);
         found_.moving = mid.system.size() == start.system.size();
+        if (found_.moving) keep_springs_this_side(start, mid);
       }
     }
     found_.stop = h;
