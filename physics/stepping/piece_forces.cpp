@@ -106,10 +106,16 @@ class PieceSolve {
             state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
             state_.config.skips.axes ? &contact.cache : nullptr, &(*stats)[from / kContactsAPiece]);
         if (take_geometry(mid, manifolds[k]) || !is_on_chain(contact)) continue;
-        // A disc that is over the next segment by then has its point below its middle all the same.
-        const std::uint32_t body = state_.local_index[contact.body_b] >= 0 ? contact.body_b : contact.body_a;
-        const Vec2 shift = pose(body).p - state_.bodies.position[body];
-        for (ManifoldPoint& point : manifolds[k].points) point.position += shift;
+        // A disc that is over the next segment by then has its point below its middle all the same; corners
+        // go with their body.
+        const bool of_b = state_.local_index[contact.body_b] >= 0;
+        const std::uint32_t body = of_b ? contact.body_b : contact.body_a;
+        const Shape& shape = state_.shapes[of_b ? contact.shape_b : contact.shape_a].shape;
+        const Transform then = state_.bodies.pose(body), now = pose(body);
+        for (ManifoldPoint& point : manifolds[k].points) {
+          point.position = shape.kind == ShapeKind::Disc ? point.position + (now.p - then.p)
+                                                         : to_world(now, to_local(then, point.position));
+        }
       }
     });
     for (const NarrowPhaseStats& piece : *stats) result_.narrow += piece;
