@@ -51,7 +51,7 @@ TEST_P(Thin, BoardsHoldWhatIsThrownOntoThem) {
                                            .velocity = one.speed * Vec2{std::cos(way), std::sin(way)},
                                            .omega = draw.uniform(-10, 10)});
       world.add_shape(body, test::rough(one.shape, one.friction));
-      for (double t = 0; t < 0.3; t += one.h) world.step(one.h);
+      for (int i = 0; i * one.h < 0.3; ++i) world.step(one.h);
       through += world.position(body).y < 0;
     }
     EXPECT_EQ(through, 0) << one.name;
@@ -95,8 +95,9 @@ TEST_P(Thin, CupsHoldWhatBouncesInThem) {
       world.add_shape(cup, test::smooth(make_box(size, at), 0.95));
     std::vector<BodyId> discs;
     for (int k = 0; k < 7; ++k) {
+      const int column = k % 3, row = k / 3;
       const double way = draw.uniform(0, 6.3);
-      discs.push_back(test::add(world, {0.28 * (k % 3) - 0.28, 0.28 * (k / 3) - 0.28},
+      discs.push_back(test::add(world, {0.28 * column - 0.28, 0.28 * row - 0.28},
                                 test::smooth(make_disc(0.1), 0.95), 1,
                                 300 * Vec2{std::cos(way), std::sin(way)}));
     }
