@@ -24,6 +24,8 @@ enum class Stage : std::uint8_t { Forces, Broad, Narrow, Islands, Assemble, Solv
 inline constexpr int kStageCount = 9;
 std::string_view stage_name(Stage stage);
 
+/// A shape that is destroyed while it touches another one has no End: who counts what is in a sensor counts
+/// it out where it is destroyed.
 enum class ContactEventKind : std::uint8_t { Begin, Persist, End, Hit };
 
 /// Something that happened to a pair of shapes in the step.
