@@ -8,6 +8,11 @@
 
 namespace skerry {
 
+inline bool is_on_chain(const WorldState& state, const Contact& contact) {
+  return state.shapes[contact.shape_a].shape->kind == ShapeKind::Chain ||
+         state.shapes[contact.shape_b].shape->kind == ShapeKind::Chain;
+}
+
 /// A chain and what meets it.
 struct ChainSide {
   bool of_a;           ///< the chain is shape a of the contact
@@ -16,7 +21,7 @@ struct ChainSide {
   Vec2 middle;  ///< of the other shape: the mean of its corners, in the frame of its body [m]
 };
 
-/// @pre one of the shapes is a chain
+/// @pre is_on_chain
 inline ChainSide chain_side(const WorldState& state, const Contact& contact) {
   const bool of_a = state.shapes[contact.shape_a].shape->kind == ShapeKind::Chain;
   const Shape& chain = state.shapes[of_a ? contact.shape_a : contact.shape_b].shape;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/joint_rows.h"
+#include "physics/stepping/chain_side.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/joint_limits.h"
 #include "physics/stepping/root.h"
@@ -238,9 +239,7 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
     const double now =
         open_gap(k, pose_at(state_, contact.body_a, elapsed), pose_at(state_, contact.body_b, elapsed));
     // What comes to a side of a valley from beyond its end is not seen before, however near it is.
-    const bool terrain = state_.shapes[contact.shape_a].shape->kind == ShapeKind::Chain ||
-                         state_.shapes[contact.shape_b].shape->kind == ShapeKind::Chain;
-    const bool unseen = terrain && !(now < contact.margin);
+    const bool unseen = is_on_chain(state_, contact) && !(now < contact.margin);
     if (now > 1.5 * span * speed && !unseen) continue;
     if (!method.prepare_dense()) return false;
     const auto gap = [&](double t) {

@@ -127,7 +127,7 @@ double first_deep_look(const WorldState& state, const Contact& contact, const Fr
   };
   const double way = way_of(a, contact.body_a) + way_of(b, contact.body_b);
   const auto is_deep = [&](double t) { return free.separation(t) < -ignored; };
-  if (shape_a.kind != ShapeKind::Chain && shape_b.kind != ShapeKind::Chain) {
+  if (!is_on_chain(state, contact)) {
     const int looks = looks_at(way, half_width(shape_a) + half_width(shape_b), kMostLooksOfThin);
     for (int i = 1; i < looks; ++i)
       if (is_deep(h * i / looks)) return h * i / looks;

@@ -7,6 +7,7 @@
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/chain_side.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/joint_midpoint.h"
@@ -105,7 +106,7 @@ class PieceSolve {
             contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
             state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
             state_.config.skips.axes ? &contact.cache : nullptr, &(*stats)[from / kContactsAPiece]);
-        if (take_geometry(mid, manifolds[k]) || !is_on_chain(contact)) continue;
+        if (take_geometry(mid, manifolds[k]) || !is_on_chain(state_, contact)) continue;
         // A disc that is over the next segment by then has its point below its middle all the same; corners
         // go with their body.
         const bool of_b = state_.local_index[contact.body_b] >= 0;
@@ -120,11 +121,6 @@ class PieceSolve {
     });
     for (const NarrowPhaseStats& piece : *stats) result_.narrow += piece;
     return true;
-  }
-
-  bool is_on_chain(const Contact& contact) const {
-    return state_.shapes[contact.shape_a].shape->kind == ShapeKind::Chain ||
-           state_.shapes[contact.shape_b].shape->kind == ShapeKind::Chain;
   }
 
   /// Points keep their numbers. @return false where the features changed on the way: the old normal serves
