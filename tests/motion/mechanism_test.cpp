@@ -4,6 +4,7 @@
 // all kinds, limits, motors and springs whose anchors are apart. They gain no energy, are not torn apart, and
 // cost a bounded amount of work.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numeric>
@@ -126,7 +127,8 @@ TEST_P(Mechanisms, WithMotorsAndSpringsStayWhereTheyAre) {
   std::vector<unsigned> seeds(trials);
   std::iota(seeds.begin(), seeds.end(), 98u);
   // Near the ground, which did not push them, open joints gave these any angular momentum.
-  seeds.insert(seeds.end(), {147, 153, 183, 215, 281});
+  const std::array open = {147u, 153u, 183u, 215u, 281u};
+  seeds.insert(seeds.end(), open.begin(), open.begin() + std::min(5, test_scale(5)));
   for (const unsigned seed : seeds) {
     SCOPED_TRACE(seed);
     Mechanism made = random_mechanism(seed, GetParam(), Drives::Motors);
