@@ -36,6 +36,7 @@ int contact(lua_State* L) {
 
 /// What the last step says about a sensor's contacts.
 struct Reading {
+  Vec2 impulse;         ///< on the first body, friction and impacts included [N s]
   double normal = 0;    ///< sum of normal impulses, impacts included [N s]
   double least = 0;     ///< smallest normal impulse of a point [N s]
   double friction = 0;  ///< sum along perp(normal) [N s]
@@ -50,6 +51,7 @@ Reading read(const Sensor& sensor, const World& world) {
     if (!forward && report.body_b != sensor.first) continue;
     const BodyId other = forward ? report.body_b : report.body_a;
     if (sensor.second && other != sensor.second) continue;
+    reading.impulse += forward ? -report.impulse : report.impulse;
     for (int i = 0; i < report.count; ++i) {
       const ContactPointReport& point = report.points[static_cast<std::size_t>(i)];
       const double normal = point.normal_impulse + point.impact_impulse;
@@ -67,18 +69,23 @@ int contact_index(lua_State* L) {
   const World& world = *script_with_world(L, "contact").world;
   const Sensor& sensor = *static_cast<const Sensor*>(luaL_checkudata(L, 1, kContactType));
   const std::string key = text_argument(L, 2, "contact", "field");
-  static const std::vector<std::string> names{"impulse", "force",  "least",   "friction",
-                                              "gap",     "points", "touching"};
+  static const std::vector<std::string> names{"impulse", "force", "least",  "friction", "fx",
+                                              "fy",      "gap",   "points", "touching"};
   const Reading reading = read(sensor, world);
   const double h = world.report().h;
+  const auto push_mean = [&](double impulse) { lua_pushnumber(L, h > 0 ? impulse / h : 0); };
   if (key == "impulse")
     lua_pushnumber(L, reading.normal);
   else if (key == "force")
-    lua_pushnumber(L, h > 0 ? reading.normal / h : 0);
+    push_mean(reading.normal);
   else if (key == "least")
     lua_pushnumber(L, reading.least);
   else if (key == "friction")
-    lua_pushnumber(L, h > 0 ? reading.friction / h : 0);
+    push_mean(reading.friction);
+  else if (key == "fx")
+    push_mean(reading.impulse.x);
+  else if (key == "fy")
+    push_mean(reading.impulse.y);
   else if (key == "gap")
     lua_pushnumber(L, reading.gap);
   else if (key == "points")
@@ -90,26 +97,34 @@ int contact_index(lua_State* L) {
   return 1;
 }
 
+/// What is known of all bodies together takes no argument: one that is given means something else.
+const World& world_of_all(lua_State* L, const char* function) {
+  if (lua_gettop(L) > 0)
+    throw std::invalid_argument(std::string(function) + ": is of all bodies and takes nothing, got " +
+                                describe(L, 1));
+  return *script_with_world(L, function).world;
+}
+
 int energy(lua_State* L) {
-  const World& world = *script_with_world(L, "energy").world;
+  const World& world = world_of_all(L, "energy");
   lua_pushnumber(L, world.kinetic_energy() + world.potential_energy());
   return 1;
 }
 
 int kinetic_energy(lua_State* L) {
-  lua_pushnumber(L, script_with_world(L, "kinetic_energy").world->kinetic_energy());
+  lua_pushnumber(L, world_of_all(L, "kinetic_energy").kinetic_energy());
   return 1;
 }
 
 int momentum(lua_State* L) {
-  const Vec2 momentum = script_with_world(L, "momentum").world->momentum();
+  const Vec2 momentum = world_of_all(L, "momentum").momentum();
   lua_pushnumber(L, momentum.x);
   lua_pushnumber(L, momentum.y);
   return 2;
 }
 
 int angular_momentum(lua_State* L) {
-  lua_pushnumber(L, script_with_world(L, "angular_momentum").world->angular_momentum());
+  lua_pushnumber(L, world_of_all(L, "angular_momentum").angular_momentum());
   return 1;
 }
 
@@ -120,7 +135,7 @@ int time(lua_State* L) {
 }
 
 int penetration(lua_State* L) {
-  lua_pushnumber(L, script_with_world(L, "penetration").world->report().worst_penetration);
+  lua_pushnumber(L, world_of_all(L, "penetration").report().worst_penetration);
   return 1;
 }
 

@@ -344,6 +344,39 @@ TEST_F(Script, ContactSensorReadsTheWeightOfABox) {
   EXPECT_FALSE(demo.failed()) << demo.checks()[0].value;
 }
 
+// What hands that press a book from both sides carry is friction of opposite signs, and a force upwards.
+TEST_F(Script, ContactSensorAddsUpTheForceOnItsFirstBody) {
+  const std::string path = folder_.write(
+      "book.lua",
+      "demo{ title = 'T', seconds = 0.2, friction = 0.5 }\n"
+      "local book = box{ at = {0, 1}, size = {0.2, 0.3}, mass = 2 }\n"
+      "local left = box{ at = {-0.15, 1}, size = {0.1, 0.1}, mass = 1, gravity_scale = 0 }\n"
+      "local right = box{ at = {0.15, 1}, size = {0.1, 0.1}, mass = 1, gravity_scale = 0 }\n"
+      "slider{ a = left, axis = {1, 0} }\nslider{ a = right, axis = {1, 0} }\n"
+      "on_step(function() left:force(50, 0) right:force(-50, 0) end)\n"
+      "local both, one, back = contact(book), contact(book, left), contact(left, book)\n"
+      "expect('pressed', function() return both.force end, { equals = 100, within = 1e-6 })\n"
+      "expect('up', function() return both.fy end, { equals = 2 * 9.81, within = 1e-6 })\n"
+      "expect('across', function() return both.fx end, { equals = 0, within = 1e-6 })\n"
+      "expect('right', function() return one.fx end, { equals = 50, within = 1e-6 })\n"
+      "expect('half', function() return one.fy end, { equals = 9.81, within = 1e-6 })\n"
+      "expect('down', function() return back.fy end, { equals = -9.81, within = 1e-6 })\n"
+      "expect('friction', function() return one.friction end, { equals = 9.81, within = 1e-6 })\n"
+      "expect('and back', function() return back.friction end, { equals = 9.81, within = 1e-6 })");
+  Demo demo(path, {});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  for (const Check& check : demo.checks())
+    EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
+}
+
+TEST_F(Script, WhatIsOfAllBodiesTakesNone) {
+  for (const std::string name : {"energy", "kinetic_energy", "momentum", "angular_momentum", "penetration"}) {
+    EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nprint(" + name + "(b))"),
+              "arch.lua:3: " + name + ": is of all bodies and takes nothing, got a body");
+  }
+}
+
 TEST_F(Script, JointsPullWithTheWeightTheyCarry) {
   const std::string path = folder_.write(
       "j.lua",
