@@ -45,14 +45,15 @@ bool is_rod(const JointRecord& joint) {
          (kind == JointKind::Spring && joint.length > 0);
 }
 
+/// @param starting  joints between bodies at rest do, too
 /// @param counts  says which joints do
 template <class Counts>
-double stable_length_where(const WorldState& state, const Island& island, Counts&& counts) {
+double stable_length_where(const WorldState& state, const Island& island, bool starting, Counts&& counts) {
   double fastest = 0;  // largest w^2
   for (const std::uint32_t slot : island.joints) {
     const JointRecord& joint = state.joints[slot];
     const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-    if ((!moves(state, a) && !moves(state, b)) || !counts(joint)) continue;
+    if ((!starting && !moves(state, a) && !moves(state, b)) || !counts(joint)) continue;
     const JointEnd end_a = joint_end(state, a), end_b = joint_end(state, b);
     JointRows rows;
     const int count = joint_geometry(joint, end_a, end_b, rows);
@@ -87,13 +88,13 @@ double stable_length_where(const WorldState& state, const Island& island, Counts
 
 }  // namespace
 
-double stable_length(const WorldState& state, const Island& island, double enough) {
-  return stable_length_where(state, island,
+double stable_length(const WorldState& state, const Island& island, double enough, bool starting) {
+  return stable_length_where(state, island, starting,
                              [&](const JointRecord& joint) { return !is_calm(state, joint, enough); });
 }
 
 double stable_length_of_rods(const WorldState& state, const Island& island) {
-  return stable_length_where(state, island, [](const JointRecord& joint) { return is_rod(joint); });
+  return stable_length_where(state, island, false, [](const JointRecord& joint) { return is_rod(joint); });
 }
 
 double stable_length_of_turns(const WorldState& state, const Island& island, double h) {

@@ -15,7 +15,8 @@ struct WorldState;
 /// F r, and that of a rod, or a taut spring, of length l on its end like one of F / l: the light links of a
 /// chain under a heavy load shake at w = sqrt(F r / I). An explicit step must resolve that (w h <= 1; it
 /// would blow up at 2) [Hairer, Lubich & Wanner 2006, sec. I.1]. Uses the forces of the last solve.
-double stable_length(const WorldState& state, const Island& island, double enough);
+/// @param starting  bodies at rest count, too: those forces are what sets them going
+double stable_length(const WorldState& state, const Island& island, double enough, bool starting = false);
 /// The same for its rods, ropes, springs and pulleys alone.
 double stable_length_of_rods(const WorldState& state, const Island& island);
 

@@ -37,6 +37,8 @@ namespace {
 // Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
 // s.
 constexpr double kStablePieces = 256;
+// A piece is solved again where its own forces want one of less than this share of it.
+constexpr double kMuchShorter = 0.7;
 // How often a piece that something ends is solved again for what is left of it, where joints act, and the
 // share of it that is too little for them.
 constexpr int kShorterPieces = 3;
@@ -159,8 +161,8 @@ class IslandStep {
       const double stable = std::max(
           std::min(stable_length(state_, island_, left), stable_length_of_turns(state_, island_, to - from)),
           (to - from) / kStablePieces);
-      const bool whole = to - elapsed_ <= stable;
-      const double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
+      bool whole = to - elapsed_ <= stable;
+      double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
       const bool by_corners = points <= kPointsWithCorners && corners_left_ > 0 && !last;
       choose_resting(last);
@@ -198,6 +200,18 @@ class IslandStep {
         if (!forces.disobeyed) return lost ? to : elapsed_;
         obey();
         continue;
+      }
+      // Forces that no solve knew before this one: of bodies that were at rest, of joints that are new.
+      if (const double now = std::max(stable_once_moving(after, length), (to - from) / kStablePieces);
+          now < kMuchShorter * length) {
+        whole = false;
+        length = (to - elapsed_) / std::ceil((to - elapsed_) / now);
+        solved = hit = length;
+        if (!solve()) {
+          if (!forces.disobeyed) return lost ? to : elapsed_;
+          obey();
+          continue;
+        }
       }
       // What joints that hold do on the whole of a piece says little of a part (in large worlds, where it has
       // a price, enough), and nothing where springs swing to and fro within it; nor what contacts do while a
@@ -274,6 +288,17 @@ class IslandStep {
     if (piece <= kBouncingPieces || state_.config.accuracy) return 0;
     const double share = std::exp2((piece - kLowBouncePieces) / kBouncePiecesADoubling);
     return std::min(1.0, share) * slow_speed(state_, island_, h);
+  }
+
+  /// The length up to which a piece is stable under the forces that were found for it [s]; infinity where
+  /// nothing moves at its end either.
+  double stable_once_moving(const std::vector<Velocity>& after, double length) const {
+    const auto moves = [&](const Velocity& v) {
+      return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}) > state_.config.rest_speed;
+    };
+    return !island_.joints.empty() && std::any_of(after.begin(), after.end(), moves)
+               ? stable_length(state_, island_, length, true)
+               : kInfinity;
   }
 
   /// The rest of a step that was cut too often, with landings plastic. @return false, and nothing has
