@@ -32,6 +32,8 @@ constexpr std::ptrdiff_t kMostBrought = 4;
 constexpr double kLeastLeft = 0.1;
 // Share of the energy that a correction may add: with its friction it is no projection, but nearly one.
 constexpr double kMostGain = 0.02;
+// Friction beyond its bound by this share is more than rounding.
+constexpr double kBeyondBound = 1e-6;
 // Rows that a thread takes at a time.
 constexpr std::size_t kRowsAPiece = 2048;
 
@@ -73,6 +75,26 @@ bool let_open(WorldState& state, const Assembly& bilateral, const std::vector<do
     const RowOrigin& origin = bilateral.origin[i];
     if (!is_kept_closed(state, origin) || !(load_of(state, origin, h) + lambda[i] < 0)) continue;
     open_row(state, origin);
+    any = true;
+  }
+  return any;
+}
+
+/// Contacts that stick, and that the corrections would load beyond what friction holds, slide.
+/// @return whether there were
+bool let_slide(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda) {
+  bool any = false;
+  for (std::size_t i = 1; i < lambda.size(); ++i) {
+    const RowOrigin &origin = bilateral.origin[i], &normal = bilateral.origin[i - 1];
+    if (origin.joint || origin.kind != RowKind::Friction) continue;
+    // A point's friction follows its normal.
+    if (normal.joint || normal.kind != RowKind::Normal || normal.index != origin.index) continue;
+    Contact& contact = state.contacts[origin.index];
+    PointMemory& memory = contact.points[origin.point];
+    const double most =
+        std::max(contact.friction, contact.static_friction) * (memory.normal_impulse + lambda[i - 1]);
+    if (!(std::abs(memory.friction_impulse + lambda[i]) > (1 + kBeyondBound) * most)) continue;
+    memory.sticking = false;
     any = true;
   }
   return any;
@@ -366,23 +388,28 @@ bool adds_energy(const IslandSystem& system, const std::vector<Velocity>& before
 
 /// Rounds of corrections of the velocities `scratch.v`, which the island then has. The friction that comes
 /// along disturbs the normal velocities a little, hence the rounds.
-/// @return false, and nothing has happened, if contacts or limits that would be pulled were let go of
+/// @return false, and nothing has happened, if contacts or limits that would be pulled, or stick too hard,
+/// were let go of
 bool take_away(WorldState& state, const Island& island, Assembly& bilateral, double floor, double fastest,
                double pushed, IslandResult& result, VelocityScratch& scratch, VelocityShift& done) {
   std::vector<Velocity>&v = scratch.v, &next = scratch.next;
   std::vector<double>& lambda = scratch.lambda;
   Correction correction(state, scratch.full, bilateral, scratch.companions, floor, result);
+  const auto let_go = [&](int round) {
+    return pushed > 0 && round == 0 &&
+           (let_open(state, bilateral, lambda, pushed) || let_slide(state, bilateral, lambda));
+  };
   double error = correction.violation(v);
   for (int round = 0; round < 4 && error > floor; ++round) {
     next = v;
     correction.hold(lambda, next);
-    if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed)) return false;
+    if (let_go(round)) return false;
     correction.bring(lambda, next);
     double left = correction.violation(next);
     if (!(left < error) && correction.may_hold_with_friction()) {
       next = v;
       if (!correction.hold_with_friction(lambda, next)) break;
-      if (pushed > 0 && round == 0 && let_open(state, bilateral, lambda, pushed)) return false;
+      if (let_go(round)) return false;
       left = correction.violation(next);
     }
     const double brought = work_of_drive(bilateral, lambda);
