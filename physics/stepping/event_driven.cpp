@@ -330,7 +330,9 @@ class EventStep {
       const double work = problem_.work() - path_work_;
       if (work > most_work) return false;
       if (pace.is_too_slow(elapsed_, left, length, work)) return false;
-      const double error = method.attempt(elapsed_, y, dy, length, accuracy, kUnit);
+      // What is asked for is the error of a second of motion.
+      const double allowed = state_.config.accuracy ? std::max(accuracy * length, kFinest) : accuracy;
+      const double error = method.attempt(elapsed_, y, dy, length, allowed, kUnit);
       if (!(error <= 1)) {
         ++result_.rejected_steps;
         if (may_be_rough && roughness.is_found(length, error)) {
@@ -349,7 +351,7 @@ class EventStep {
       if (!events_.find(method, watched, elapsed_, forces_, end, event)) return false;
       if (state_.observe.paths && !record_path(method)) return false;
       ++result_.inner_steps;
-      if (state_.config.accuracy) result_.report.error_estimate += error * accuracy;
+      if (state_.config.accuracy) result_.report.error_estimate += error * allowed;
       if (event.found) {
         method.at(event.theta, at_event);
         travel(event.theta * length, method.end());

@@ -170,5 +170,40 @@ TEST(Accuracy, RefusesWhatNoStepperCanGive) {
   EXPECT_FALSE(world.config().accuracy);
 }
 
+// Narrow orbits take many inner steps in a second: each has its part of the error, not all of it.
+TEST(Accuracy, IsThatOfASecondForAnyNumberOfInnerSteps) {
+  constexpr double strength = 4;
+  for (const double eccentricity : {0.3, 0.6, 0.9}) {
+    for (const double axis : {0.3, 0.5}) {
+      for (const double wanted : {1e-6, 1e-8, 1e-10}) {
+        SCOPED_TRACE(testing::Message() << eccentricity << ", " << axis << " m, " << wanted);
+        WorldConfig config = test::weightless();
+        config.stepper = "event_driven";
+        config.accuracy = wanted;
+        World world(config);
+        world.set_force_field([](const FieldSample& s) {
+          const double r = length(s.position);
+          return Wrench{(-strength * s.mass / (r * r * r)) * s.position, 0};
+        });
+        const double slowest = std::sqrt(strength / axis * (1 - eccentricity) / (1 + eccentricity));
+        const BodyId planet =
+            add(world, {-axis * (1 + eccentricity), 0}, smooth(make_disc(0.01)), 2, {0, -slowest});
+        double estimate = 0;
+        for (int i = 0; i < 60; ++i) estimate += world.step(kStep).error_estimate;
+        // Kepler's equation, from the far end of the orbit on.
+        const double mean = std::sqrt(strength / (axis * axis * axis)) + kPi;
+        double anomaly = mean;
+        for (int i = 0; i < 100; ++i)
+          anomaly -=
+              (anomaly - eccentricity * std::sin(anomaly) - mean) / (1 - eccentricity * std::cos(anomaly));
+        const Vec2 place = axis * Vec2{std::cos(anomaly) - eccentricity,
+                                       std::sqrt(1 - eccentricity * eccentricity) * std::sin(anomaly)};
+        EXPECT_LT(length(world.position(planet) - place), wanted);
+        EXPECT_LE(estimate, wanted * (1 + 1e-9));
+      }
+    }
+  }
+}
+
 }  // namespace accuracy_test
 }  // namespace skerry
