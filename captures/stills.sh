@@ -3,11 +3,21 @@
 #
 #   captures/stills.sh              all demos
 #   captures/stills.sh arch stack   these
-#   SKERRY=build/native/skerry captures/stills.sh
+#   SKERRY=build/native/skerry captures/stills.sh     another program, by the caller's path
 set -eu
+case ${1:-} in
+-h | --help)
+  sed -n '2,/^set /{/^#/s/^# \{0,1\}//p;}' "$0"
+  exit 0
+  ;;
+esac
+case ${SKERRY:-} in
+"" | /*) ;;
+*) SKERRY=$PWD/$SKERRY ;;
+esac
 cd "$(dirname "$0")/.."
 skerry=${SKERRY:-build/release/skerry}
-[ -x "$skerry" ] || { echo "build first: tests/run.sh release" >&2; exit 4; }
+[ -x "$skerry" ] || { echo "$skerry: no program; build first: tests/run.sh release" >&2; exit 4; }
 size="--size 960x540"
 
 list=$("$skerry" list --demos demos)
@@ -20,6 +30,13 @@ row() {
   [ -n "$row" ] || row=$(printf '%s\n' "$seconds" | awk -v name="$1" '$1 == name { printf "%.2f", 0.4 * $2; exit }')
   printf '%s' "$row"
 }
+
+for demo in "$@"; do
+  printf '%s\n' "$names" | grep -qxF -e "$demo" || {
+    echo "no demo \"$demo\" (names: skerry list)" >&2
+    exit 3
+  }
+done
 
 for demo in ${*:-$names}; do
   # shellcheck disable=SC2046  # options are words

@@ -28,12 +28,10 @@ build capture skerry
 
 mkdir -p captures
 # An own -o wins; otherwise everything goes to captures/. Paths are those of the caller.
+cd "$caller"
 for word in "$@"; do
   case $word in
-  -o | -o?* | --out | --out=*)
-    cd "$caller"
-    exec "$root/build/capture/skerry" capture --demos "$root/demos" "$@"
-    ;;
+  -o | -o?* | --out | --out=*) exec "$root/build/capture/skerry" capture --demos "$root/demos" "$@" ;;
   esac
 done
-exec build/capture/skerry capture -o captures/ "$@"
+exec "$root/build/capture/skerry" capture --demos "$root/demos" -o "$root/captures/" "$@"
