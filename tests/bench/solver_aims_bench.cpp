@@ -16,6 +16,7 @@
 #include "physics/solver/run_pooling.h"
 #include "physics/solver/small_exact.h"
 #include "physics/spare.h"
+#include "tests/bench/arguments.h"
 #include "tests/bench/solver_timing.h"
 #include "tests/support/island_scenes.h"
 
@@ -278,23 +279,25 @@ std::vector<Job> jobs() {
   };
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   bool csv = false;
   const char* filter = "";
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--csv") == 0)
       csv = true;
+    else if (argv[i][0] == '-' || *filter != '\0')
+      throw bench::BadArgument(std::string(argv[i]) + ": expected --csv or one filter");
     else
       filter = argv[i];
   }
+  const std::vector<Job> all = jobs();
+  bench::expect_part("row", filter, bench::names_of(all));
   if (csv)
     std::printf("row,unit,aim,least,median,aims,of_ten_sweeps,residual,ten_sweeps_residual,factorisations\n");
   else
     std::printf("%-40s %8s %9s %9s %6s  %9s %9s %9s %5s\n", "row", "aim", "least", "median", "x aim",
                 "x 10 PGS", "residual", "10 PGS's", "fact");
-  for (const Job& job : jobs()) {
+  for (const Job& job : all) {
     if (std::strstr(job.name, filter) == nullptr) continue;
     const Reading r = job.run();
     const double least = r.time.least / job.unit, median = r.time.median / job.unit;
@@ -309,4 +312,11 @@ int main(int argc, char** argv) {
     }
     std::fflush(stdout);
   }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("solver_aims_bench", [&] { return run(argc, argv); });
 }

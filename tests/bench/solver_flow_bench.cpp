@@ -26,6 +26,7 @@
 #include <numeric>
 #include <random>
 
+#include "tests/bench/arguments.h"
 #include "tests/bench/solver_timing.h"
 #include "tests/support/ragdoll.h"
 #include "tests/support/worlds.h"
@@ -351,33 +352,38 @@ double work_for(double us, const std::vector<Price>& prices) {
   return std::round(std::clamp(work, 100.0, 20000.0));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
+  using namespace bench;
   bool csv = false;
   int steps = 0, balls = 0, touched = 0, resting = 0;
   double us = 4;
   const char* filter = "";
   std::vector<double> works;
   for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--csv") == 0)
+    const std::string word = argv[i];
+    if (word == "--csv")
       csv = true;
-    else if (std::strcmp(argv[i], "--steps") == 0 && i + 1 < argc)
-      steps = std::max(1, std::atoi(argv[++i]));
-    else if (std::strcmp(argv[i], "--work") == 0 && i + 1 < argc)
-      works.push_back(std::max(0.0, std::atof(argv[++i])));
-    else if (std::strcmp(argv[i], "--us") == 0 && i + 1 < argc)
-      us = std::max(0.0, std::atof(argv[++i]));
-    else if (std::strcmp(argv[i], "--balls") == 0 && i + 1 < argc)
-      balls = std::max(0, std::atoi(argv[++i]));
-    else if (std::strcmp(argv[i], "--touched") == 0 && i + 1 < argc)
-      touched = std::max(0, std::atoi(argv[++i]));
-    else if (std::strcmp(argv[i], "--resting") == 0 && i + 1 < argc)
-      resting = std::max(0, std::atoi(argv[++i]));
+    else if (word == "--steps")
+      steps = count_of(word, value_of(argc, argv, i), 1);
+    else if (word == "--work")
+      works.push_back(number_of(word, value_of(argc, argv, i), 0, 1e12));
+    else if (word == "--us")
+      us = number_of(word, value_of(argc, argv, i), 0, 1e9);
+    else if (word == "--balls")
+      balls = count_of(word, value_of(argc, argv, i), 1);
+    else if (word == "--touched")
+      touched = count_of(word, value_of(argc, argv, i), 1);
+    else if (word == "--resting")
+      resting = count_of(word, value_of(argc, argv, i), 1);
+    else if (word.starts_with('-') || *filter != '\0')
+      throw BadArgument(word +
+                        ": expected --csv, --steps N, --work N, --us T, --balls N, --touched N, --resting N "
+                        "or one filter");
     else
       filter = argv[i];
   }
   if (balls > 0) {
+    if (*filter != '\0') throw BadArgument(std::string("--balls takes no filter, got '") + filter + "'");
     std::printf("%5s %5s %11s %16s %9s %8s %7s\n", "ball", "base", "mass", "velocity", "ms in all", "slowest",
                 "inexact");
     double sum = 0;
@@ -386,6 +392,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (touched > 0) {
+    expect_part("pile", filter, names_of(kPiles));
     std::printf("%-20s %6s %8s %8s %8s %8s %8s %9s %8s\n", "pile", "steps", "mean ms", "median", "slowest",
                 "factors", "solves", "residual", "inexact");
     for (const Pile& pile : kPiles)
@@ -393,11 +400,13 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (resting > 0) {
+    expect_part("heap", filter, names_of(kHeaps));
     std::printf("%-12s %10s %7s %7s %8s %8s\n", "heap", "asleep", "exactly", "steps", "mean ms", "slowest");
     for (const Pile& heap : kHeaps)
       if (std::strstr(heap.name, filter) != nullptr) wait_for_rest(heap, resting);
     return 0;
   }
+  expect_part("scene", filter, names_of(kScenes));
   if (works.empty()) works = {0, 400, 4000};
   if (csv)
     std::printf(
@@ -417,4 +426,11 @@ int main(int argc, char** argv) {
     const double work = us > 0 && prices.size() > 1 ? work_for(us, prices) : 0;
     if (work > 0) measure(scene, work, measured, csv);
   }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("solver_flow_bench", [&] { return run(argc, argv); });
 }

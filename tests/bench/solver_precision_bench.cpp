@@ -12,11 +12,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <iterator>
 #include <map>
-#include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "tests/bench/arguments.h"
 #include "tests/bench/solver_timing.h"
 #include "tests/support/island_scenes.h"
 #include "tests/support/settled_heap.h"
@@ -89,38 +89,27 @@ Reached reach(const SolverEntry& solver, const IslandSystem& system, double targ
   return reached;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   bool quick = false;
   const char *path = "solver_precision.csv", *part = "", *only = nullptr;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
-    else if (std::strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
-      part = argv[++i];
-    else if (std::strcmp(argv[i], "--solver") == 0 && i + 1 < argc)
-      only = argv[++i];
+    else if (std::strcmp(argv[i], "--scene") == 0)
+      part = bench::value_of(argc, argv, i);
+    else if (std::strcmp(argv[i], "--solver") == 0)
+      only = bench::value_of(argc, argv, i);
     else if (argv[i][0] != '-')
       path = argv[i];
-    else {
-      std::fprintf(stderr,
-                   "solver_precision_bench: %s: expected --quick, --scene TEXT, --solver NAME or a file\n",
-                   argv[i]);
-      return 2;
-    }
+    else
+      throw bench::BadArgument(std::string(argv[i]) +
+                               ": expected --quick, --scene TEXT, --solver NAME or a file");
   }
-  try {
-    if (only != nullptr) (void)find_solver(only);
-  } catch (const std::invalid_argument& e) {
-    std::fprintf(stderr, "solver_precision_bench: --solver: %s\n", e.what());
-    return 2;
-  }
-  if (std::none_of(std::begin(kFrozen), std::end(kFrozen),
-                   [&](const Frozen& frozen) { return std::strstr(frozen.name, part) != nullptr; })) {
-    std::fprintf(stderr, "solver_precision_bench: --scene %s: in no scene's name\n", part);
-    return 2;
-  }
+  if (only != nullptr) bench::expect_name("solver", only, bench::names_of(solvers()));
+  std::vector<std::string> names;
+  for (const Frozen& frozen : kFrozen)
+    if (!quick || !frozen.large) names.emplace_back(frozen.name);
+  bench::expect_part(quick ? "quick scene" : "scene", part, names);
   std::FILE* file = std::fopen(path, "w");
   if (file == nullptr) {
     std::fprintf(stderr, "cannot write %s\n", path);
@@ -164,4 +153,11 @@ int main(int argc, char** argv) {
   for (const auto& [name, count] : counts)
     std::printf("%-18s %9d %9d %9d %9d %9d\n", name.c_str(), count.problems, count.reached[0],
                 count.reached[1], count.reached[2], count.reached[3]);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("solver_precision_bench", [&] { return run(argc, argv); });
 }

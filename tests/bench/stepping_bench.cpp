@@ -12,12 +12,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <string_view>
 #include <vector>
 
 #include "physics/stepping/stepper.h"
+#include "tests/bench/arguments.h"
 #include "tests/support/worlds.h"
 
 namespace {
@@ -127,16 +127,21 @@ void measure(const Scene& scene, Vec2 exact, std::string_view stepper, std::opti
               1e6 * times.front() / steps, static_cast<double>(solves) / steps);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
+  if (argc != 1 && argc != 4) throw bench::BadArgument("expected nothing, or SCENE STEPPER STEPS_A_SECOND");
+  int rate = 0;
+  if (argc == 4) {
+    bench::expect_name("scene", argv[1], bench::names_of(scenes()));
+    bench::expect_name("stepper", argv[2], bench::names_of(steppers()));
+    rate = bench::count_of("STEPS_A_SECOND", argv[3], 1);
+  }
   std::printf(
       "scene,stepper,accuracy,steps a second,steps,error,least seconds,median seconds,us a step,"
       "force solves a step\n");
   for (const Scene& scene : scenes()) {
     if (argc == 4) {
       if (std::string_view(argv[1]) == scene.name)
-        measure(scene, scene.error ? Vec2{} : reference(scene), argv[2], std::nullopt, std::atoi(argv[3]));
+        measure(scene, scene.error ? Vec2{} : reference(scene), argv[2], std::nullopt, rate);
       continue;
     }
     const Vec2 exact = scene.error ? Vec2{} : reference(scene);
@@ -148,4 +153,10 @@ int main(int argc, char** argv) {
     }
   }
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("stepping_bench", [&] { return run(argc, argv); });
 }

@@ -11,6 +11,7 @@
 #include "sandbox/painter.h"
 #include "tests/bench/accuracy/options.h"
 #include "tests/bench/accuracy/skip_switches.h"
+#include "tests/bench/arguments.h"
 
 namespace skerry::bench {
 namespace {
@@ -132,6 +133,10 @@ std::vector<std::string> frame_rows(const DemoFile& file, const std::string& vid
 }
 
 }  // namespace
+
+std::vector<std::string> demo_scenes() {
+  return names_of(find_demos(demo_folder("")));
+}
 
 void run_demos(const Options& options) {
   const std::string video = options.out + "/frames.mp4";

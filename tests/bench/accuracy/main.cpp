@@ -4,14 +4,15 @@
 // installed.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include "tests/bench/accuracy/options.h"
 #include "tests/bench/accuracy/problem.h"
+#include "tests/bench/arguments.h"
 
 namespace skerry::bench {
 
@@ -98,13 +99,30 @@ options
   --cap S         precision: leave out settings finer than 1/60 s that take longer than this [s] (default 0.3)
 )";
 
-void list() {
+void list(const Options&) {
   for (const EngineEntry& engine : engines())
     std::printf("%-12s %s\n", engine.name.c_str(), engine.version.c_str());
   for (const Problem& problem : problems())
     std::printf("%-20s %s\n%20s   %s\n%20s   %s\n", problem.name.c_str(), problem.title.c_str(), "",
                 problem.measure.c_str(), "", problem.source.c_str());
 }
+
+struct Part {
+  const char* name;
+  bool writes;
+  void (*run)(const Options& options);
+  std::vector<std::string> (*scenes)();
+};
+
+#ifdef SKERRY_WITH_SANDBOX
+constexpr Part kDemos{"demos", true, run_demos, demo_scenes};
+#else
+constexpr Part kDemos{"demos", true, nullptr, nullptr};
+#endif
+constexpr Part kParts[] = {
+    {"list", false, list, precision_scenes},     {"precision", true, run_precision, precision_scenes},
+    {"stress", true, run_stress, stress_scenes}, {"scaling", true, run_scaling, scaling_scenes},
+    {"skips", true, run_skips, skip_scenes},     kDemos};
 
 int run(int count, char** arguments) {
   Options options;
@@ -119,50 +137,40 @@ int run(int count, char** arguments) {
       std::fputs(kUsage, stdout);
       return 0;
     }
-    if (argument[0] != '-') {
+    if (!argument.starts_with('-')) {
       parts.push_back(argument);
-      continue;
-    }
-    if (i + 1 == count) return usage(argument + " needs a value");
-    const std::string value = arguments[++i];
-    if (argument == "-o") {
-      options.out = value;
+    } else if (argument == "-o") {
+      options.out = value_of(count, arguments, i);
     } else if (argument == "--scene") {
-      options.scenes.push_back(value);
+      options.scenes.emplace_back(value_of(count, arguments, i));
     } else if (argument == "--engine") {
-      options.engines.push_back(value);
+      options.engines.emplace_back(value_of(count, arguments, i));
     } else if (argument == "--runs") {
-      options.runs = std::max(1, std::atoi(value.c_str()));
+      options.runs = count_of(argument, value_of(count, arguments, i), 1);
     } else if (argument == "--cap") {
-      options.cap = std::atof(value.c_str());
+      options.cap = number_of(argument, value_of(count, arguments, i), 0, 1e9);
     } else {
       return usage("unknown option " + argument);
     }
   }
   if (parts.empty()) return usage("which part?");
-  for (const std::string& part : parts) {
-    if (part == "list") {
-      list();
-      continue;
-    }
-    std::filesystem::create_directories(options.out);
-    if (part == "precision") {
-      run_precision(options);
-    } else if (part == "stress") {
-      run_stress(options);
-    } else if (part == "scaling") {
-      run_scaling(options);
-    } else if (part == "skips") {
-      run_skips(options);
-    } else if (part == "demos") {
-#ifdef SKERRY_WITH_SANDBOX
-      run_demos(options);
-#else
-      return usage("demos: built without the sandbox (SKERRY_RENDER=OFF)");
-#endif
-    } else {
-      return usage("unknown part " + part);
-    }
+  // All that is asked for is known before anything runs.
+  std::vector<const Part*> chosen;
+  std::vector<std::string> known;
+  for (const std::string& name : parts) {
+    const auto* part =
+        std::find_if(std::begin(kParts), std::end(kParts), [&](const Part& p) { return name == p.name; });
+    if (part == std::end(kParts)) return usage("unknown part " + name);
+    if (part->run == nullptr) return usage(name + ": built without the sandbox (SKERRY_RENDER=OFF)");
+    chosen.push_back(part);
+    const std::vector<std::string> more = part->scenes();
+    known.insert(known.end(), more.begin(), more.end());
+  }
+  for (const std::string& name : options.scenes) expect_name("scene", name, known);
+  for (const std::string& name : options.engines) expect_name("engine", name, names_of(engines()));
+  for (const Part* part : chosen) {
+    if (part->writes) std::filesystem::create_directories(options.out);
+    part->run(options);
   }
   return 0;
 }
@@ -171,10 +179,6 @@ int run(int count, char** arguments) {
 }  // namespace skerry::bench
 
 int main(int count, char** arguments) {
-  try {
-    return skerry::bench::run(count, arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "accuracy_bench: %s\n", error.what());
-    return 4;
-  }
+  return skerry::bench::run_with_arguments("accuracy_bench",
+                                           [&] { return skerry::bench::run(count, arguments); });
 }

@@ -58,4 +58,11 @@ void run_scaling(const Options& options);
 void run_skips(const Options& options);
 void run_demos(const Options& options);  ///< where the sandbox is built
 
+// The names of their scenes.
+std::vector<std::string> precision_scenes();
+std::vector<std::string> stress_scenes();
+std::vector<std::string> scaling_scenes();
+std::vector<std::string> skip_scenes();
+std::vector<std::string> demo_scenes();
+
 }  // namespace skerry::bench

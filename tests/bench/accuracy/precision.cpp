@@ -7,6 +7,7 @@
 
 #include "tests/bench/accuracy/options.h"
 #include "tests/bench/accuracy/problem.h"
+#include "tests/bench/arguments.h"
 
 namespace skerry::bench {
 namespace {
@@ -54,6 +55,10 @@ std::string quoted(const std::string& text) {
 }
 
 }  // namespace
+
+std::vector<std::string> precision_scenes() {
+  return names_of(problems());
+}
 
 void run_precision(const Options& options) {
   for (const Problem& problem : problems()) {

@@ -8,6 +8,7 @@
 #include "tests/bench/accuracy/engine_skerry.h"
 #include "tests/bench/accuracy/options.h"
 #include "tests/bench/accuracy/problem.h"
+#include "tests/bench/arguments.h"
 
 namespace skerry::bench {
 namespace {
@@ -159,6 +160,10 @@ double peer(const Family& family, int count, const EngineEntry& engine, std::vec
 }
 
 }  // namespace
+
+std::vector<std::string> scaling_scenes() {
+  return names_of(kFamilies);
+}
 
 void run_scaling(const Options& options) {
   std::string header = "scene,bodies,engine,version,curve,threads,median_us,min_us,max_us,residual";

@@ -8,6 +8,7 @@
 #include "tests/bench/accuracy/options.h"
 #include "tests/bench/accuracy/problem.h"
 #include "tests/bench/accuracy/skip_switches.h"
+#include "tests/bench/arguments.h"
 
 namespace skerry::bench {
 namespace {
@@ -81,6 +82,10 @@ double run_once(const Example& example, const SkipSwitch& way, SkipCounters& cou
 }
 
 }  // namespace
+
+std::vector<std::string> skip_scenes() {
+  return names_of(examples());
+}
 
 void run_skips(const Options& options) {
   std::vector<std::string> rows, names;

@@ -257,6 +257,13 @@ std::string judge(const Check& check, const EngineEntry& entry, Setting setting,
 
 }  // namespace
 
+std::vector<std::string> stress_scenes() {
+  std::vector<std::string> names;
+  for (const Check& check : checks())
+    if (names.empty() || names.back() != check.axis) names.push_back(check.axis);
+  return names;
+}
+
 void run_stress(const Options& options) {
   std::vector<std::string> rows, axes;
   // Stacks: what was too slow once, or would be for one step if it grew as a dense factorisation does, is not
