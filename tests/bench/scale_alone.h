@@ -26,21 +26,25 @@ Run alone(MakeRun&& run) {
     close(ends[0]);
     const Run made = run();
     std::FILE* out = fdopen(ends[1], "w");
-    std::fprintf(out, "%zu %a %a %a %a %a %d %" PRIu64 " %zu\n", made.bodies, made.collision, made.deepest,
-                 made.mean_deepest, made.apart, made.residual, made.asleep, made.state_hash, made.ms.size());
-    for (const double ms : made.ms) std::fprintf(out, "%a\n", ms);
+    std::fprintf(out, "%zu %a %a %a %a %d %" PRIu64 " %zu %zu\n", made.bodies, made.deepest,
+                 made.mean_deepest, made.apart, made.residual, made.asleep, made.state_hash, made.ms.size(),
+                 made.collision.size());
+    for (const std::vector<double>* times : {&made.ms, &made.collision})
+      for (const double ms : *times) std::fprintf(out, "%a\n", ms);
     std::fprintf(out, "%s\n%s\n", made.scene.c_str(), made.engine.c_str());
     _exit(std::fclose(out) == 0 ? 0 : 1);
   }
   close(ends[1]);
   std::FILE* in = fdopen(ends[0], "r");
   Run made;
-  std::size_t steps = 0;
-  bool whole = std::fscanf(in, "%zu %la %la %la %la %la %d %" SCNu64 " %zu", &made.bodies, &made.collision,
-                           &made.deepest, &made.mean_deepest, &made.apart, &made.residual, &made.asleep,
-                           &made.state_hash, &steps) == 9;
+  std::size_t steps = 0, collisions = 0;
+  bool whole = std::fscanf(in, "%zu %la %la %la %la %d %" SCNu64 " %zu %zu", &made.bodies, &made.deepest,
+                           &made.mean_deepest, &made.apart, &made.residual, &made.asleep, &made.state_hash,
+                           &steps, &collisions) == 9;
   for (std::size_t i = 0; whole && i < steps; ++i)
     whole = std::fscanf(in, "%la", &made.ms.emplace_back()) == 1;
+  for (std::size_t i = 0; whole && i < collisions; ++i)
+    whole = std::fscanf(in, "%la", &made.collision.emplace_back()) == 1;
   char scene[64], engine[64];
   whole = whole && std::fscanf(in, " %63[^\n] %63[^\n]", scene, engine) == 2;
   std::fclose(in);

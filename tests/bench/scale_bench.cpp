@@ -9,10 +9,11 @@
 // A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
 // step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
 // deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual of the
-// contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first; the means
-// are those over the steps that all made. With one thread times are processor times, but pairs and narrow
-// phase are by the clock, ours in a second run. Every engine runs in a process of its own. Box2D 2.4 runs
-// with its defaults and without its continuous collision; ratios are to both.
+// contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first, of the
+// steps that all made: of each copy the beginning for which the budget of all was enough. With one thread
+// times are processor times, but pairs and narrow phase are by the clock, ours in a second run. Every engine
+// runs in a process of its own. Box2D 2.4 runs with its defaults and without its continuous collision; ratios
+// are to both.
 //   --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
 //                   the least of its times by the clock, as its bits are the same; the row has the sums,
 //                   their ratio, and whether the bits are; the exit status is 1 where they are not
@@ -23,12 +24,14 @@
 //   --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <numeric>
 #include <string>
 #include <vector>
 
+#include "physics/solver/solver.h"
+#include "physics/stepping/stepper.h"
 #include "physics/world.h"
+#include "tests/bench/arguments.h"
 #include "tests/bench/everyday_scenes.h"
 #include "tests/bench/scale_alone.h"
 #include "tests/bench/scale_run.h"
@@ -40,8 +43,8 @@ using namespace skerry::scale;
 
 void print(const Run& row) {
   std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | ", row.scene.c_str(), row.engine.c_str(),
-              row.bodies, row.ms.size(), row.mean(row.ms.size()), row.median(),
-              *std::max_element(row.ms.begin(), row.ms.end()), row.collision);
+              row.bodies, row.ms.size(), row.mean(), row.median(),
+              *std::max_element(row.ms.begin(), row.ms.end()), row.mean_collision());
   if (row.deepest >= 0)
     std::printf("%.1e | %.1e", row.deepest, row.mean_deepest);
   else
@@ -90,19 +93,19 @@ World make_world(const Scene& scene, const Options& options, std::vector<BodyId>
   return world;
 }
 
-/// Pairs and narrow phase, mean of so many steps [ms], in a run of its own: an observer of the stages reads
+/// Pairs and narrow phase of so many steps [ms], in a run of its own: an observer of the stages reads
 /// the clock a dozen times for each island, which is up to a twentieth of a step.
-double collision_of_ours(const Scene& scene, const Options& options, std::size_t steps) {
+std::vector<double> collision_of_ours(const Scene& scene, const Options& options, std::size_t steps) {
   std::vector<BodyId> bodies;
   World world = make_world(scene, options, bodies);
   world.observe({.stage_times = true});
-  double seconds = 0;
+  std::vector<double> ms;
   for (std::size_t i = 0; i < steps; ++i) {
     const StepReport& report = world.step(1.0 / 60);
-    seconds += report.stage_seconds[static_cast<int>(Stage::Broad)] +
-               report.stage_seconds[static_cast<int>(Stage::Narrow)];
+    ms.push_back(1e3 * (report.stage_seconds[static_cast<int>(Stage::Broad)] +
+                        report.stage_seconds[static_cast<int>(Stage::Narrow)]));
   }
-  return 1e3 * seconds / static_cast<double>(steps);
+  return ms;
 }
 
 /// Without pairs and narrow phase.
@@ -150,17 +153,33 @@ struct Ratio {
   double mean, median, collision;  ///< ours over the peer's
 };
 
-/// Over the beginning that both made.
 Ratio ratio_of(const Run& ours, const Run& peer) {
-  const std::size_t steps = std::min(ours.ms.size(), peer.ms.size());
-  return {ours.scene, peer.engine, ours.mean(steps) / peer.mean(steps), ours.median() / peer.median(),
-          ours.collision / peer.collision};
+  return {ours.scene, peer.engine, ours.mean() / peer.mean(), ours.median() / peer.median(),
+          ours.mean_collision() / peer.mean_collision()};
+}
+
+using Copies = std::vector<Run>;  // of a scene, by one engine
+
+Run together(const Copies& copies) {
+  Run all = copies.front();
+  for (std::size_t k = 1; k < copies.size(); ++k) all.append(copies[k]);
+  return all;
+}
+
+/// Leaves of each copy the steps that all engines made.
+void cut_to_shared(std::vector<Copies>& engines) {
+  for (std::size_t k = 0; k < engines.front().size(); ++k) {
+    std::size_t steps = engines.front()[k].ms.size();
+    for (const Copies& engine : engines) steps = std::min(steps, engine[k].ms.size());
+    for (Copies& engine : engines) engine[k].cut(steps);
+  }
 }
 
 void print(std::vector<Ratio> ratios) {
   std::sort(ratios.begin(), ratios.end(), [](const Ratio& x, const Ratio& y) { return x.mean > y.mean; });
   std::printf(
-      "\nOurs / the peer's, the losing ones first:\n\n| scene | peer | mean step | median step | pairs + "
+      "\nOurs / the peer's over the steps that all made, the losing ones first:\n\n| scene | peer | mean "
+      "step | median step | pairs + "
       "narrow phase |\n"
       "| --- | --- | --- | --- | --- |\n");
   for (const Ratio& r : ratios)
@@ -210,53 +229,44 @@ std::vector<Scene> copies_of(const Named& named, const Options& options) {
   return copies;
 }
 
-/// Appends runs of one engine to each other, by their place among those of a scene.
-void append(std::vector<Run>& runs, std::size_t place, const Run& run) {
-  if (place < runs.size())
-    runs[place].append(run);
-  else
-    runs.push_back(run);
+/// Adds the run of a copy to those of the engine at this place.
+void add(std::vector<Copies>& engines, std::size_t place, const Run& run) {
+  if (place == engines.size()) engines.emplace_back();
+  engines[place].push_back(run);
 }
 
-int usage(const std::string& what) {
-  std::fprintf(stderr, "scale_bench: %s; scenes:", what.c_str());
-  for (const Named& n : all_scenes()) std::fprintf(stderr, " %s", n.name);
-  std::fprintf(stderr, "\n");
-  return 2;
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
+  using namespace bench;
   Options options;
   int turns = 0;
   bool ours_alone = false, everyday = false;
   std::vector<std::string> wanted;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
-    const char* next = i + 1 < argc ? argv[i + 1] : "";
+    const auto value = [&] { return value_of(argc, argv, i); };
+    const auto count = [&] { return count_of(word, value(), 1); };
     if (word == "--steps")
-      options.steps = std::max(1, std::atoi(next)), ++i;
+      options.steps = count();
     else if (word == "--budget")
-      options.budget = std::atof(next), ++i;
+      options.budget = number_of(word, value(), 1e-6, 1e9);
     else if (word == "--threads")
-      options.threads = std::max(1, std::atoi(next)), ++i;
+      options.threads = count_of(word, value(), 1, 1024);
     else if (word == "--turns")
-      turns = std::max(1, std::atoi(next)), ++i;
+      turns = count();
     else if (word == "--solver")
-      options.solver = next, ++i;
+      expect_name("solver", options.solver = value(), names_of(solvers()));
     else if (word == "--flow-work")
-      options.flow_work = std::max(0.0, std::atof(next)), ++i;
+      options.flow_work = number_of(word, value(), 0, 1e12);
     else if (word == "--peer-work")
-      options.peer_work = std::max(1, std::atoi(next)), ++i;
+      options.peer_work = count();
     else if (word == "--copies")
-      options.copies = std::max(1, std::atoi(next)), ++i;
+      options.copies = count();
     else if (word == "--everyday")
       everyday = true;
     else if (word == "--peer-stiff")
       options.peer_stiff = true;
     else if (word == "--stepper")
-      options.stepper = next, ++i;
+      expect_name("stepper", options.stepper = value(), names_of(steppers()));
     else if (word == "--overlaps")
       options.overlaps = true;
     else if (word == "--ours")
@@ -265,16 +275,13 @@ int main(int argc, char** argv) {
       options.awake = true;
     else if (word == "--fresh")
       options.awake = options.fresh = true;
-    else if (word[0] == '-')
-      return usage("no option " + word);
+    else if (word.starts_with('-'))
+      throw BadArgument("no option " + word);
     else
       wanted.push_back(word);
   }
   std::vector<Named> scenes = wanted.empty() ? (everyday ? kEverydayScenes : kScenes) : all_scenes();
-  for (const std::string& name : wanted) {
-    if (std::none_of(scenes.begin(), scenes.end(), [&](const Named& n) { return n.name == name; }))
-      return usage("no scene '" + name + "'");
-  }
+  for (const std::string& name : wanted) expect_name("scene", name, names_of(scenes));
   std::erase_if(scenes, [&](const Named& named) {
     return !wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end();
   });
@@ -296,7 +303,7 @@ int main(int argc, char** argv) {
       "|\n");
   std::vector<Ratio> ratios;
   for (const Named& named : scenes) {
-    std::vector<Run> runs;  // ours, and of each peer
+    std::vector<Copies> engines;  // ours first
     for (const Scene& scene : copies_of(named, options)) {
       const auto make = [&] {
         Run run = run_ours(named.name, scene, options);
@@ -304,16 +311,22 @@ int main(int argc, char** argv) {
         return run;
       };
       // A profile wants to see it.
-      append(runs, 0, ours_alone ? make() : alone(make));
+      add(engines, 0, ours_alone ? make() : alone(make));
       if (ours_alone) continue;
       std::size_t place = 1;
-      run_peers(named.name, scene, options, [&](const Run& peer) { append(runs, place++, peer); });
+      run_peers(named.name, scene, options, [&](const Run& peer) { add(engines, place++, peer); });
     }
-    for (const Run& run : runs) {
-      print(run);
-      if (&run != &runs.front()) ratios.push_back(ratio_of(runs.front(), run));
-    }
+    for (const Copies& engine : engines) print(together(engine));
+    cut_to_shared(engines);
+    for (std::size_t k = 1; k < engines.size(); ++k)
+      ratios.push_back(ratio_of(together(engines.front()), together(engines[k])));
   }
   if (!ratios.empty()) print(std::move(ratios));
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("scale_bench", [&] { return run(argc, argv); });
 }

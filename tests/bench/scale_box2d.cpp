@@ -93,7 +93,6 @@ Run run_box2d(const char* name, const Scene& scene, const Options& options, bool
     world.CreateJoint(&def);
   }
   Run row{name, continuous ? "Box2D 2.4" : "Box2D 2.4, not continuous", scene.items.size(), {}};
-  double collision = 0;
   std::vector<b2Vec2> velocity(bodies.size());
   std::vector<float> omega(bodies.size());
   const float h = 1.0f / 60;
@@ -112,14 +111,13 @@ Run run_box2d(const char* name, const Scene& scene, const Options& options, bool
   measure(
       options, row, [&] { world.Step(h, 8 * options.peer_work, 3 * options.peer_work); },
       [&] {
-        collision += world.GetProfile().collide + world.GetProfile().broadphase;
+        row.collision.push_back(world.GetProfile().collide + world.GetProfile().broadphase);
         overlaps.note(row);
         for (b2Joint* j = world.GetJointList(); j != nullptr; j = j->GetNext())
           row.apart = std::max(row.apart, static_cast<double>((j->GetAnchorA() - j->GetAnchorB()).Length()));
         row.residual = natural_map_of(world, velocity, omega);
         note_free_velocities();
       });
-  row.collision = collision / static_cast<double>(row.ms.size());
   for (const b2Body* b = world.GetBodyList(); b != nullptr; b = b->GetNext())
     row.asleep += b->GetType() == b2_dynamicBody && !b->IsAwake();
   return row;

@@ -37,19 +37,18 @@ struct Options {
 struct Run {
   std::string scene, engine;
   std::size_t bodies = 0;
-  std::vector<double> ms;
-  double collision = 0;     ///< pairs and narrow phase, mean [ms]
-  double deepest = -1;      ///< overlap of all steps [m]; < 0: not measured
-  double mean_deepest = 0;  ///< of the steps' deepest overlaps [m]
-  double apart = 0;         ///< largest distance of the two anchors of a hinge [m]
-  double residual = -1;     ///< of the last step; < 0: unknown
+  std::vector<double> ms;           ///< of each step
+  std::vector<double> collision{};  ///< of it pairs and narrow phase [ms]
+  double deepest = -1;              ///< overlap of all steps [m]; < 0: not measured
+  double mean_deepest = 0;          ///< of the steps' deepest overlaps [m]
+  double apart = 0;                 ///< largest distance of the two anchors of a hinge [m]
+  double residual = -1;             ///< of the last step; < 0: unknown
   int asleep = 0;
   std::uint64_t state_hash = 0;  ///< ours, of the last step
 
   /// Goes on with a run of another copy of the scene.
   void append(const Run& run) {
     const double share = static_cast<double>(run.ms.size()) / static_cast<double>(ms.size() + run.ms.size());
-    collision += share * (run.collision - collision);
     mean_deepest += share * (run.mean_deepest - mean_deepest);
     deepest = std::max(deepest, run.deepest);
     apart = std::max(apart, run.apart);
@@ -57,16 +56,26 @@ struct Run {
     asleep = std::min(asleep, run.asleep);
     state_hash = run.state_hash;
     ms.insert(ms.end(), run.ms.begin(), run.ms.end());
+    collision.insert(collision.end(), run.collision.begin(), run.collision.end());
   }
-  double mean(std::size_t steps) const {
-    double sum = 0;
-    for (std::size_t i = 0; i < steps; ++i) sum += ms[i];
-    return sum / static_cast<double>(steps);
+  /// Leaves out the times of later steps.
+  void cut(std::size_t steps) {
+    ms.resize(std::min(steps, ms.size()));
+    collision.resize(std::min(steps, collision.size()));
   }
+  double mean() const { return mean_of(ms); }
+  double mean_collision() const { return mean_of(collision); }
   double median() const {
     std::vector<double> sorted = ms;
     std::sort(sorted.begin(), sorted.end());
     return sorted[sorted.size() / 2];
+  }
+
+ private:
+  static double mean_of(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
   }
 };
 

@@ -62,7 +62,6 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
     b2CreateRevoluteJoint(world, &pin);
   }
   Run row{name, "Box2D 3", scene.items.size(), {}};
-  double collision = 0;
   const auto anchor = [&](int item, b2Vec2 at) {
     return b2Body_GetWorldPoint(bodies[static_cast<std::size_t>(item)], at);
   };
@@ -80,7 +79,7 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
       options, row, [&] { b2World_Step(world, 1.0f / 60, 4 * options.peer_work); },
       [&] {
         const b2Profile profile = b2World_GetProfile(world);
-        collision += profile.pairs + profile.collide;
+        row.collision.push_back(profile.pairs + profile.collide);
         for (std::size_t i = 0; i < anchors.size(); ++i) {
           const b2Vec2 a = anchor(scene.hinges[i].a, anchors[i].first);
           const b2Vec2 b = anchor(scene.hinges[i].b, anchors[i].second);
@@ -88,7 +87,6 @@ Run run_box2d3(const char* name, const Scene& scene, const Options& options) {
         }
         overlaps.note(row);
       });
-  row.collision = collision / static_cast<double>(row.ms.size());
   for (const b2BodyId body : bodies)
     row.asleep += b2Body_GetType(body) == b2_dynamicBody && !b2Body_IsAwake(body);
   b2DestroyWorld(world);
