@@ -285,7 +285,7 @@ void run_stress(const Options& options) {
         if (stack) cost.slow = cost.slow || cost.step * std::pow(check.value / cost.height, 3) > kLimit;
         if (stack && cost.slow) {
           rows.push_back(joined({check.axis, number(check.value), engine.name, engine.version, curve.label,
-                                 "0", "0", "0", "0", "too slow"}));
+                                 "", "", "", "", "too slow"}));
           continue;
         }
         double step = 0;
