@@ -399,8 +399,8 @@ def scaling_plots(rows, folder):
     for kind in ("engines", "stages"):
         columns = 3
         height = math.ceil(len(families) / columns)
-        figure, grid = plt.subplots(height, columns, figsize=(12.5, 4.1 * height), squeeze=False)
-        figure.subplots_adjust(left=0.055, right=0.9, top=0.86 if height == 1 else 0.9, bottom=0.14 if height == 1 else 0.07, wspace=0.62, hspace=0.3)
+        figure, grid = plt.subplots(height, columns, figsize=(14, 4.1 * height), squeeze=False)
+        figure.subplots_adjust(left=0.05, right=0.88, top=0.86 if height == 1 else 0.9, bottom=0.14 if height == 1 else 0.07, wspace=0.75, hspace=0.3)
         for axes in grid.flat[len(families):]:
             axes.axis("off")
         for family, axes in zip(families, grid.flat):
