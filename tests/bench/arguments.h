@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -66,6 +67,7 @@ inline void expect_part(const std::string& kind, std::string_view part,
 template <class List>
 std::vector<std::string> names_of(const List& list) {
   std::vector<std::string> names;
+  names.reserve(std::size(list));
   for (const auto& entry : list) names.emplace_back(entry.name);
   return names;
 }
