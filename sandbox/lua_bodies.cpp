@@ -16,9 +16,9 @@ namespace {
 constexpr const char* kBodyType = "body";
 
 std::vector<std::string> with_common(std::vector<std::string> keys) {
-  for (const char* key :
-       {"at", "angle", "velocity", "omega", "mass", "density", "friction", "static_friction", "restitution",
-        "rolling_resistance", "surface_speed", "type", "gravity_scale", "group", "name", "color"})
+  for (const char* key : {"at", "angle", "velocity", "omega", "mass", "inertia", "density", "friction",
+                          "static_friction", "restitution", "rolling_resistance", "surface_speed", "type",
+                          "gravity_scale", "group", "name", "color"})
     keys.emplace_back(key);
   return keys;
 }
@@ -102,10 +102,14 @@ int make_body(lua_State* L, const Args& args, Shape shape) {
   def.angle = args.number("angle", 0);
   read_velocity(args, def);
   def.mass = args.number("mass");
+  def.inertia = args.number("inertia");
   def.gravity_scale = args.number("gravity_scale", 1);
   def.name = args.text("name").value_or("");
   if (def.mass && *def.mass <= 0)
     throw std::invalid_argument(args.function() + ": mass must be positive, got " + format_number(*def.mass));
+  if (def.inertia && *def.inertia <= 0)
+    throw std::invalid_argument(args.function() + ": inertia must be positive, got " +
+                                format_number(*def.inertia));
   ShapeDef part;
   part.shape = std::move(shape);
   part.density = args.number("density", part.density);
@@ -242,6 +246,13 @@ constexpr Field material_field(const char* name) {
           [](World& w, BodyId b, double v) { change_material(w, b, [v](Material& m) { m.*Number = v; }); }};
 }
 
+void set_inertia(World& world, BodyId body, double inertia) {
+  if (!(inertia > 0)) throw std::invalid_argument("inertia must be positive, got " + format_number(inertia));
+  const double mass = world.mass(body);
+  if (mass == 0) throw std::invalid_argument("only what is dynamic has one");
+  world.set_mass(body, mass, inertia);
+}
+
 constexpr Field kFields[] = {
     {"x", [](const Script& s, BodyId b) { return s.state_of(b).position.x; },
      [](World& w, BodyId b, double v) {
@@ -288,7 +299,7 @@ constexpr Field kFields[] = {
     {"speed", [](const Script& s, BodyId b) { return length(s.state_of(b).velocity); }, nullptr},
     {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); },
      [](World& w, BodyId b, double v) { w.set_mass(b, v); }},
-    {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, nullptr},
+    {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, &set_inertia},
     {"kinetic_energy",
      [](const Script& s, BodyId b) {
        const BodyState now = s.state_of(b);

@@ -49,6 +49,7 @@ TEST_F(Script, NamesFileLineFunctionArgumentAndWhatItGot) {
   EXPECT_EQ(error_of("disc{ radius = 1, mass = 0 / 0 }"),
             "arch.lua:2: disc: mass expected a finite number, got the number -nan");
   EXPECT_EQ(error_of("disc{ radius = 1, mass = 0 }"), "arch.lua:2: disc: mass must be positive, got 0");
+  EXPECT_EQ(error_of("disc{ radius = 1, inertia = 0 }"), "arch.lua:2: disc: inertia must be positive, got 0");
   EXPECT_EQ(error_of("disc{ radius = 1, type = 'statik' }"),
             "arch.lua:2: disc: no type \"statik\"; did you mean \"static\"?");
   EXPECT_EQ(error_of("ground{ type = 'dynamic' }"),
@@ -159,6 +160,10 @@ TEST_F(Script, ValuesThatWouldDoNothingAreRefused) {
             "arch.lua:2: disc: group expected a whole number, got 1e+20");
   EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.mass = -1"),
             "arch.lua:3: body: mass: mass must be positive, got -1");
+  EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.inertia = 0"),
+            "arch.lua:3: body: inertia: inertia must be positive, got 0");
+  EXPECT_EQ(error_of("local b = disc{ radius = 1, type = 'static' }\nb.inertia = 1"),
+            "arch.lua:3: body: inertia: only what is dynamic has one");
   EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb:remove()\nprint(b.type)"),
             "arch.lua:4: body: \"type\" of a body that was removed");
   const std::string two = "local a, b = disc{ radius = 1 }, disc{ at = {3, 0}, radius = 1 }\n";
@@ -232,6 +237,39 @@ TEST_F(Script, BodiesHaveTheGivenState) {
   EXPECT_EQ(world.omega(body), 5);
   EXPECT_EQ(world.mass(body), 6);
   EXPECT_NEAR(world.inertia(body), 6 * (4 + 1) / 12.0, 1e-12);
+}
+
+TEST_F(Script, InertiaIsThatOfTheShapeUnlessItIsGiven) {
+  load(
+      "local b = disc{ radius = 2, mass = 3, inertia = 12 }\nassert(b.inertia == 12 and b.mass == 3)\n"
+      "b.inertia = 5 assert(b.inertia == 5 and b.mass == 3)\n"
+      "b.mass = 4 assert(math.abs(b.inertia - 8) < 1e-14)\n"
+      "local d = disc{ at = {9, 0}, radius = 2, density = 2 } local m = d.mass d.inertia = 7\n"
+      "assert(d.inertia == 7 and d.mass == m)\n"
+      "local s = disc{ at = {0, 9}, radius = 1, mass = 1, inertia = 3, type = 'static' }\n"
+      "s.type = 'dynamic' assert(s.inertia == 3)");
+}
+
+// What rolls down a slope without slipping: a = g sin t / (1 + I / (m r^2)).
+TEST_F(Script, TheDiscWinsTheRaceAgainstTheRing) {
+  for (const char* stepper : {"time_stepping", "event_driven"}) {
+    const std::string path = folder_.write(
+        "race.lua",
+        "demo{ title = 'T', seconds = 1, friction = 1 }\nlocal t, r = 0.3, 0.2\nground{ tilt = -t }\n"
+        "for k, inertia in ipairs{ 0.5, 1, 0.4 } do\n"
+        "  local m = 2 * k\n"
+        "  local b = disc{ at = { 9 * k * math.cos(t) + r * math.sin(t), r * math.cos(t) - 9 * k * "
+        "math.sin(t) },\n"
+        "    radius = r, mass = m, inertia = inertia * m * r ^ 2 }\n"
+        "  expect('v', function() return b.speed end,\n"
+        "    { equals = 9.81 * math.sin(t) / (1 + inertia), within = 1e-9 })\n"
+        "end");
+    Demo demo(path, {.stepper = stepper});
+    while (demo.steps_done() < demo.total_steps()) demo.step();
+    demo.finish();
+    for (const Check& check : demo.checks())
+      EXPECT_EQ(check.state, CheckState::Holds) << stepper << ' ' << check.value << ' ' << check.condition();
+  }
 }
 
 TEST_F(Script, GroundMayMove) {
