@@ -162,6 +162,23 @@ void watch_crossings(Script& script) {
   }
 }
 
+void note_velocities(Script& script) {
+  const BodyArrays& b = script.world->bodies();
+  script.before_step.resize(b.size());
+  for (std::size_t i = 0; i < b.size(); ++i)
+    script.before_step[i] = {b.generation[i], b.velocity[i], b.omega[i]};
+}
+
+void find_accelerations(Script& script) {
+  const BodyArrays& b = script.world->bodies();
+  script.accelerations = script.before_step;
+  for (std::size_t i = 0; i < script.accelerations.size(); ++i) {
+    MeanAcceleration& mean = script.accelerations[i];
+    mean.linear = (b.velocity[i] - mean.linear) / script.dt;
+    mean.angular = (b.omega[i] - mean.angular) / script.dt;
+  }
+}
+
 }  // namespace
 
 std::string Parameter::text() const {
@@ -357,7 +374,9 @@ void Demo::step() {
     });
   }
   script.shown_time.reset();
+  note_velocities(script);
   add_totals(script.world->step(script.dt), script.totals);
+  find_accelerations(script);
   ++script.steps;
   advance_bridges(script);
   call_forgiving(script, [&] {
@@ -433,7 +452,8 @@ std::uint64_t DemoState::step() const {
 }
 
 std::size_t DemoState::bytes() const {
-  return sizeof(DemoMoment) + moment_->world.size() + moment_->lua.arena.bytes.size();
+  return sizeof(DemoMoment) + moment_->world.size() + moment_->lua.arena.bytes.size() +
+         moment_->progress.accelerations.size() * sizeof(MeanAcceleration);
 }
 
 DemoState Demo::save() const {
@@ -482,6 +502,7 @@ void Demo::adopt(World world) {
   if (given_methods(script.options)) world.reconfigure(config);
   *script.world = std::move(world);
   script.steps = steps;
+  script.accelerations.clear();
   std::erase_if(script.checks, [&](const Check& check) { return check.at && *check.at <= script.time(); });
   script.observe();
 }

@@ -30,6 +30,13 @@ struct Crossing {
   bool known = false;  ///< there was one since the function was given
 };
 
+/// Change of velocity over the last step, by its length.
+struct MeanAcceleration {
+  std::uint32_t generation = 0;  ///< of the body that was in the slot
+  Vec2 linear;                   ///< [m/s^2]
+  double angular = 0;            ///< [rad/s^2]
+};
+
 /// What changes while a demo runs, besides its world and its Lua variables.
 struct ScriptProgress {
   Picture picture;
@@ -41,7 +48,8 @@ struct ScriptProgress {
   std::vector<Crossing> crossings;
   Material material;  ///< of shapes that do not say otherwise
   std::vector<JointId> joints;
-  Observe needed;  ///< by the script's own sensors
+  std::vector<MeanAcceleration> accelerations;  ///< by body slot
+  Observe needed;                               ///< by the script's own sensors
   std::uint64_t steps = 0;
   RunTotals totals;
   bool body_removed = false;  ///< by a user: the script may name a body that is no more
@@ -62,14 +70,15 @@ struct Script : ScriptProgress {
   double full_seconds = 5;  ///< as the script says, whatever the command line
   double dt = 1.0 / 60;
   std::vector<Parameter> parameters;
-  std::optional<World> world;        ///< made by `demo{...}`
-  std::vector<BridgeView> bridges;   ///< their states are part of a demo's state, too
-  Observe wanted;                    ///< by the overlays
-  std::optional<double> shown_time;  ///< of pictures, if it is not that of the last step
-  std::optional<double> look_back;   ///< bodies are as so long before the end of the last step [s]
-  std::string highlight_place;       ///< of a `highlight` whose labels nobody has looked up yet
-  std::string usage_error;           ///< a `--set` value that the script refused
-  const char* asked = nullptr;       ///< whose function is asked for an answer now, and may change nothing
+  std::optional<World> world;                 ///< made by `demo{...}`
+  std::vector<BridgeView> bridges;            ///< their states are part of a demo's state, too
+  std::vector<MeanAcceleration> before_step;  ///< velocities, by body slot
+  Observe wanted;                             ///< by the overlays
+  std::optional<double> shown_time;           ///< of pictures, if it is not that of the last step
+  std::optional<double> look_back;            ///< bodies are as so long before the end of the last step [s]
+  std::string highlight_place;                ///< of a `highlight` whose labels nobody has looked up yet
+  std::string usage_error;                    ///< a `--set` value that the script refused
+  const char* asked = nullptr;  ///< whose function is asked for an answer now, and may change nothing
   LuaHost host;
 
   double time() const { return static_cast<double>(steps) * dt; }
@@ -77,6 +86,13 @@ struct Script : ScriptProgress {
   BodyState state_of(BodyId body) const {
     if (look_back) return world->interpolated(body, world->time() - *look_back);
     return {world->position(body), world->angle(body), world->velocity(body), world->omega(body)};
+  }
+  /// Zero for what has not made a step yet. @throws std::invalid_argument for a body that is no more
+  MeanAcceleration acceleration_of(BodyId body) const {
+    world->mass(body);  // refuses ids that do not exist
+    if (body.index >= accelerations.size()) return {};
+    const MeanAcceleration& found = accelerations[body.index];
+    return found.generation == body.generation ? found : MeanAcceleration{};
   }
   void observe() {
     if (!world) return;

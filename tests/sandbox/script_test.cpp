@@ -291,6 +291,48 @@ TEST_F(Script, ForceOffCentreGivesBothAccelerations) {
   EXPECT_NEAR(demo.world().omega(body), 0.5 * 3 / 1.0 * 0.01, 1e-15);
 }
 
+TEST_F(Script, AccelerationsAreMeansOfTheLastStep) {
+  // F = 3 N at 0.5 m from the centre; what is set or struck between steps is no acceleration.
+  Demo demo = load(
+      "local b = disc{ radius = 1, mass = 2 }\nlocal still = disc{ at = {9, 0}, radius = 1, type = 'static' "
+      "}\n"
+      "local seen local function look() return math.abs(b.ax) < 1e-12 and math.abs(b.ay - 1.5) < 1e-12 "
+      "and math.abs(b.alpha - 1.5) < 1e-12 end\n"
+      "assert(b.ax == 0 and b.ay == 0 and b.alpha == 0)\n"
+      "on_step(function() b:force(0, 3, {b.x + 0.5, b.y}) end)\n"
+      "field(function() seen = b.ay return 0, 0 end)\n"
+      "at(0.2, function() assert(look()) b.vx = 7 b:impulse(0, 5) b.omega = 3 assert(look()) end)\n"
+      "expect('as the force', function() return look() and math.abs(seen - 1.5) < 1e-12 and 1 or 0 end, "
+      "{ equals = 1, within = 0 })\n"
+      "expect('none', function() return still.ay end, { equals = 0, within = 0 })\n"
+      "local c expect('new', function() c = c or disc{ at = {0, 50}, radius = 1, velocity = {3, 0} } return "
+      "c.ax "
+      "end, { equals = 0, within = 0, at = 0.6 })",
+      {.dt = 0.1});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  for (const Check& check : demo.checks())
+    EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
+  EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.ax = 1"),
+            "arch.lua:3: body: \"ax\" cannot be set; these can: type, x, y, angle, vx, vy, omega, friction, "
+            "static_friction, restitution, rolling_resistance, surface_speed, mass, inertia");
+}
+
+TEST_F(Script, AccelerationsCountImpactsAndAreKeptWithTheState) {
+  // Falls on the ground within a step: the velocity goes from -2 to 0 m/s.
+  Demo demo = load(
+      "ground{ y = 0 }\nlocal b = disc{ at = {0, 1.1}, radius = 1, velocity = {0, -2} }\n"
+      "watch('a', function() return b.ay end)",
+      {.dt = 0.1});
+  demo.step();
+  EXPECT_NEAR(demo.watch_values().front(), 20, 1e-9);
+  const DemoState state = demo.save();
+  demo.step();
+  EXPECT_NEAR(demo.watch_values().front(), 0, 1e-9);
+  demo.restore(state);
+  EXPECT_NEAR(demo.watch_values().front(), 20, 1e-9);
+}
+
 TEST_F(Script, CallbacksComeAtTheirTimes) {
   std::string text;
   DemoOptions options{.dt = 0.25};
