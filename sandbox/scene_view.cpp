@@ -76,6 +76,44 @@ void draw_half_plane(const OverlayContext& context, const Shape& shape, const Tr
   }
 }
 
+/// A line with a band on its solid side.
+void draw_chain(const OverlayContext& context, const Shape& shape, const Transform& pose, render::Paint paint,
+                render::DrawLayer& layer) {
+  // Corners that are less than half a pixel from the last one would not show.
+  const double pixel = 1 / context.camera.pixels_per_metre();
+  std::vector<Vec2> way;
+  for (const Vec2 vertex : shape.vertices) {
+    const Vec2 corner = to_world(pose, vertex);
+    if (way.empty() || length(corner - way.back()) >= 0.5 * pixel) way.push_back(corner);
+  }
+  if (!shape.closed && way.size() > 1) way.back() = to_world(pose, shape.vertices.back());
+  const std::size_t count = way.size(), segments = shape.closed ? count : count - 1;
+  if (count < 2) return;
+  const double width = context.camera.height / 60;
+  const auto fill = [&](std::initializer_list<Vec2> area) {
+    std::vector<render::Point> corners;
+    for (const Vec2 corner : area) corners.push_back(to_point(corner));
+    layer.polygon(corners.data(), corners.size(), paint.fill, paint.fill, 0, 1);
+  };
+  const auto right_of = [&](std::size_t i) {
+    const Vec2 edge = way[(i + 1) % count] - way[i];
+    return (-width / length(edge)) * perp(edge);
+  };
+  for (std::size_t i = 0; i < segments; ++i) {
+    const Vec2 from = way[i], to = way[(i + 1) % count], side = right_of(i);
+    fill({from, from + side, to + side, to});
+    // The wedge where the way turns to the left, away from what is solid.
+    if (i + 1 == segments && !shape.closed) continue;
+    const Vec2 next = right_of((i + 1) % segments);
+    if (cross(side, next) > 0) fill({to, to + side, to + next});
+  }
+  for (std::size_t i = 0; i < segments; ++i)
+    layer.lines.push_back({.from = to_point(way[i]),
+                           .to = to_point(way[(i + 1) % count]),
+                           .color = paint.outline,
+                           .width_px = 2 * context.style.outline_px});
+}
+
 using Grounds = std::vector<const ShapeRecord*>;  // half-planes
 
 /// Whether a fixed disc sticks in the ground.
@@ -139,14 +177,7 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
                       context.world.bodies().type[record.body.index] == BodyType::Kinematic, paint, layer);
       break;
     case ShapeKind::Chain:
-      for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
-        const std::size_t next = (i + 1) % shape.vertices.size();
-        if (next == 0 && !shape.closed) break;
-        layer.lines.push_back({.from = to_point(to_world(pose, shape.vertices[i])),
-                               .to = to_point(to_world(pose, shape.vertices[next])),
-                               .color = paint.outline,
-                               .width_px = 2 * outline});
-      }
+      draw_chain(context, shape, pose, paint, layer);
       break;
   }
 }

@@ -105,6 +105,7 @@ TEST_F(Script, WhatIsAskedForAnAnswerMustNotChangeTheWorld) {
            {"a:impulse(1, 0)", "impulse"},
            {"disc{ radius = 0.1 }", "disc"},
            {"ground{ y = -9 }", "ground"},
+           {"chain{ points = {{0, -9}, {1, -9}} }", "chain"},
            {"field()", "field"},
            {"field(function() return 0, 0 end)", "field"},
            {"move(k, function(t) return t, 0 end)", "move"},
@@ -280,6 +281,68 @@ TEST_F(Script, GroundMayMove) {
   const BodyId ground = world.body_id(0);
   EXPECT_NEAR(world.position(ground).y, 1.2, 1e-12);
   EXPECT_NEAR(world.angle(ground), 0.13, 1e-12);
+}
+
+TEST_F(Script, ChainsSayWhatIsWrongWithTheirPoints) {
+  EXPECT_EQ(error_of("chain{}"),
+            "arch.lua:2: chain: points expected a list of points {{x, y}, ...}, got nothing");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}, {1, 'x'}} }"),
+            "arch.lua:2: chain: points[2] expected {x, y}, got a table of 2");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}} }"), "arch.lua:2: chain: points expected at least 2, got 1");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}, {1, 0}}, loop = true }"),
+            "arch.lua:2: chain: points expected at least 3 for a loop, got 2");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}, {1, 0.5}, {1, 0.5}} }"),
+            "arch.lua:2: chain: points[3] repeats points[2], {1, 0.5}");
+  EXPECT_EQ(
+      error_of("chain{ points = {{0, 0}, {1, 0}, {1, 1}, {0, 0}}, loop = true }"),
+      "arch.lua:2: chain: points[4] repeats points[1]; a loop goes on from the last to the first without "
+      "that");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}, {1, 0}}, loop = 1 }"),
+            "arch.lua:2: chain: loop expected true or false, got the number 1");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}, {1, 0}}, type = 'dynamic' }"),
+            "arch.lua:2: chain: no type \"dynamic\"; there are static, kinematic");
+  EXPECT_EQ(error_of("chain{ points = {{0, 0}, {1, 0}}, velocity = {1, 0} }"),
+            "arch.lua:2: chain: what is static has no velocity and no omega; try type = \"kinematic\"");
+  EXPECT_EQ(error_of("chain{ ponits = {{0, 0}, {1, 0}} }"),
+            "arch.lua:2: chain: no argument \"ponits\"; did you mean \"points\"?");
+  EXPECT_THAT(error_of("chain{ points = {{0, 0}, {1e13, 0}} }"), HasSubstr("within 1e12 m, got (1"));
+}
+
+// Three discs fall on a track from left to right, from right to left and between the two of a closed one.
+TEST_F(Script, ChainsAreSolidOnTheRightOfTheWay) {
+  const std::string path = folder_.write(
+      "chain.lua",
+      "demo{ title = 'T', seconds = 2 }\n"
+      "chain{ points = {{-1, 0}, {1, 0}} }\nchain{ points = {{1, 0}, {-1, 0}}, at = {4, 0} }\n"
+      "chain{ points = {{-1, 0}, {1, 0}, {1, 2}, {-1, 2}}, loop = true, at = {8, 0} }\n"
+      "chain{ points = {{-1, 0}, {-1, 2}, {1, 2}, {1, 0}}, loop = true, at = {12, 0} }\n"
+      "local b = {} for k, y in ipairs{ 1, 1, 1, 3 } do b[k] = disc{ at = {4 * k - 4, y}, radius = 0.5 } "
+      "end\n"
+      "expect('carries', function() return b[1].y end, { equals = 0.5, within = 1e-6, at = 1 })\n"
+      "expect('lets pass', function() return b[2].y end, { below = -10 })\n"
+      "expect('holds', function() return b[3].y end, { equals = 0.5, within = 1e-6 })\n"
+      "expect('keeps out', function() return b[4].y end, { equals = 2.5, within = 1e-6 })");
+  Demo demo(path, {});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  for (const Check& check : demo.checks())
+    EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
+}
+
+TEST_F(Script, ChainsMoveAsTheyAreTold) {
+  Demo demo = load(
+      "local a = chain{ points = {{0, 0}, {1, 0}}, at = {1, 2}, angle = 0.1, type = 'kinematic', omega = "
+      "0.3, "
+      "velocity = {0, 2}, friction = 0.7, surface_speed = 1 }\n"
+      "local b = chain{ points = {{0, 0}, {1, 0}}, type = 'kinematic' }\n"
+      "move(b, function(t) return 3 * t, 1 end)\n"
+      "assert(a.friction == 0.7 and a.surface_speed == 1 and a.x == 1 and a.y == 2 and a.name == 'chain')",
+      {.dt = 0.1});
+  demo.step();
+  const World& world = demo.world();
+  EXPECT_NEAR(world.position(world.body_id(0)).y, 2.2, 1e-12);
+  EXPECT_NEAR(world.angle(world.body_id(0)), 0.13, 1e-12);
+  EXPECT_NEAR(world.position(world.body_id(1)).x, 0.3, 1e-12);
 }
 
 TEST_F(Script, ForceOffCentreGivesBothAccelerations) {
