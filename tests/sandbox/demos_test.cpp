@@ -58,6 +58,9 @@ const Variant kVariants[] = {
     {"SeeSawHeavy", {"see_saw", "--set", "weight=40"}},
     {"SeeSawLight", {"see_saw", "--set", "weight=10"}},
     {"StackOf10", {"stack", "--set", "boxes=10"}},
+    {"LoopTooLowForARing", {"loop_the_loop", "--set", "what=ring"}},
+    {"LoopOfARing", {"loop_the_loop", "--set", "what=ring", "--set", "height=3.1"}},
+    {"LoopOfWhatSlides", {"loop_the_loop", "--set", "what=slider", "--set", "height=2.6"}},
     {"FallWithoutBounce", {"free_fall", "--set", "restitution=0"}},
 };
 
