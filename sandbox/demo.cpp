@@ -80,32 +80,30 @@ void call_forgiving(Script& script, const Function& function) {
   }
 }
 
-void evaluate(Script& script, std::size_t i) {
+/// @param back  how long before the end of the last step [s]
+void evaluate(Script& script, std::size_t i, double back = 0) {
   // Vectors may grow while the function runs.
   const Check due = script.checks[i];
   double value = 0;
   try {
+    const LookingBack looking(script, back);
     value = measure(script.host, due.function, due.place, due.what);
   } catch (const ScriptError&) {
     if (!script.body_removed) throw;
     script.checks[i].state = CheckState::Unmeasured;
-    script.checks[i].time = script.time();
+    script.checks[i].time = script.time() - back;
     return;
   }
   Check& check = script.checks[i];
   check.value = value;
-  check.time = script.time();
+  check.time = script.time() - back;
   check.state = check.accepts(value) ? CheckState::Holds : CheckState::Fails;
 }
 
 /// The function of event `i` with the bodies as they were `back` [s] before the end of the last step.
 double measure_crossing(Script& script, std::size_t i, double back) {
-  struct Look {
-    Script& script;
-    ~Look() { script.look_back.reset(); }
-  } look{script};
   const Asking asking(script, "on_event");
-  if (back > 0) script.look_back = back;
+  const LookingBack looking(script, back);
   return measure(script.host, script.crossings[i].function, script.crossings[i].place, "on_event");
 }
 
@@ -155,6 +153,7 @@ void watch_crossings(Script& script) {
   std::stable_sort(roots.begin(), roots.end(), [](const Root& x, const Root& y) { return x.back > y.back; });
   for (const Root& root : roots) {
     const double at = script.time() - root.back;
+    const LookingBack looking(script, root.back);
     script.host.call(root.action, 0, [at](lua_State* state) {
       lua_pushnumber(state, at);
       return 1;
@@ -375,6 +374,7 @@ void Demo::step() {
   }
   script.shown_time.reset();
   note_velocities(script);
+  const bool paths = script.needed.paths || script.wanted.paths;
   add_totals(script.world->step(script.dt), script.totals);
   find_accelerations(script);
   ++script.steps;
@@ -386,9 +386,14 @@ void Demo::step() {
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {
     const Check& due = script.checks[i];
-    const bool now = due.at && due.state == CheckState::Waiting && script.time() + 1e-9 >= *due.at;
     const bool open = due.state != CheckState::Fails && due.state != CheckState::Unmeasured;
-    if (now || (due.always && open)) evaluate(script, i);
+    if (due.always && open) {
+      evaluate(script, i);
+    } else if (due.at && due.state == CheckState::Waiting && script.steps >= script.step_with(*due.at)) {
+      // What was asked for later than that moment is measured now.
+      const bool within = paths && script.steps == script.step_with(*due.at);
+      evaluate(script, i, within ? script.before_step_end(*due.at) : 0);
+    }
   }
 }
 

@@ -102,7 +102,7 @@ int move(lua_State* L) {
 
 // on_event(function() return g end, function(t) ... end): when g changes its sign
 int on_event(lua_State* L) {
-  Script& script = script_to_change(L, "on_event");
+  Script& script = script_to_act(L, "on_event");
   Crossing crossing;
   crossing.place = script_place(L);
   crossing.function = function_argument(L, 1, "on_event", "measure");

@@ -238,6 +238,10 @@ int expect(lua_State* L) {
     throw std::invalid_argument("expect: at = " + format_number(*check.at) + " s is after the end, " +
                                 format_number(script.seconds) + " s");
   check.function = function_argument(L, 2, "expect", "measure");
+  if (check.at && script.before_step_end(*check.at) > 0) {
+    script.needed.paths = true;
+    script.observe();
+  }
   script.checks.push_back(std::move(check));
   return 0;
 }
@@ -285,11 +289,17 @@ Script& script_with_world(lua_State* state, const char* function) {
   return script;
 }
 
-Script& script_to_change(lua_State* state, const char* function) {
+Script& script_to_act(lua_State* state, const char* function) {
   Script& script = script_with_world(state, function);
   if (script.asked)
     throw std::invalid_argument(std::string(function) + ": the function of " + script.asked +
                                 " is asked for an answer, it must not change the world");
+  return script;
+}
+
+Script& script_to_change(lua_State* state, const char* function) {
+  Script& script = script_to_act(state, function);
+  script.look_back.reset();
   return script;
 }
 

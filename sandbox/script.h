@@ -4,6 +4,8 @@
 // only.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -82,6 +84,13 @@ struct Script : ScriptProgress {
   LuaHost host;
 
   double time() const { return static_cast<double>(steps) * dt; }
+  /// The step, from 1, at whose end or within which a time [s] is; the first one has its beginning, too.
+  std::uint64_t step_with(double moment) const { return std::max<std::uint64_t>(1, steps_until(moment, dt)); }
+  /// How long before the end of that step it is [s]; 0: at its end.
+  double before_step_end(double moment) const {
+    const double back = static_cast<double>(step_with(moment)) * dt - moment;
+    return back > 1e-6 * dt ? std::min(back, dt) : 0;
+  }
   /// A body as the script's functions see it. @throws std::invalid_argument for a body that is no more
   BodyState state_of(BodyId body) const {
     if (look_back) return world->interpolated(body, world->time() - *look_back);
@@ -118,13 +127,30 @@ class Asking {
   const char* before_;
 };
 
+/// While it lives, functions of the script see the bodies and `time()` as they were `back` [s] before the end
+/// of the last step, until they change the world.
+class LookingBack {
+ public:
+  LookingBack(Script& script, double back) : script_(script) {
+    if (back > 0) script.look_back = back;
+  }
+  ~LookingBack() { script_.look_back.reset(); }
+  LookingBack(const LookingBack&) = delete;
+  LookingBack& operator=(const LookingBack&) = delete;
+
+ private:
+  Script& script_;
+};
+
 /// What the command line says goes before the script and what was saved.
 void take_options(const DemoOptions& given, WorldConfig& config);
 
 /// The script of a state; its world must exist. @throws std::invalid_argument when `demo{...}` was not called
 /// yet.
 Script& script_with_world(lua_State* state, const char* function);
-/// The same for functions that change the world. @throws std::invalid_argument while the script is asked
+/// The same for functions that it may not call while it is asked for an answer. @throws std::invalid_argument
+Script& script_to_act(lua_State* state, const char* function);
+/// The same for functions that change the world: from here on bodies are seen as they are.
 Script& script_to_change(lua_State* state, const char* function);
 /// The script of a state.
 Script& script_of(lua_State* state);

@@ -24,4 +24,4 @@ local path = 5 * v0 ^ 2 / (18 * mu * g)
 expect("the end speed is two thirds", function() return disc.vx end, { equals = 2 * v0 / 3, within = 1e-12, unit = "m/s" })
 expect("the lowest point rests", function() return disc.vx + disc.omega * r end, { equals = 0, within = 1e-12, unit = "m/s" })
 expect("it has come as far as the formula says", function() return disc.x end,
-  { equals = path + 2 * v0 / 3 * (2 - rolls), within = 1e-11, unit = "m" })
+  { at = 2, equals = path + 2 * v0 / 3 * (2 - rolls), within = 1e-11, unit = "m" })

@@ -537,5 +537,102 @@ TEST_F(Script, JointsPullWithTheWeightTheyCarry) {
   EXPECT_EQ(demo.checks()[2].state, CheckState::Holds);
 }
 
+// A ball falls through a gate 1 m below it, within a step.
+TEST_F(Script, ActionsOfEventsSeeTheirMoment) {
+  for (const char* stepper : {"event_driven", "time_stepping"}) {
+    const std::string path = folder_.write(
+        "gate.lua",
+        "demo{ title = 'T', seconds = 0.5, stepper = '" + std::string(stepper) +
+            "' }\nlocal b = disc{ at = {0, 0}, radius = 0.1, mass = 2 }\n"
+            "local seen, late, passed = {}, {}\n"
+            "on_event(function() return b.y + 1 end, function(t)\n"
+            "  passed = t\n"
+            "  seen = { y = b.y, vy = b.vy, speed = b.speed, work = b.kinetic_energy, t = time(),\n"
+            "           point = select(2, b:point(0, 0)) }\n"
+            "  b:force(0, 0)\n"
+            "  late = { y = b.y, vy = b.vy, t = time() }\n"
+            "end)\n"
+            "local other\n"
+            "on_event(function() return b.y + 1 end, function(t) other = b.y end)\n"
+            "local fall, v = math.sqrt(2 / 9.81), math.sqrt(2 * 9.81)\n"
+            "local function is(what, f, value)\n"
+            "  expect(what, f, { equals = value, within = 1e-9 })\n"
+            "end\n"
+            "is('t', function() return passed end, fall)\n"
+            "is('time()', function() return seen.t - passed end, 0)\n"
+            "is('y', function() return seen.y end, -1)\n"
+            "is('vy', function() return seen.vy end, -v)\n"
+            "is('speed', function() return seen.speed end, v)\n"
+            "is('energy', function() return seen.work end, 2 * 9.81)\n"
+            "is('point', function() return seen.point end, -1)\n"
+            // After a change: as they are, at the end of the step.
+            "is('late time()', function() return late.t end, 28 / 60)\n"
+            "is('late y', function() return late.y end, -9.81 * (28 / 60) ^ 2 / 2)\n"
+            "is('late vy', function() return late.vy end, -9.81 * 28 / 60)\n"
+            // Each action begins at its moment.
+            "is('another one', function() return other end, -1)\n");
+    Demo demo(path, {});
+    while (demo.steps_done() < demo.total_steps()) demo.step();
+    demo.finish();
+    for (const Check& check : demo.checks())
+      EXPECT_EQ(check.state, CheckState::Holds) << stepper << ' ' << check.what << ' ' << check.value;
+  }
+}
+
+TEST_F(Script, ReadsAfterAWriteInAnActionAreOfTheWorldAsItIs) {
+  const std::string path = folder_.write(
+      "write.lua",
+      "demo{ title = 'T', seconds = 0.5, gravity = {0, 0} }\n"
+      "local b = disc{ at = {0, 0}, radius = 0.1, mass = 2, velocity = {3, 0} }\n"
+      "local x, vx, events\n"
+      "on_event(function() return b.x - 1 end, function(t) b.x = 5 x = b.x b.vx = 7 vx = b.vx end)\n"
+      "on_event(function() return b.x - 1 end, function(t)\n"
+      "  on_event(function() return 1 end, function() end) events = b.x end)\n"
+      "expect('x', function() return x end, { equals = 5, within = 0 })\n"
+      "expect('vx', function() return vx end, { equals = 7, within = 0 })\n"
+      "expect('another event changes nothing', function() return events end, { equals = 1, within = 1e-9 "
+      "})\n");
+  Demo demo(path, {});
+  while (demo.steps_done() < demo.total_steps()) demo.step();
+  demo.finish();
+  for (const Check& check : demo.checks())
+    EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
+}
+
+TEST_F(Script, ChecksMeasureBodiesAtTheirMoment) {
+  for (const double dt : {1.0 / 60, 0.03, 0.007}) {
+    const std::string path = folder_.write("moment.lua",
+                                           "demo{ title = 'T', seconds = 1.5 }\n"
+                                           "local b = disc{ at = {0, 0}, radius = 0.1, mass = 1 }\n"
+                                           "local made\nlocal touch = contact(b)\n"
+                                           "local function is(what, at, f, value)\n"
+                                           "  expect(what, f, { at = at, equals = value, within = 1e-9 })\n"
+                                           "end\n"
+                                           "local function y() return b.y end\n"
+                                           "for _, t in ipairs{0, 0.001, 0.3, 0.5, 1.234, 1.5} do\n"
+                                           "  is('y', t, y, -9.81 * t ^ 2 / 2)\n"
+                                           "  is('vy', t, function() return b.vy end, -9.81 * t)\n"
+                                           "  is('time', t, time, t)\n"
+                                           "end\n"
+                                           "is('no contact', 0.3, function() return touch.points end, 0)\n"
+                                           "at(1.3, function() made = time() is('late', 0.2, time, made + " +
+                                               std::to_string(dt) + ") end)\n");
+    DemoOptions options;
+    options.dt = dt;
+    Demo demo(path, options);
+    while (demo.steps_done() < demo.total_steps()) demo.step();
+    demo.finish();
+    for (const Check& check : demo.checks()) {
+      const bool late = check.what == "late";
+      EXPECT_TRUE(late ? std::abs(check.value - check.time) < 1e-9 : check.state == CheckState::Holds)
+          << dt << ' ' << check.what << ' ' << check.value;
+      if (!late) {
+        EXPECT_NEAR(check.time, *check.at, 1e-12);
+      }
+    }
+    EXPECT_EQ(demo.checks().size(), 20u);
+  }
+}
+
 }  // namespace script_test
 }  // namespace skerry::sandbox
