@@ -104,7 +104,13 @@ int table_sort(lua_State* L) {
   if (by_function) luaL_checktype(L, 2, LUA_TFUNCTION);
   lua_settop(L, 2);
   sort_list(L, 1, static_cast<lua_Integer>(lua_rawlen(L, 1)), [&](int a, int b) {
-    if (!by_function) return lua_compare(L, a, b, LUA_OPLT) != 0;
+    if (!by_function) {
+      // Asked from C, the stock comparison would refuse them without a line.
+      const int type = lua_type(L, a), other = lua_type(L, b);
+      if (type != other || (type != LUA_TNUMBER && type != LUA_TSTRING))
+        luaL_error(L, "sort: attempt to compare %s with %s", lua_typename(L, type), lua_typename(L, other));
+      return lua_compare(L, a, b, LUA_OPLT) != 0;
+    }
     lua_pushvalue(L, 2);
     lua_pushvalue(L, a);
     lua_pushvalue(L, b);
@@ -191,10 +197,8 @@ int string_format(lua_State* L) {
     lua_call(L, 1, 1);
     lua_replace(L, argument);
   }
-  lua_pushvalue(L, lua_upvalueindex(1));
-  lua_insert(L, 1);
-  lua_call(L, count, 1);
-  return 1;
+  // As if the script had called it: its errors name the line and the function.
+  return lua_tocfunction(L, lua_upvalueindex(1))(L);
 }
 
 int print_line(lua_State* L) {

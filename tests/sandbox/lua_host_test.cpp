@@ -49,7 +49,12 @@ TEST(LuaHost, SortKeepsTheOrderOfWhatIsEqual) {
   EXPECT_EQ(output_of("for _, n in ipairs{0, 1, 2} do local t = {} for i = 1, n do t[i] = n - i end\n"
                       "table.sort(t) print(table.concat(t, ' ')) end"),
             "\n0\n0 1\n");
-  EXPECT_THAT(error_of("table.sort({1, {}, 2})"), HasSubstr("attempt to compare"));
+  EXPECT_EQ(error_of("\ntable.sort({1, {}, 2})"),
+            "demos/x.lua:2: sort: attempt to compare table with number");
+  EXPECT_EQ(error_of("\ntable.sort({1, 'a'})"), "demos/x.lua:2: sort: attempt to compare string with number");
+  EXPECT_EQ(error_of("\ntable.sort({true, false})"),
+            "demos/x.lua:2: sort: attempt to compare boolean with boolean");
+  EXPECT_EQ(output_of("local t = {2, 1.5, -3}\ntable.sort(t)\nprint(table.concat(t, ' '))"), "-3 1.5 2\n");
   EXPECT_THAT(error_of("table.sort(3)"), HasSubstr("table expected, got number"));
   EXPECT_THAT(error_of("table.sort({1, 2}, 3)"), HasSubstr("function expected, got number"));
 }
@@ -59,7 +64,10 @@ TEST(LuaHost, TextShowsNoAddresses) {
             "table function|3% x\ttrue\n");
   EXPECT_THAT(error_of("print(('%p'):format({}))"), HasSubstr("addresses differ"));
   EXPECT_THAT(error_of("print(('%-5p'):format({}))"), HasSubstr("addresses differ"));
-  EXPECT_THAT(error_of("print(('%d'):format('x'))"), HasSubstr("number expected, got string"));
+  EXPECT_EQ(error_of("\nprint(('%s %d'):format(1, 'x'))"),
+            "demos/x.lua:2: bad argument #2 to 'format' (number expected, got string)");
+  EXPECT_EQ(error_of("local v\nprint(string.format('%.3f', v))"),
+            "demos/x.lua:2: bad argument #2 to 'format' (number expected, got nil)");
   EXPECT_THAT(error_of("print(('%s'):format())"), HasSubstr("no value"));
 }
 
