@@ -2,6 +2,7 @@
 #include "sandbox/figures.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "render/svg.h"
 #include "sandbox/errors.h"
@@ -122,16 +123,21 @@ std::string plot_svg(const std::string& what, const Demo& demo, const History& h
   const auto kind =
       std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& row) { return row.name == what; });
   const std::vector<Chart> charts = kind->make({demo, history, watches, style});
-  const int each = charts.size() == 1 ? kChartPx : kSmallChartPx;
-  const int height = kTitlePx + static_cast<int>(charts.size()) * (each + kFigureMarginPx);
+  constexpr double kWidth = kWidthPx - 2 * kFigureMarginPx;
+  const auto height_of = [&](const Chart& chart) {
+    return (charts.size() == 1 ? kChartPx : kSmallChartPx) +
+           static_cast<int>(std::ceil(legend_extra_px(chart, kWidth)));
+  };
+  int height = kTitlePx;
+  for (const Chart& chart : charts) height += height_of(chart) + kFigureMarginPx;
   render::Sheet sheet;
   sheet.text({kFigureMarginPx, 10}, demo.title(), style.text, 18, render::Face::Bold);
   float y = kTitlePx;
   for (Chart chart : charts) {
     chart.x_name = "t [s]";
     chart.x_high = std::max(demo.time(), demo.dt());
-    draw_chart(chart, style, {kFigureMarginPx, y}, kWidthPx - 2 * kFigureMarginPx, each, 1, sheet);
-    y += static_cast<float>(each + kFigureMarginPx);
+    draw_chart(chart, style, {kFigureMarginPx, y}, kWidth, height_of(chart), 1, sheet);
+    y += static_cast<float>(height_of(chart) + kFigureMarginPx);
   }
   return render::to_svg(sheet, kWidthPx, height, style.background, demo.title());
 }

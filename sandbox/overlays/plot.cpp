@@ -74,6 +74,7 @@ Axis vertical_axis(const Chart& chart) {
 
 constexpr double kKeyPx = 14;    // stroke before a name of the legend
 constexpr double kApartPx = 16;  // between its entries
+constexpr double kRowPx = 1.4 * kTextPx;
 
 /// The legend's words, with the last values in as many digits as the width has room for.
 std::vector<std::string> legend_words(const Chart& chart, double width) {
@@ -90,7 +91,54 @@ std::vector<std::string> legend_words(const Chart& chart, double width) {
   }
 }
 
+struct LegendEntry {
+  std::size_t curve;
+  double x;
+  int row;
+};
+
+/// Where the names stand that are not empty; what finds no room in a row begins the next one.
+std::vector<LegendEntry> legend_entries(const std::vector<std::string>& words, double width) {
+  std::vector<LegendEntry> entries;
+  double x = 0;
+  int row = 0;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (words[k].empty()) continue;
+    const double needs = kKeyPx + width_of(words[k]);
+    if (x > 0 && x + needs > width) {
+      x = 0;
+      ++row;
+    }
+    entries.push_back({k, x, row});
+    x += needs + kApartPx;
+  }
+  return entries;
+}
+
+/// Leaves so many of the first names that the rest is counted in the last row. @return the words for that
+std::string cut_legend(std::vector<LegendEntry>& entries, const std::vector<std::string>& words, int rows,
+                       double width) {
+  std::size_t left_out = 0;
+  const auto text = [&] { return "+ " + std::to_string(left_out) + " more"; };
+  const auto has_room = [&] {
+    const LegendEntry& last = entries.back();
+    if (last.row >= rows) return false;
+    return left_out == 0 || last.row + 1 < rows ||
+           last.x + kKeyPx + width_of(words[last.curve]) + kApartPx + width_of(text()) <= width;
+  };
+  while (!entries.empty() && !has_room()) {
+    entries.pop_back();
+    ++left_out;
+  }
+  return left_out > 0 ? text() : std::string();
+}
+
 }  // namespace
+
+double legend_extra_px(const Chart& chart, double width) {
+  const std::vector<LegendEntry> entries = legend_entries(legend_words(chart, width), width);
+  return entries.empty() ? 0 : kRowPx * entries.back().row;
+}
 
 std::string short_number(double value, int digits) {
   char text[32];
@@ -170,7 +218,13 @@ void draw_chart(const Chart& chart, const render::Style& style, render::Pixel or
   double left = 0;
   for (const auto& [share, words] : axis.marks) left = std::max(left, width_of(words) + 6);
   const double top = chart.y_name.empty() ? 0.5 * kTextPx : 1.6 * kTextPx;
-  const double below = 2.4 * kTextPx + 6;
+  const std::vector<std::string> names = legend_words(chart, width);
+  std::vector<LegendEntry> legend = legend_entries(names, width);
+  // The curves keep half of the height.
+  const int most_rows = std::max(1, static_cast<int>(0.5 * height / kRowPx) - 1);
+  const std::string more = cut_legend(legend, names, most_rows, width);
+  const int rows = legend.empty() ? 1 : legend.back().row + 1;
+  const double below = 2.4 * kTextPx + 6 + (rows - 1) * kRowPx;
   const double right = width, bottom = height - below;
   if (!chart.y_name.empty()) text(0, 0, style.text_dim, chart.y_name);
 
@@ -196,11 +250,7 @@ void draw_chart(const Chart& chart, const render::Style& style, render::Pixel or
   line(left, bottom, right, bottom, style.text_dim);
   text(right, bottom + 3, style.text_dim, chart.x_name, render::Align::Right);
 
-  double legend = 0;
-  const double row = height - kTextPx;
-  const std::vector<std::string> words = legend_words(chart, width);
-  for (std::size_t k = 0; k < chart.curves.size(); ++k) {
-    const Curve& curve = chart.curves[k];
+  for (const Curve& curve : chart.curves) {
     std::vector<render::Pixel> points;
     for (const std::size_t i :
          thinned(curve.y, static_cast<std::size_t>(std::max(2 * (right - left), 8.0)))) {
@@ -208,14 +258,14 @@ void draw_chart(const Chart& chart, const render::Style& style, render::Pixel or
       points.push_back(at(to_x(curve.x[i]), bottom - axis.share(curve.y[i]) * (bottom - top)));
     }
     sheet.polyline(points.data(), points.size(), curve.color, static_cast<float>(kCurvePx * scale));
-    if (curve.name.empty()) continue;
-    const double needs = kKeyPx + width_of(words[k]);
-    if (legend + needs > width && legend > 0) continue;  // the caller chooses names that fit
-    sheet.line(at(legend, row + 0.5 * kTextPx), at(legend + 10, row + 0.5 * kTextPx), curve.color,
-               static_cast<float>(2.5 * scale));
-    text(legend + kKeyPx, row, style.text, words[k]);
-    legend += needs + kApartPx;
   }
+  for (const LegendEntry& entry : legend) {
+    const double y = height - kTextPx - (rows - 1 - entry.row) * kRowPx;
+    sheet.line(at(entry.x, y + 0.5 * kTextPx), at(entry.x + 10, y + 0.5 * kTextPx),
+               chart.curves[entry.curve].color, static_cast<float>(2.5 * scale));
+    text(entry.x + kKeyPx, y, style.text, names[entry.curve]);
+  }
+  if (!more.empty()) text(width, height - kTextPx, style.text_dim, more, render::Align::Right);
 }
 
 }  // namespace skerry::sandbox

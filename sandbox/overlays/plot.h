@@ -28,7 +28,11 @@ struct Chart {
   std::vector<Curve> curves;
 };
 
-/// Draws axes, ticks, curves and a legend line below into the box at `origin`.
+/// Height that the legend's rows after the first need [px of the style].
+double legend_extra_px(const Chart& chart, double width);
+
+/// Draws axes, ticks, curves and below the legend into the box at `origin`; where its names fill more than
+/// half of it, it says how many more there are.
 /// @param width, height  of all of it [px of the style]
 /// @param scale          pixels of the sheet per pixel of the style
 void draw_chart(const Chart& chart, const render::Style& style, render::Pixel origin, double width,

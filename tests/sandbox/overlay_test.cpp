@@ -528,6 +528,43 @@ TEST(Plot, ThinningKeepsEndsAndPeaks) {
   EXPECT_EQ(thinned({1, 2, 3}, 100).size(), 3u);
 }
 
+TEST(Plot, LegendNamesAllCurvesOrSaysHowManyMore) {
+  const auto words_of = [](int curves, double height) {
+    Chart chart;
+    chart.x_name = "t [s]";
+    for (int i = 0; i < curves; ++i)
+      chart.curves.push_back({"height of ball " + std::to_string(i), {}, {0, 1}, {0, 1.0 * i}});
+    render::Sheet sheet;
+    draw_chart(chart, render::style(render::Theme::Light), {0, 0}, 600, height, 1, sheet);
+    std::vector<std::string> words;
+    std::vector<std::pair<float, float>> places;
+    for (const render::Mark& mark : sheet.marks()) {
+      if (mark.kind != render::MarkKind::Text) continue;
+      const std::string text(sheet.words(mark));
+      if (text.rfind("height", 0) != 0 && text.rfind("+ ", 0) != 0) continue;
+      words.push_back(text);
+      const render::Pixel at = sheet.points(mark)[0];
+      EXPECT_GE(at.x, 0);
+      EXPECT_LE(at.x, 600);
+      EXPECT_LE(at.y, height);
+      places.emplace_back(at.x, at.y);
+    }
+    std::sort(places.begin(), places.end());
+    EXPECT_EQ(std::adjacent_find(places.begin(), places.end()), places.end());
+    return words;
+  };
+  for (const int curves : {1, 4, 6, 14}) {
+    const std::vector<std::string> words = words_of(curves, 320);
+    ASSERT_EQ(words.size(), static_cast<std::size_t>(curves));
+    EXPECT_EQ(words.back().rfind("height of ball " + std::to_string(curves - 1), 0), 0u);
+  }
+  // What would leave the curves no room is counted.
+  const std::vector<std::string> words = words_of(60, 190);
+  ASSERT_GT(words.size(), 4u);
+  ASSERT_LT(words.size(), 60u);
+  EXPECT_EQ(words.back(), "+ " + std::to_string(60 - (words.size() - 1)) + " more");
+}
+
 TEST(History, StaysSmallHoweverLongTheRun) {
   const TemporaryFolder folder;
   Demo demo(folder.write("d.lua", "demo{ title = 'T', seconds = 60 }\ndisc{ at = {0, 0}, radius = 1 }"),
