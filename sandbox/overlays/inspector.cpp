@@ -56,9 +56,14 @@ render::Color source_color(const render::Style& style, ForceSource source) {
       return style.joint;
     case ForceSource::Weight:
       return style.velocity;
-    default:
+    case ForceSource::Applied:
       return style.friction;
+    case ForceSource::Field:
+      return style.impulse;
+    case ForceSource::Drag:
+      break;
   }
+  return render::body_paint(style, 1).outline;
 }
 
 double reach_of(const World& world, BodyId body) {

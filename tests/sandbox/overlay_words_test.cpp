@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <set>
+#include <tuple>
 
 #include "render/gl_renderer.h"
 #include "sandbox/loop.h"
@@ -79,6 +80,23 @@ TEST(InspectorWords, ListAppliedForcesFieldAndDragSoThatRestSumsToNothing) {
   EXPECT_EQ(falls.after("field"), "2 N");
   EXPECT_EQ(falls.after("drag"), "7.81 N");
   EXPECT_EQ(falls.after("sum"), "0 N");
+}
+
+TEST(InspectorWords, EachKindOfForceHasAColourOfItsOwn) {
+  const Shown shown(
+      "demo{ title = 'All', view = { x = 0, y = 0, height = 10 } }\n"
+      "local b = disc{ at = {0, 0}, radius = 0.5, mass = 1 }\ndrag(b, { linear = 1 })\n"
+      "field(function() return 2, 0 end)\non_step(function() b:force(3, 0) end)\nhighlight{ body = b }\n",
+      {"inspector"}, 1);
+  // Heads of arrows are filled; words of the list have the colour of text.
+  std::set<std::tuple<float, float, float>> colors;
+  const render::Style& style = render::style(render::Theme::Light);
+  for (const render::Mark& mark : shown.sheet().marks())
+    if (mark.kind == render::MarkKind::Stroke && !(mark.color == style.panel_border))
+      colors.insert({mark.color.r, mark.color.g, mark.color.b});
+  for (const render::Color& color :
+       {style.velocity, style.friction, style.impulse, render::body_paint(style, 1).outline})
+    EXPECT_TRUE(colors.contains({color.r, color.g, color.b}));
 }
 
 TEST(InspectorWords, ABodyThatIsCalledWeightIsNotTheWeight) {
