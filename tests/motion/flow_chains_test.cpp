@@ -120,9 +120,11 @@ TEST(FlowOfChains, ABallOnLightLinksBreaksAWallAsItDoesInShorterSteps) {
           name, mass, whole.farthest, shorter.farthest, whole.fallen, shorter.fallen, whole.apart,
           shorter.apart, whole.flowing);
       EXPECT_GT(whole.flowing, 30);
-      // Ten plates at nearly the same angle with 500 kg come to 1.5 to 2.1 m, in sixths of a step to 1.9
-      // to 2.4.
-      EXPECT_NEAR(whole.farthest, shorter.farthest, 0.6);
+      // At nearly the same angles ten plates with 500 kg come to 1.5 to 2.1 m (in sixths to 1.9 to 2.4), ten
+      // ropes with 2000 kg nine times to 4.9 to 5.6 m; a wall of bricks that does not give way stops them
+      // before 1 m.
+      EXPECT_GT(whole.farthest, 0.7 * shorter.farthest);
+      EXPECT_LT(whole.farthest, 1.4 * shorter.farthest);
       // In nine runs of nearly the same ropes 13 to 44 of them.
       EXPECT_GT(whole.fallen, 10);
       EXPECT_LT(whole.gained, 1e-5);
