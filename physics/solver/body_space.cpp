@@ -24,8 +24,9 @@ namespace {
 
 // Factorisations where somebody waits: of what is struck hard, more are needed where nobody does.
 constexpr int kFactorisationLimit = 1000;
-// Pivots of the last rung are factorisations, too, up to about half a second of them, or ten times that.
-constexpr double kPathVisits = 5e7, kUnlimitedPathVisits = 5e8;
+// Pivots of the last rungs are factorisations, too, up to about half a second of them, or ten times that; of
+// those from nothing, which are begun where work has no limit, two hundred times.
+constexpr double kPathVisits = 5e7, kUnlimitedPathVisits = 5e8, kPivotVisits = 1e10;
 // Rows above which sweeps wander for longer than anybody waits.
 constexpr std::size_t kSettlingRows = 4096;
 // Sweeps hardly move what is so many times heavier, or what friction above this locks: those few settle at
@@ -268,6 +269,13 @@ Solution solve_body_space(const IslandSystem& system, std::span<const double> wa
     note(trace, "proximal continuation from the best iterate");
     active.set_impulses(std::isfinite(active.best_residual()) ? active.best().data() : zero.data());
     continue_from_best(ProximalOptions().eta);
+  }
+  if (!solved && !vain && unlimited && options.max_iterations == 0 && model.is_adaptable()) {
+    SolveBudget rest = budget;
+    rest.factorisations = std::numeric_limits<int>::max();
+    rest.visits = std::min(budget.visits, work.visits + kPivotVisits);
+    note(trace, "path of states from nothing");
+    solved = pivot_from_nothing(options.tolerance, model, active, rest, work, trace);
   }
   if (!solved && !vain && (!warm || unlimited) && options.max_iterations == 0) {
     SolveBudget rest = budget;

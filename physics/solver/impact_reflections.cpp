@@ -29,6 +29,8 @@
 namespace skerry::impact {
 namespace {
 
+// Residual of Coulomb's problem up to which an answer is taken that is not solved.
+constexpr double kNearly = 1e-4;
 // Where Coulomb's problem has no answer, what is left is so many times as fast as what moves at most.
 constexpr double kJam = 4;
 // Energy that an elastic phase may have on its way, in that of one bounce.
@@ -322,6 +324,17 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
   const bool rough = std::any_of(problem.system.rows.begin(), problem.system.rows.end(),
                                  [](const Row& row) { return row.mu > 0; });
   if (rough && coulomb(problem, out.velocity, out.lambda, result)) return out;
+  // What work without a limit came so near to is far nearer than what follows.
+  if (rough && problem.work_limit == 0) {
+    const double left = violation(problem, out.lambda);
+    if (left <= kNearly) {
+      for (int i = 0; i < problem.system.size(); ++i)
+        apply_row(problem.system, i, out.lambda[i], out.velocity);
+      result.residual = std::max(result.residual, left);
+      result.status = SolveStatus::Inexact;
+      return out;
+    }
+  }
 
   // Without friction, or where Coulomb's problem could not be solved: normals alone, which always works, and
   // friction after them.

@@ -10,24 +10,39 @@ namespace skerry::impact {
 namespace {
 
 constexpr double kTolerance = 1e-13;
-// Some answers of a thousand rows are as good as 1e-12, and no better: they are taken, and where work has no
-// limit none is spent on more.
+// Some answers of a thousand rows are as good as 1e-12, and no better: they are taken.
 constexpr double kGoodEnough = 1e-11;
 constexpr int kFewRows = 100;
+// Where work has no limit, a problem of many rows has this much for the tolerance (the default of a world, so
+// that scenes that need less have the same bits), and the rest for what is good enough.
+constexpr double kFirstLook = 1e8;
 // Rows that contradict each other give by so much of their own part of W, so that the impulses are bounded.
 constexpr double kGive = 1e-2;
 
-/// Tolerance for the sub-problem `system`, and what is left of the work; a sixteenth of it at least, so that
-/// every sub-problem is looked at.
-SolveOptions options_of(const ImpactProblem& problem, const IslandSystem& system,
-                        const ImpactResult& result) {
+/// Tolerance, and what is left of the work; a sixteenth of it at least, so that every sub-problem is looked
+/// at.
+SolveOptions options_of(const ImpactProblem& problem, const ImpactResult& result) {
   SolveOptions options;
-  options.tolerance = problem.work_limit > 0 || system.size() <= kFewRows ? kTolerance : kGoodEnough;
+  options.tolerance = kTolerance;
   options.welds_as_one = problem.welds_as_one;
   options.threads = problem.threads;
   if (problem.work_limit > 0)
     options.work_limit = std::max(problem.work_limit / 16, problem.work_limit - result.work.visits);
   return options;
+}
+
+Solution answer(const ImpactProblem& problem, const IslandSystem& system, const ImpactResult& result) {
+  SolveOptions options = options_of(problem, result);
+  if (problem.work_limit > 0 || system.size() <= kFewRows)
+    return problem.solver->solve(system, {}, options, nullptr);
+  options.work_limit = kFirstLook;
+  Solution first = problem.solver->solve(system, {}, options, nullptr);
+  if (first.status == SolveStatus::Solved || first.residual <= kGoodEnough) return first;
+  options.work_limit = 0;
+  options.tolerance = kGoodEnough;
+  Solution second = problem.solver->solve(system, {}, options, nullptr);
+  second.work += first.work;
+  return second;
 }
 
 void clear(IslandSystem& system) {
@@ -44,14 +59,14 @@ void give_way(const ImpactProblem& problem, IslandSystem& system, const ImpactRe
   if (solution.status == SolveStatus::Solved || !(solution.residual > kContradiction)) return;
   system.compliance.resize(system.rows.size());
   for (int i = 0; i < system.size(); ++i) system.compliance[i] = kGive * inverse_mass(system, i);
-  Solution other = problem.solver->solve(system, {}, options_of(problem, system, result), nullptr);
+  Solution other = problem.solver->solve(system, {}, options_of(problem, result), nullptr);
   solution.work += other.work;
   solution.lambda = std::move(other.lambda);
 }
 
 /// Solves the sub-system and books its work, status and residual.
 std::vector<double> solve(const ImpactProblem& problem, IslandSystem& system, ImpactResult& result) {
-  Solution solution = problem.solver->solve(system, {}, options_of(problem, system, result), nullptr);
+  Solution solution = answer(problem, system, result);
   give_way(problem, system, result, solution);
   result.work += solution.work;
   result.residual = std::max(result.residual, solution.residual);
@@ -238,7 +253,7 @@ bool coulomb(const ImpactProblem& problem, Velocities& v, std::vector<double>& l
   plastic = problem.system;
   plastic.b.resize(plastic.rows.size());
   for (int i = 0; i < plastic.size(); ++i) plastic.b[i] = -row_velocity(problem, i, v);
-  Solution solution = problem.solver->solve(plastic, {}, options_of(problem, plastic, result), nullptr);
+  Solution solution = answer(problem, plastic, result);
   result.work += solution.work;
   lambda = std::move(solution.lambda);
   if (solution.status != SolveStatus::Solved && !(solution.residual <= kGoodEnough)) return false;

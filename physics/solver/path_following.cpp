@@ -21,6 +21,13 @@ constexpr int kPolishIterations = 6;
 // arrives less often.
 constexpr double kWarmEta = 1e-3, kWarmMargin = 1e-3;
 constexpr double kWarmEtaEnd = 1e-6;
+// From nothing: the first proximal weight and how far the wanted velocities are off. Both fall to their last
+// value, the weight where a path took few pivots. With a smaller weight at first, rounding turns paths back.
+constexpr double kColdEta = 1e-6, kColdEtaLeast = 1e-8, kColdOff = 1e-8, kColdOffLeast = 1e-9;
+constexpr double kOffFalls = 0.3;
+constexpr int kFewPivots = 100, kColdMoves = 40, kColdTries = 2, kColdPivots = 50000, kOnPivots = 8000;
+// Distance, relative to the scale, within which events are one.
+constexpr double kTogether = 1e-14;
 
 // Numbers in [1/2, 3/2), the same ones for every solve: multiples of the golden ratio, modulo one.
 class Dice {
@@ -84,9 +91,14 @@ void PathFollower::start(const std::vector<double>& centre, double eta, const st
       wanted[at(i)] = s == RowState::Upper ? std::min(w_[at(i)], -off) : std::max(w_[at(i)], off);
     }
   }
+  p_.assign(n, 0.0);
+  for (int i = 0; off_ > 0 && i < model_.rows(); ++i) {
+    const auto& r = model_.row(i);
+    if (!r.dead) p_[at(i)] = off_ * model_.scale() * (r.normal < 0 ? dice.next() : 2 * dice.next() - 2);
+  }
   model_.evaluate(lambda_.data(), w_.data());
   for (std::size_t i = 0; i < n; ++i) {
-    w_[i] += eta * model_.info()[i].D * (lambda_[i] - centre[i]);
+    w_[i] += eta * model_.info()[i].D * (lambda_[i] - centre[i]) + p_[i];
     r_[i] = wanted[i] - w_[i];
     w_[i] = wanted[i];
   }
@@ -127,39 +139,60 @@ void PathFollower::direction(const std::vector<double>& wanted, std::vector<doub
 
 PathFollower::Event PathFollower::next_event(double sign, int last, RowState left) const {
   Event best;
-  const double tie = 1e-13;
+  const double tie = 1e-13, together = kTogether * model_.scale();
+  const double slowest = (off_ == 0 ? 1e-14 : 1e-13) * model_.scale();
+  double limit = kInfinity;
+  bool choosing = false;
   const auto test = [&](int row, RowState to, double distance, double speed) {
     // Distance to the bound and speed towards it, in velocity units.
-    if (!(speed > 1e-14 * model_.scale()) || (row == last && to == left)) return;
-    const double length = std::max(0.0, distance) / speed;
-    if (length < best.length - tie || (length < best.length + tie && speed > best.speed)) {
-      best = {.length = std::min(length, best.length), .speed = speed, .row = row, .state = to};
+    if (!(speed > slowest) || (row == last && to == left)) return;
+    distance = std::max(0.0, distance);
+    if (off_ == 0) {
+      const double length = distance / speed;
+      if (length < best.length - tie || (length < best.length + tie && speed > best.speed))
+        best = {.length = std::min(length, best.length), .speed = speed, .row = row, .state = to};
+    } else if (!choosing) {
+      limit = std::min(limit, (distance + together) / speed);
+    } else if (distance <= limit * speed && speed > best.speed) {
+      best = {.length = distance / speed, .speed = speed, .row = row, .state = to};
     }
   };
-  for (int i = 0; i < model_.rows(); ++i) {
-    const auto& r = model_.row(i);
-    if (r.dead) continue;
-    const RowState s = states_[at(i)];
-    const double z = lambda_[at(i)], d = sign * d_lambda_[at(i)];
-    if (r.normal < 0) {
-      if (s == RowState::Free) {
-        test(i, RowState::Lower, (z - r.lower) * r.D, -d * r.D);
-        test(i, RowState::Upper, (r.upper - z) * r.D, d * r.D);
-      } else if (r.lower < r.upper) {
-        const double side = s == RowState::Lower ? 1 : -1;
-        test(i, RowState::Free, side * w_[at(i)], -side * sign * d_w_[at(i)]);
-      }
-    } else if (r.mu > 0 && states_[at(r.normal)] == RowState::Free) {
-      if (s == RowState::Free) {
-        const double bound = r.mu * lambda_[at(r.normal)], wider = r.mu * sign * d_lambda_[at(r.normal)];
-        test(i, RowState::Upper, (bound - z) * r.D, (d - wider) * r.D);
-        test(i, RowState::Lower, (bound + z) * r.D, (-d - wider) * r.D);
-      } else {
-        const double side = s == RowState::Lower ? 1 : -1;
-        test(i, RowState::Free, side * w_[at(i)], -side * sign * d_w_[at(i)]);
+  const auto sticks = [&](int normal) {
+    for (int j = normal + 1; j < model_.rows() && model_.row(j).normal == normal; ++j)
+      if (model_.row(j).mu > 0 && !model_.row(j).dead && states_[at(j)] == RowState::Free) return true;
+    return false;
+  };
+  const auto look = [&] {
+    for (int i = 0; i < model_.rows(); ++i) {
+      const auto& r = model_.row(i);
+      if (r.dead) continue;
+      const RowState s = states_[at(i)];
+      const double z = lambda_[at(i)], d = sign * d_lambda_[at(i)];
+      if (r.normal < 0) {
+        if (s == RowState::Free) {
+          // What sticks slips before it opens: where both come at once, opening leads onto another path.
+          if (off_ == 0 || !sticks(i)) test(i, RowState::Lower, (z - r.lower) * r.D, -d * r.D);
+          test(i, RowState::Upper, (r.upper - z) * r.D, d * r.D);
+        } else if (r.lower < r.upper) {
+          const double side = s == RowState::Lower ? 1 : -1;
+          test(i, RowState::Free, side * w_[at(i)], -side * sign * d_w_[at(i)]);
+        }
+      } else if (r.mu > 0 && states_[at(r.normal)] == RowState::Free) {
+        if (s == RowState::Free) {
+          const double bound = r.mu * lambda_[at(r.normal)], wider = r.mu * sign * d_lambda_[at(r.normal)];
+          test(i, RowState::Upper, (bound - z) * r.D, (d - wider) * r.D);
+          test(i, RowState::Lower, (bound + z) * r.D, (-d - wider) * r.D);
+        } else {
+          const double side = s == RowState::Lower ? 1 : -1;
+          test(i, RowState::Free, side * w_[at(i)], -side * sign * d_w_[at(i)]);
+        }
       }
     }
-  }
+  };
+  look();
+  // Of those that come first nearly together the fastest [Harris 1973].
+  choosing = true;
+  if (off_ > 0) look();
   return best;
 }
 
@@ -195,12 +228,30 @@ PathFollower::End PathFollower::run(const std::vector<double>& centre, double et
                                     const std::vector<double>& guess, double margin, bool covered,
                                     int max_pivots, const SolveBudget& budget, SolveWork& work) {
   start(centre, eta, guess, margin, covered);
+  return follow(max_pivots, off_ > 0 ? max_pivots : kPatience, budget, work);
+}
+
+PathFollower::End PathFollower::go_on(double eta, double share, const SolveBudget& budget, SolveWork& work) {
+  for (std::size_t i = 0; i < lambda_.size(); ++i) {
+    r_[i] = eta_ * model_.info()[i].D * (lambda_[i] - centre_[i]) + (1 - share) * p_[i];
+    p_[i] *= share;
+  }
+  off_ *= share;
+  centre_ = lambda_;
+  eta_ = eta;
+  t_ = 1;
+  pivots_ = 0;
+  return follow(kOnPivots, kOnPivots, budget, work);
+}
+
+PathFollower::End PathFollower::follow(int max_pivots, int patience, const SolveBudget& budget,
+                                       SolveWork& work) {
   const std::size_t n = lambda_.size();
   int last = -1, since_progress = 0;
   RowState left = RowState::Free;  // by the last row
   double sign = 1, least_t = 1;
   while (true) {
-    if (budget.spent(work) || pivots_ > max_pivots || since_progress > kPatience) return End::Limit;
+    if (budget.spent(work) || pivots_ > max_pivots || since_progress > patience) return End::Limit;
     if (!factor(work)) return End::Limit;
     // Rounding of the last pieces is taken out first.
     for (std::size_t i = 0; i < n; ++i) wanted_[i] = -w_[i];
@@ -213,7 +264,7 @@ PathFollower::End PathFollower::run(const std::vector<double>& centre, double et
     model_.evaluate(d_lambda_.data(), d_w_.data());
     for (std::size_t i = 0; i < n; ++i) {
       const auto& r = model_.info()[i];
-      w_[i] += eta_ * r.D * (lambda_[i] - centre_[i]) + t_ * r_[i];
+      w_[i] += eta_ * r.D * (lambda_[i] - centre_[i]) + p_[i] + t_ * r_[i];
       d_w_[i] += r.b + eta_ * r.D * d_lambda_[i] - r_[i];
     }
     // Where the path folds t grows for a while.
@@ -299,6 +350,34 @@ bool follow_paths(BodySpaceModel& model, ActiveSet& active, const PathOptions& o
     margin = kMargin;
   }
   return false;
+}
+
+bool pivot_from_nothing(double tolerance, BodySpaceModel& model, ActiveSet& active, const SolveBudget& budget,
+                        SolveWork& work, SolveTrace* trace) {
+  PathFollower path(model);
+  const std::vector<double> zero(at(model.rows()), 0.0);
+  double eta = kColdEta;
+  path.set_off(kColdOff);
+  auto end = path.run(zero, eta, zero, kFirstMargin, true, kColdPivots, budget, work);
+  double off = kColdOff;
+  int again = 0;
+  for (int move = 0; move < kColdMoves && end == PathFollower::End::Reached; ++move) {
+    active.drop_factor();
+    if (polish(path, tolerance, active, budget, work, trace)) return true;
+    if (budget.spent(work)) break;
+    if (path.pivots() < kFewPivots) eta = std::max(kColdEtaLeast, eta * kEtaFalls);
+    const double share = off > kColdOffLeast ? kOffFalls : 1;
+    off *= share;
+    const std::vector<double> centre = path.impulses();
+    end = path.go_on(eta, share, budget, work);
+    if (end == PathFollower::End::Reached || budget.spent(work) || ++again > kColdTries) continue;
+    // A path from within may be a loop; one from nothing, with the same centre, is none.
+    eta = kColdEta;
+    path.set_off(off);
+    end = path.run(centre, eta, zero, kFirstMargin, true, kColdPivots, budget, work);
+  }
+  active.drop_factor();
+  return active.is_answer(tolerance);
 }
 
 }  // namespace skerry

@@ -26,9 +26,18 @@ bool follow_paths(BodySpaceModel& model, ActiveSet& active, const PathOptions& o
 bool follow_path_from(const std::vector<double>& start, double tolerance, int pivots, BodySpaceModel& model,
                       ActiveSet& active, const SolveBudget& budget, SolveWork& work, SolveTrace* trace);
 
+/// Lemke's method in body space [Lemke 1965; Stewart & Trinkle 1996; Anitescu & Potra 1997]: a path from the
+/// impulses zero, all contacts open, then proximal steps that go on from its states. The matrix of Coulomb's
+/// law is copositive, so that the first path arrives, however often it folds; what is struck takes some
+/// thousands of pivots. Ties are broken by wanted velocities that are off by up to a few billionths of the
+/// largest, and stay off: the answer is known to that, and offered to the active set.
+/// @return whether `active.best()` is within `tolerance`; it may have improved all the same
+bool pivot_from_nothing(double tolerance, BodySpaceModel& model, ActiveSet& active, const SolveBudget& budget,
+                        SolveWork& work, SolveTrace* trace);
+
 /// Follows the solution of a regularised problem
 ///
-///   0 in w(lambda) + eta D (lambda - centre) + t r + N(lambda),      w = W lambda - b, exact Coulomb states
+///   0 in w(lambda) + eta D (lambda - centre) + p + t r + N(lambda),  w = W lambda - b, exact Coulomb states
 ///
 /// from t = 1, where r is chosen such that a given guess is the solution, to t = 0. For fixed states the
 /// solution is linear in t; where a row meets its bound its state changes, and the path goes on in the next
@@ -53,6 +62,13 @@ class PathFollower {
   End run(const std::vector<double>& centre, double eta, const std::vector<double>& guess, double margin,
           bool covered, int max_pivots, const SolveBudget& budget, SolveWork& work);
 
+  /// Goes on from the end of the last path, which is the next centre, with another weight, and with `share`
+  /// of what the wanted velocities are off.
+  End go_on(double eta, double share, const SolveBudget& budget, SolveWork& work);
+  /// Velocities p that the next paths are off by at most, relative to the scale of the problem; contacts are
+  /// wanted to open by them. A path whose ties come together at its end needs them.
+  void set_off(double off) { off_ = off; }
+
   const std::vector<double>& impulses() const { return lambda_; }
   const std::vector<RowState>& states() const { return states_; }
   int pivots() const { return pivots_; }
@@ -60,6 +76,7 @@ class PathFollower {
  private:
   void start(const std::vector<double>& centre, double eta, const std::vector<double>& guess, double margin,
              bool covered);
+  End follow(int max_pivots, int patience, const SolveBudget& budget, SolveWork& work);
   bool factor(SolveWork& work);
   void direction(const std::vector<double>& wanted, std::vector<double>& d_lambda, SolveWork& work);
   struct Event {
@@ -74,11 +91,11 @@ class PathFollower {
   void flip(const Event& event);
 
   BodySpaceModel& model_;
-  double eta_ = 0, t_ = 0;
+  double eta_ = 0, t_ = 0, off_ = 0;
   int pivots_ = 0;
   std::vector<RowState> states_;
-  std::vector<double> lambda_, w_, r_, g_, h_, k_;  // w includes the regularisation and t r
-  std::vector<double> d_lambda_, d_w_, wanted_, centre_;
+  std::vector<double> lambda_, w_, r_, g_, h_, k_;  // w includes the regularisation, p and t r
+  std::vector<double> d_lambda_, d_w_, wanted_, centre_, p_;
 };
 
 }  // namespace skerry

@@ -126,5 +126,40 @@ TEST(PathFollowing, StopsAtItsBudget) {
   EXPECT_LE(work.visits, 1.5 * budget.visits);
 }
 
+// One body of a pyramid at rest is struck: nearly all wanted velocities are nothing, so that everything is
+// tied.
+TEST(PathFollowing, FromNothingSolvesBlows) {
+  int solved = 0, pivots = 0;
+  const unsigned count = static_cast<unsigned>(test_scale(40));
+  for (unsigned seed = 1; seed <= count; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const scenes::SceneOptions options{.friction = seed % 3 ? 0.5 : 1, .seed = seed};
+    IslandSystem system = scenes::pyramid(6 + static_cast<int>(seed % 9), options).system;
+    std::fill(system.b.begin(), system.b.end(), 0.0);
+    const int struck = static_cast<int>(seed * 7 % system.bodies.size());
+    const double fast[3] = {std::cos(seed), -std::abs(std::sin(seed)), 0.3};
+    for (std::size_t i = 0; i < system.rows.size(); ++i) {
+      const Row& row = system.rows[i];
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (row.a == struck) system.b[i] -= row.Ja[c] * fast[c];
+        if (row.b == struck) system.b[i] -= row.Jb[c] * fast[c];
+      }
+    }
+    BodySpaceModel model;
+    SolveWork work;
+    model.assign(system, work);
+    ActiveSet active(model);
+    active.reset(kInfinity);
+    SolveBudget budget;
+    budget.factorisations = 200000;
+    if (!pivot_from_nothing(1e-8, model, active, budget, work, nullptr)) continue;
+    ++solved;
+    pivots += work.pivots;
+    EXPECT_LE(natural_map_residual(system, active.best()), 1e-8);
+  }
+  std::printf("%d of %u blows solved, %d pivots\n", solved, count, pivots);
+  EXPECT_EQ(solved, static_cast<int>(count));
+}
+
 }  // namespace path_following_test
 }  // namespace skerry
