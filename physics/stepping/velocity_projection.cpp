@@ -112,10 +112,11 @@ void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vecto
     PointMemory& memory = contact.points[origin.point];
     contact.impulse += lambda[i] * push_on_b(bilateral.system.rows[i]);
     if (origin.kind == RowKind::Normal) {
-      // Friction at its bound stays there.
+      // Friction at its bound stays there; what was let go of before it came to that has no more of it.
       const double load = std::max(memory.normal_impulse + lambda[i], 1e-300),
-                   share = load / memory.normal_impulse;
-      if (!memory.sticking) {
+                   share = load / memory.normal_impulse,
+                   bound = contact.friction * memory.normal_impulse * (1 - 1e-12);
+      if (!memory.sticking && !(std::abs(memory.friction_impulse) < bound)) {
         memory.total_friction += (share - 1) * memory.friction_impulse;
         contact.impulse += (share - 1) * memory.friction_impulse * perp(contact.manifold.normal);
         memory.friction_impulse *= share;
