@@ -170,20 +170,16 @@ int capsule(lua_State* L) {
   return make_body(L, args, make_capsule(args.required_pair("from"), args.required_pair("to"), radius));
 }
 
+/// Arguments of what is static or kinematic, besides those of its own.
+std::vector<std::string> of_what_is_laid(std::vector<std::string> keys) {
+  keys.insert(keys.end(), {"type", "velocity", "omega", "friction", "static_friction", "restitution",
+                           "rolling_resistance", "surface_speed", "name"});
+  return keys;
+}
+
 // ground{ y = 0, tilt = 0 }: everything below a line
 int ground(lua_State* L) {
-  static const std::vector<std::string> keys{"y",
-                                             "x",
-                                             "tilt",
-                                             "type",
-                                             "velocity",
-                                             "omega",
-                                             "friction",
-                                             "static_friction",
-                                             "restitution",
-                                             "rolling_resistance",
-                                             "surface_speed",
-                                             "name"};
+  static const std::vector<std::string> keys = of_what_is_laid({"y", "x", "tilt"});
   const Args args(L, "ground", keys);
   Script& script = script_to_change(L, "ground");
   ShapeDef part;
@@ -219,21 +215,8 @@ std::vector<Vec2> read_track(const Args& args, bool loop) {
 
 // chain{ points = {{0, 0}, ...}, loop = false }: a track of segments, solid on the right of the way
 int chain(lua_State* L) {
-  static const std::vector<std::string> keys{"points",
-                                             "loop",
-                                             "at",
-                                             "angle",
-                                             "type",
-                                             "velocity",
-                                             "omega",
-                                             "friction",
-                                             "static_friction",
-                                             "restitution",
-                                             "rolling_resistance",
-                                             "surface_speed",
-                                             "group",
-                                             "name",
-                                             "color"};
+  static const std::vector<std::string> keys =
+      of_what_is_laid({"points", "loop", "at", "angle", "group", "color"});
   const Args args(L, "chain", keys);
   Script& script = script_to_change(L, "chain");
   ShapeDef part;
