@@ -31,6 +31,7 @@ SolveOptions options_of(const ImpactProblem& problem, const ImpactResult& result
   return options;
 }
 
+/// Solves `system`: within what is left of the work, or, without a limit, as well as it can be had.
 Solution answer(const ImpactProblem& problem, const IslandSystem& system, const ImpactResult& result) {
   SolveOptions options = options_of(problem, result);
   if (problem.work_limit > 0 || system.size() <= kFewRows)
