@@ -323,11 +323,20 @@ double Demo::shown_time() const {
 }
 
 BodyState Demo::shown(std::size_t slot) const {
+  return state_at(slot, shown_time());
+}
+
+bool Demo::knows_paths() const {
+  return script_->needed.paths || script_->wanted.paths;
+}
+
+BodyState Demo::state_at(std::size_t slot, double at) const {
   const World& world = *script_->world;
   const BodyArrays& b = world.bodies();
-  const double back = time() - shown_time();
-  // The world counts its time in sums, the demo in products.
-  if (script_->needed.paths && back > 1e-6 * dt())
+  const double back = time() - at;
+  // The world counts its time in sums, the demo in products. The report may name bodies that a user has
+  // removed since.
+  if (knows_paths() && back > 1e-6 * dt() && b.alive[slot])
     return world.interpolated(world.body_id(slot), world.time() - back);
   return {b.position[slot], b.angle[slot], b.velocity[slot], b.omega[slot]};
 }

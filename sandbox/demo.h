@@ -101,6 +101,13 @@ struct RunTotals {
   double error_estimate = 0;  ///< sum over the steps of the largest estimate of an island
 };
 
+/// A point of a body that leaves a trace.
+struct TracedPoint {
+  BodyId body;
+  Vec2 local;  ///< in the body's frame, from its centre of mass [m]
+  friend bool operator==(const TracedPoint&, const TracedPoint&) = default;
+};
+
 /// How a script wants to be shown.
 struct Picture {
   std::optional<View> view;
@@ -109,6 +116,8 @@ struct Picture {
   std::optional<double> force_scale;    ///< arrows of resting forces [N / m]
   std::vector<int> colors;              ///< by body slot: index into the palette, -1: the usual colour
   SelectionText selection;              ///< of `highlight`
+  std::vector<TracedPoint> traced;      ///< of `show`; none: the first bodies that move
+  double strobe = 0;  ///< traced bodies are shown at multiples of this [s]; 0: only where they are
 };
 
 /// What runs may be: beyond these a number is a slip of the hand, and counts of steps would not be exact.
@@ -175,8 +184,13 @@ class Demo {
   /// its end.
   void show_at(double time);
   double shown_time() const;
-  /// State of a body at that moment. @param slot  of a live body
+  /// State of a body at that moment.
   BodyState shown(std::size_t slot) const;
+  /// Whether the paths within steps are observed, for this or for an overlay.
+  bool knows_paths() const;
+  /// State of a body at a time within the last step [s]; where paths are not observed, or it has been removed
+  /// since, that at its end.
+  BodyState state_at(std::size_t slot, double time) const;
   /// Evaluates what waits for the end. Checks at a later time stay `Waiting`, and all of them when the run is
   /// shorter than the script says.
   void finish();

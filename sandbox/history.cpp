@@ -134,23 +134,10 @@ const FactorViews& SystemRecord::factors() const {
 }
 
 History::History(const Demo& demo, bool keep_systems, double flash_seconds)
-    : keep_systems_(keep_systems), flash_seconds_(flash_seconds) {
-  add_sample(sample_of(demo.world(), 0, 0));
+    : keep_systems_(keep_systems), flash_seconds_(flash_seconds), traces_(demo) {
+  ledger_.add(sample_of(demo.world(), 0, 0));
   look_at_bodies(demo.world());
   look_at_bridges(demo);
-}
-
-void History::add_sample(const LedgerSample& sample) {
-  // Sample k stays if k is a multiple of the stride; the newest is always the last entry.
-  if (samples_ > 0 && (samples_ - 1) % stride_ != 0) ledger_.pop_back();
-  ledger_.push_back(sample);
-  const bool stays = samples_++ % stride_ == 0;
-  if (ledger_.size() <= kMostSamples || !stays) return;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < ledger_.size(); i += 2) ledger_[kept++] = ledger_[i];
-  if (ledger_.size() % 2 == 0) ledger_[kept++] = sample;
-  ledger_.resize(kept);
-  stride_ *= 2;
 }
 
 void History::add_beat(double impulse) {
@@ -231,12 +218,18 @@ void History::update(const Demo& demo) {
   now_ = demo.time();
   look_at_bodies(world);
   look_at_bridges(demo);
-  add_sample({now_, report.kinetic_energy, report.potential_energy, report.momentum, report.angular_momentum,
-              report.worst_residual});
+  ledger_.add({now_, report.kinetic_energy, report.potential_energy, report.momentum, report.angular_momentum,
+               report.worst_residual});
+  traces_.update(demo);
   look_at_contacts(world);
   for (std::size_t k = 0; k < stage_seconds_.size(); ++k)
     stage_seconds_[k] += (report.stage_seconds[k] - stage_seconds_[k]) * (report.step < 2 ? 1 : 0.1);
   if (keep_systems_) look_at_systems(world);
+}
+
+std::size_t History::bytes() const {
+  return sizeof(History) + ledger().size() * sizeof(LedgerSample) + beats_.size() * sizeof(Beat) +
+         traces_.bytes();
 }
 
 double History::force_floor(const World& world) const {

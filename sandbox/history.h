@@ -13,6 +13,8 @@
 #include "physics/islands/delassus.h"
 #include "physics/step_report.h"
 #include "sandbox/demo.h"
+#include "sandbox/thinned.h"
+#include "sandbox/traces.h"
 
 namespace skerry::sandbox {
 
@@ -118,7 +120,8 @@ class History {
   const SystemRecord* impact() const { return impact_ ? &*impact_ : nullptr; }
   /// Samples at equal distances from the start, and the last one: at most 4097, whatever the length of the
   /// run.
-  const std::vector<LedgerSample>& ledger() const { return ledger_; }
+  const std::vector<LedgerSample>& ledger() const { return ledger_.samples(); }
+  const Traces& traces() const { return traces_; }
   /// Moments with impacts, at most 4096 of them; the oldest of neighbours make room.
   const std::vector<Beat>& beats() const { return beats_; }
   /// Duration of each stage, mean over about ten steps [s]; zero unless they are observed.
@@ -133,6 +136,7 @@ class History {
   double largest_reaction() const { return largest_reaction_; }
   double largest_moment() const { return largest_moment_; }
   double fastest() const { return fastest_; }  ///< largest speed so far [m/s]
+  std::size_t bytes() const;                   ///< memory of what grows with the run, roughly
   double now() const { return now_; }          ///< time that is shown [s]
 
  private:
@@ -143,8 +147,8 @@ class History {
   double now_ = 0;
   std::vector<Flash> flashes_;
   std::optional<SystemRecord> impact_, resting_;
-  std::vector<LedgerSample> ledger_;
-  std::uint64_t stride_ = 1, samples_ = 0;
+  Thinned<LedgerSample, 4096> ledger_;
+  Traces traces_;
   std::vector<Beat> beats_;
   std::array<double, kStageCount> stage_seconds_{};
   double largest_impulse_ = 0, largest_force_ = 0, fastest_ = 0, largest_mass_ = 0;
@@ -154,7 +158,6 @@ class History {
   void look_at_bridges(const Demo& demo);
   void look_at_contacts(const World& world);
   void look_at_systems(const World& world);
-  void add_sample(const LedgerSample& sample);
   void add_beat(double impulse);
 };
 

@@ -10,6 +10,7 @@
 #include "sandbox/names.h"
 #include "sandbox/overlays/overlay.h"
 #include "sandbox/script.h"
+#include "sandbox/traces.h"
 
 namespace skerry::sandbox {
 namespace {
@@ -148,6 +149,43 @@ int choice(lua_State* L) {
   return 1;
 }
 
+/// ball, { ball, wheel } or { { wheel, {0.5, 0} } }: bodies, or points in their frames.
+std::vector<TracedPoint> traced_points(lua_State* L, const Args& args) {
+  constexpr const char* kForm = "a list of bodies or {body, {x, y}}";
+  std::vector<TracedPoint> points;
+  const int type = lua_getfield(L, args.index(), "trace");
+  const int list = lua_gettop(L);
+  if (const std::optional<BodyId> single = to_body(L, list)) {
+    points.push_back({*single, {}});
+  } else if (type != LUA_TNIL) {
+    if (type != LUA_TTABLE) args.fail("trace", kForm, list);
+    for (lua_Unsigned i = 1; i <= lua_rawlen(L, list); ++i) {
+      lua_rawgeti(L, list, static_cast<lua_Integer>(i));
+      const int entry = lua_gettop(L);
+      TracedPoint point;
+      if (const std::optional<BodyId> body = to_body(L, entry)) {
+        point.body = *body;
+      } else {
+        if (lua_type(L, entry) != LUA_TTABLE) args.fail("trace", kForm, entry);
+        lua_rawgeti(L, entry, 1);
+        lua_rawgeti(L, entry, 2);
+        const std::optional<BodyId> whose = to_body(L, -2);
+        const std::optional<Vec2> local = to_pair(L, -1);
+        if (!whose || !local) args.fail("trace", kForm, list);
+        point = {*whose, *local};
+      }
+      points.push_back(point);
+      lua_settop(L, list);
+    }
+    if (points.empty()) throw std::invalid_argument("show: trace names no body");
+  }
+  if (points.size() > kMostTraces)
+    throw std::invalid_argument("show: trace expected at most " + std::to_string(kMostTraces) +
+                                " bodies, got " + std::to_string(points.size()));
+  lua_settop(L, list - 1);
+  return points;
+}
+
 // show{ "contacts", "matrix", impulse_scale = 2 }
 int show(lua_State* L) {
   Script& script = script_of(L);
@@ -162,7 +200,7 @@ int show(lua_State* L) {
     lua_pushvalue(L, -2);
     lua_rawset(L, named);
   }
-  const Args args(L, "show", {"impulse_scale", "force_scale"}, named);
+  const Args args(L, "show", {"impulse_scale", "force_scale", "trace", "strobe"}, named);
   for (const char* key : {"impulse_scale", "force_scale"}) {
     const std::optional<double> scale = args.number(key);
     if (!scale) continue;
@@ -170,6 +208,14 @@ int show(lua_State* L) {
       throw std::invalid_argument(std::string("show: ") + key + " must be positive, got " +
                                   format_number(*scale));
     (key[0] == 'i' ? script.picture.impulse_scale : script.picture.force_scale) = scale;
+  }
+  if (args.has("trace")) script.picture.traced = traced_points(L, args);
+  if (const std::optional<double> strobe = args.number("strobe")) {
+    // Shorter ones would not be told apart.
+    if (*strobe < 1e-3 * script.seconds)
+      throw std::invalid_argument("show: strobe must be at least a thousandth of the demo's " +
+                                  format_number(script.seconds) + " s, got " + format_number(*strobe));
+    script.picture.strobe = *strobe;
   }
   for (lua_Unsigned i = 1; i <= lua_rawlen(L, 1); ++i) {
     lua_rawgeti(L, 1, static_cast<lua_Integer>(i));

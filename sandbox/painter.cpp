@@ -203,6 +203,7 @@ Observe needs_of(const std::vector<std::string>& names) {
     needs.systems = needs.systems || overlay.needs.systems;
     needs.solve_traces = needs.solve_traces || overlay.needs.solve_traces;
     needs.stage_times = needs.stage_times || overlay.needs.stage_times;
+    needs.paths = needs.paths || overlay.needs.paths;
   }
   return needs;
 }

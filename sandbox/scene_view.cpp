@@ -307,6 +307,35 @@ render::Paint paint_of(const OverlayContext& context, std::size_t body) {
   return paint;
 }
 
+void draw_outline(const World& world, std::size_t body, const Transform& pose, double angle,
+                  render::Color color, float width_px, render::DrawLayer& layer) {
+  const render::Color clear = render::faded(color, 0);
+  for (const ShapeRecord& record : world.shapes()) {
+    if (!record.alive || record.body.index != body) continue;
+    const Shape& shape = record.shape;
+    if (shape.kind == ShapeKind::Disc) {
+      layer.discs.push_back({.centre = to_point(to_world(pose, shape.vertices.front())),
+                             .radius = shape.radius,
+                             .fill = clear,
+                             .outline = color,
+                             .outline_px = width_px,
+                             .angle = angle,
+                             .spoke = true});
+    } else if (shape.kind == ShapeKind::Capsule) {
+      layer.capsules.push_back({.from = to_point(to_world(pose, shape.vertices[0])),
+                                .to = to_point(to_world(pose, shape.vertices[1])),
+                                .radius = shape.radius,
+                                .fill = clear,
+                                .outline = color,
+                                .outline_px = width_px});
+    } else if (shape.kind == ShapeKind::Polygon) {
+      std::vector<render::Point> corners;
+      for (const Vec2 corner : shape.vertices) corners.push_back(to_point(to_world(pose, corner)));
+      layer.polygon(corners.data(), corners.size(), clear, color, shape.radius, width_px);
+    }
+  }
+}
+
 void draw_world(const OverlayContext& context, render::DrawList& list) {
   list.background = context.style.background;
   draw_grid(context, list[Layer::Background]);

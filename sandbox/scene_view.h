@@ -11,6 +11,10 @@ namespace skerry::sandbox {
 /// Draws a metre grid, all shapes and all joints.
 void draw_world(const OverlayContext& context, render::DrawList& list);
 
+/// The outlines of a body's bounded shapes at a pose. @param angle  of the spoke [rad]
+void draw_outline(const World& world, std::size_t body, const Transform& pose, double angle,
+                  render::Color color, float width_px, render::DrawLayer& layer);
+
 inline render::Point to_point(Vec2 v) {
   return {v.x, v.y};
 }

@@ -23,7 +23,7 @@ for _, throw in ipairs(throws) do
   throw.range = speed ^ 2 * math.sin(2 * a) / g
   throw.time = 2 * speed * math.sin(a) / g
 end
-show{ "velocities", "checks" }
+show{ "traces", "velocities", "checks", strobe = 0.1 }
 
 for _, throw in ipairs(throws) do
   -- After touchdown without restitution or friction a ball rolls on with vx; that part is subtracted.

@@ -25,7 +25,7 @@ for i = 1, 3 do
   end
   ends[i] = before
 end
-show{ "energy" }
+show{ "traces", "energy", trace = { { ends[1], {0.5, 0} }, { ends[2], {0.5, 0} }, { ends[3], {0.5, 0} } } }
 
 local start = energy()
 expect("energy is kept", function() return math.abs(energy() - start) end, { always = true, below = 1e-8, unit = "J" })

@@ -44,7 +44,7 @@ local ball = disc{
   inertia = math.max(k, 0.5) * r ^ 2, friction = friction, group = -1, color = "orange", name = what,
 }
 local touch = contact(ball)
-show{ "velocities", "energy", "checks" }
+show{ "traces", "velocities", "energy", "checks", strobe = 0.1 }
 watch("speed", function() return ball.speed end, "m/s")
 watch("normal force", function() return touch.force end, "N")
 

@@ -12,7 +12,7 @@ local reach = R + r
 local cylinder = disc{ at = {0, 0}, radius = R, type = "static", name = "cylinder" }
 local ball = disc{ at = { reach * math.sin(start), reach * math.cos(start) }, radius = r, mass = 1, color = "vermilion", name = "disc" }
 local touch = contact(ball, cylinder)
-show{ "contacts", "impulses", "velocities", "checks" }
+show{ "traces", "contacts", "impulses", "velocities", "checks", strobe = 0.1 }
 watch("angle", function() return math.atan(ball.x, ball.y) end, "rad")
 watch("normal force", function() return touch.force end, "N")
 

@@ -12,6 +12,7 @@ namespace skerry::sandbox {
 
 void draw_contacts(const OverlayContext& context, render::DrawList& list);
 void draw_impulses(const OverlayContext& context, render::DrawList& list);
+void draw_traces(const OverlayContext& context, render::DrawList& list);
 void draw_velocities(const OverlayContext& context, render::DrawList& list);
 void draw_islands(const OverlayContext& context, render::DrawList& list);
 void draw_thrust(const OverlayContext& context, render::DrawList& list);

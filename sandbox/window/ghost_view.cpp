@@ -4,45 +4,12 @@
 #include "sandbox/scene_view.h"
 
 namespace skerry::sandbox {
-namespace {
-
-void outline(const World& world, std::size_t body, render::Color color, float width_px,
-             render::DrawLayer& layer) {
-  const render::Color clear = render::faded(color, 0);
-  const Transform pose = world.bodies().pose(body);
-  for (const ShapeRecord& record : world.shapes()) {
-    if (!record.alive || record.body.index != body) continue;
-    const Shape& shape = record.shape;
-    if (shape.kind == ShapeKind::Disc) {
-      layer.discs.push_back({.centre = to_point(to_world(pose, shape.vertices.front())),
-                             .radius = shape.radius,
-                             .fill = clear,
-                             .outline = color,
-                             .outline_px = width_px,
-                             .angle = world.bodies().angle[body],
-                             .spoke = true});
-    } else if (shape.kind == ShapeKind::Capsule) {
-      layer.capsules.push_back({.from = to_point(to_world(pose, shape.vertices[0])),
-                                .to = to_point(to_world(pose, shape.vertices[1])),
-                                .radius = shape.radius,
-                                .fill = clear,
-                                .outline = color,
-                                .outline_px = width_px});
-    } else if (shape.kind == ShapeKind::Polygon) {
-      std::vector<render::Point> corners;
-      for (const Vec2 corner : shape.vertices) corners.push_back(to_point(to_world(pose, corner)));
-      layer.polygon(corners.data(), corners.size(), clear, color, shape.radius, width_px);
-    }
-  }
-}
-
-}  // namespace
-
 void draw_ghost(const World& world, const render::Style& style, render::DrawList& list) {
   const BodyArrays& bodies = world.bodies();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies.alive[i] && bodies.type[i] == BodyType::Dynamic)
-      outline(world, i, style.warning, 1.6f, list[render::Layer::Structure]);
+      draw_outline(world, i, bodies.pose(i), bodies.angle[i], style.warning, 1.6f,
+                   list[render::Layer::Structure]);
   }
 }
 
@@ -59,7 +26,8 @@ void draw_hand(const World& world, const Hand& hand, const render::Style& style,
 
 void draw_selection(const World& world, BodyId body, const render::Style& style, render::DrawList& list) {
   if (!body || !world.alive(body)) return;
-  outline(world, body.index, style.selected.outline, 3.0f, list[render::Layer::Structure]);
+  draw_outline(world, body.index, world.pose(body), world.angle(body), style.selected.outline, 3.0f,
+               list[render::Layer::Structure]);
 }
 
 }  // namespace skerry::sandbox

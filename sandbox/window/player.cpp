@@ -26,16 +26,20 @@ DemoOptions Player::printing_once(const DemoOptions& options) {
   return once;
 }
 
+std::size_t Player::bytes_of(const Keyframe& frame) {
+  return frame.demo.bytes() + frame.history.bytes();
+}
+
 void Player::keep() {
   const std::uint64_t now = step();
   if (now % spacing_ != 0 || (!keyframes_.empty() && keyframes_.back().demo.step() >= now)) return;
   keyframes_.push_back({demo_->save(), *history_, hand_});
-  bytes_ += keyframes_.back().demo.bytes();
+  bytes_ += bytes_of(keyframes_.back());
   while (bytes_ > limits_.memory && keyframes_.size() > 2) {
     spacing_ *= 2;
     std::erase_if(keyframes_, [&](const Keyframe& frame) { return frame.demo.step() % spacing_ != 0; });
     bytes_ = 0;
-    for (const Keyframe& frame : keyframes_) bytes_ += frame.demo.bytes();
+    for (const Keyframe& frame : keyframes_) bytes_ += bytes_of(frame);
   }
 }
 
@@ -107,7 +111,7 @@ void Player::forget_after(std::uint64_t last) {
   std::erase_if(inputs_, [&](const UserInput& input) { return input.step > last; });
   std::erase_if(keyframes_, [&](const Keyframe& frame) { return frame.demo.step() > last; });
   bytes_ = 0;
-  for (const Keyframe& frame : keyframes_) bytes_ += frame.demo.bytes();
+  for (const Keyframe& frame : keyframes_) bytes_ += bytes_of(frame);
   if (divergence_ && *divergence_ > last) divergence_.reset();
 }
 

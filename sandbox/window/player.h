@@ -78,6 +78,7 @@ class Player {
     History history;
     Hand hand;
   };
+  static std::size_t bytes_of(const Keyframe& frame);
   void arrive();
   void apply_inputs();
   void apply(const UserInput& input);
