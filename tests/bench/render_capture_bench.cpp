@@ -11,7 +11,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -26,6 +25,7 @@
 #include "render/style.h"
 #include "render/yuv.h"
 #include "sandbox/painter.h"
+#include "tests/bench/arguments.h"
 
 namespace {
 
@@ -337,11 +337,11 @@ void memory(const fs::path& folder, const std::string& script, int frames) {
   std::printf("\n");
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const int rounds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 5;
-  const int frames = argc > 2 ? std::max(10, std::atoi(argv[2])) : 180;
+int run(int argc, char** argv) {
+  if (argc > 4) throw bench::BadArgument(std::string(argv[4]) + ": expected at most ROUNDS FRAMES LONG");
+  const int rounds = argc > 1 ? bench::count_of("ROUNDS", argv[1], 1) : 5;
+  const int frames = argc > 2 ? bench::count_of("FRAMES", argv[2], 10) : 180;
+  const int longest = argc > 3 ? bench::count_of("LONG", argv[3], 10) : 0;
   const fs::path folder = fs::temp_directory_path() / ("skerry_capture_bench_" + std::to_string(getpid()));
   fs::create_directories(folder);
   const std::string script = (folder / "thousand.lua").string();
@@ -350,6 +350,13 @@ int main(int argc, char** argv) {
   video(folder, script, 1920, 1080, rounds, frames);
   png(folder, script, rounds, frames);
   ten_thousand(rounds, frames);
-  if (argc > 3) memory(folder, script, std::max(10, std::atoi(argv[3])));
+  if (longest > 0) memory(folder, script, longest);
   fs::remove_all(folder);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("render_capture_bench", [&] { return run(argc, argv); });
 }
