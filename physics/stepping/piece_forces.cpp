@@ -21,6 +21,8 @@ namespace skerry {
 namespace {
 
 // Contacts, rows, and bodies that a thread takes at a time.
+// Of a manifold all points.
+constexpr unsigned kAllPoints = ~0u;
 constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece = 1024;
 // Residual of forces that are as good as none, for which it is 1; and of those that a step in flow of as much
 // work leaves less of.
@@ -106,16 +108,11 @@ class PieceSolve {
             contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a),
             state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
             state_.config.skips.axes ? &contact.cache : nullptr, &(*stats)[from / kContactsAPiece]);
-        if (take_geometry(mid, manifolds[k]) || !is_on_chain(state_, contact)) continue;
-        // A disc that is over the next segment by then has its point below its middle all the same; corners
-        // go with their body.
-        const bool of_b = state_.local_index[contact.body_b] >= 0;
-        const std::uint32_t body = of_b ? contact.body_b : contact.body_a;
-        const Shape& shape = state_.shapes[of_b ? contact.shape_b : contact.shape_a].shape;
-        const Transform then = state_.bodies.pose(body), now = pose(body);
-        for (ManifoldPoint& point : manifolds[k].points) {
-          point.position = shape.kind == ShapeKind::Disc ? point.position + (now.p - then.p)
-                                                         : to_world(now, to_local(then, point.position));
+        const bool on_chain = is_on_chain(state_, contact);
+        const unsigned found = take_geometry(mid, manifolds[k], on_chain);
+        if (found == kAllPoints || (found == 0 && !on_chain)) continue;
+        for (int i = 0; i < manifolds[k].count; ++i) {
+          if ((found >> i & 1u) == 0) carry(contact, on_chain, pose, manifolds[k].points[i]);
         }
       }
     });
@@ -123,20 +120,46 @@ class PieceSolve {
     return true;
   }
 
-  /// Points keep their numbers. @return false where the features changed on the way: the old normal serves
-  static bool take_geometry(const Manifold& mid, Manifold& same) {
-    int found = 0;
-    for (int i = 0; i < same.count; ++i) {
-      for (int j = 0; j < mid.count; ++j) found += mid.points[j].feature == same.points[i].feature;
-    }
-    if (found != same.count) return false;
+  /// A corner goes with its body, though it leaves the other one by half-way: an arm to where it was would be
+  /// wrong by twice as much as one of the beginning. What is round goes with its middle: a disc that is over
+  /// the next segment by then has its point below that all the same.
+  template <class Pose>
+  void carry(const Contact& contact, bool on_chain, const Pose& pose, ManifoldPoint& point) const {
+    const bool corner_of_a = (point.feature >> 16) % 2 == 0, corner_of_b = point.feature % 2 == 0;
+    const bool clear = !on_chain && corner_of_a != corner_of_b;
+    const bool of_b = clear ? corner_of_b : state_.local_index[contact.body_b] >= 0;
+    const std::uint32_t body = of_b ? contact.body_b : contact.body_a;
+    const Transform then = pose_at(state_, body, piece_.elapsed), now = pose(body);
+    const bool round = state_.shapes[of_b ? contact.shape_b : contact.shape_a].shape->kind == ShapeKind::Disc;
+    point.position =
+        round ? point.position + (now.p - then.p) : to_world(now, to_local(then, point.position));
+  }
+
+  /// Points keep their numbers. @param all  only all of them
+  /// @return a bit for each point that is still there; none where the features changed on the way: the old
+  /// normal serves then
+  static unsigned take_geometry(const Manifold& mid, Manifold& same, bool all) {
+    unsigned found = 0;
+    std::array<int, 2> partner{-1, -1};
     for (int i = 0; i < same.count; ++i) {
       for (int j = 0; j < mid.count; ++j) {
-        if (mid.points[j].feature == same.points[i].feature) same.points[i].position = mid.points[j].position;
+        if (mid.points[j].feature != same.points[i].feature) continue;
+        partner[i] = j;
+        found |= 1u << i;
       }
     }
+    // A corner that passes the end of an edge leaves its place to that end.
+    if (!all && same.count == 2 && mid.count == 2 && (found == 1 || found == 2)) {
+      partner[found == 1 ? 1 : 0] = 1 - partner[found == 1 ? 0 : 1];
+      found = 3;
+    }
+    if (found == (1u << same.count) - 1) found = kAllPoints;
+    if (found == 0 || (all && found != kAllPoints)) return 0;
+    for (int i = 0; i < same.count; ++i) {
+      if (partner[i] >= 0) same.points[i].position = mid.points[partner[i]].position;
+    }
     same.normal = mid.normal;
-    return true;
+    return found;
   }
 
   /// Springs along a line, whose free way would take their anchors past each other, keep the direction of the

@@ -10,7 +10,7 @@
 namespace skerry {
 namespace {
 
-constexpr std::size_t kMostRows = 8;
+constexpr std::size_t kMostRows = 16;
 // A second solution counts only if its stopping rows are at their bounds up to this.
 constexpr double kAtBound = 1 - 1e-9;
 
@@ -23,6 +23,22 @@ bool may_stop(const Row& row) {
 /// Largest impulse of such a row.
 double bound_of(const Row& row, const std::vector<double>& lambda) {
   return row.normal >= 0 ? row.mu * lambda[static_cast<std::size_t>(row.normal)] : row.upper;
+}
+
+/// How much an impulse of 1 in row `j` changes the velocity of row `i`: an entry of W without compliance.
+double coupling(const IslandSystem& system, int i, int j) {
+  const Row &one = system.rows[i], &other = system.rows[j];
+  const auto through = [&](int body, const std::array<double, 3>& J) {
+    double sum = 0;
+    if (body < 0) return sum;
+    const InverseMass& m = system.bodies[body];
+    if (other.a == body)
+      sum += m.linear * (J[0] * other.Ja[0] + J[1] * other.Ja[1]) + m.angular * J[2] * other.Ja[2];
+    if (other.b == body)
+      sum += m.linear * (J[0] * other.Jb[0] + J[1] * other.Jb[1]) + m.angular * J[2] * other.Jb[2];
+    return sum;
+  };
+  return through(one.a, one.Ja) + through(one.b, one.Jb);
 }
 
 /// A row that stops within the piece.
@@ -68,16 +84,17 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
       if (now * from > 0 && (from > 0 ? to : -to) <= 1e-9 * std::abs(from))
         stopping->push_back({i, from, system.b[i]});
     }
-    // To want more than the bounds can give is to be at the bound: backwards by four times what the largest
-    // force changes.
+    // To want more than the bounds can give is to be at the bound: backwards by four times what all impulses
+    // change, its own largest one among them.
     for (std::size_t k = known; k < stopping->size(); ++k) {
       const Stopping& stop = (*stopping)[k];
-      const Row& row = system.rows[stop.row];
-      double D = 0;
-      if (row.a >= 0) D += inverse_mass_along(system.bodies[row.a], row.Ja);
-      if (row.b >= 0) D += inverse_mass_along(system.bodies[row.b], row.Jb);
+      double impulses = 0;
+      for (int j = 0; j < system.size(); ++j) {
+        const double impulse = j == stop.row ? bound_of(system.rows[j], lambda) : lambda[j];
+        impulses += std::abs(coupling(system, stop.row, j) * impulse);
+      }
       const double change = std::abs(row_velocity(piece.assembly, stop.row, piece.free)) +
-                            std::abs(half_drive(stop.row)) + 4 * D * bound_of(row, lambda);
+                            std::abs(half_drive(stop.row)) + 4 * impulses;
       system.b[stop.row] += stop.from > 0 ? -change : change;
     }
     return stopping->size() > known;

@@ -26,8 +26,9 @@ struct SolvedPiece {
 /// end. If there are any, the piece is solved again with all of them at their bound throughout, and once more
 /// with what stops then; their velocities go linearly through zero.
 ///
-/// Done for islands of at most 8 rows; in larger ones a stop costs more than the mu g h^2 / 8 that it is
-/// worth.
+/// Done for islands of at most 16 rows, which a car has with its joints. In larger ones what slides ends a
+/// piece at rest or beyond it: off by mu g h^2 / 8 at most where it stays at rest, by mu g h in its velocity
+/// where it goes on.
 ///
 /// @param solution  replaced by the last one if a stop was found
 /// @return time of the first stop since the beginning of the piece, or `h` [s]
