@@ -7,6 +7,7 @@
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/flush_faces.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/island_impact.h"
 #include "physics/stepping/island_rows.h"
@@ -174,8 +175,7 @@ class FlightQueue {
   double time_of_meeting(std::size_t k, double now) const {
     const Contact& contact = state_.contacts[island_.contacts[k]];
     const ImpactTime impact =
-        contact_impact_time(contact, state_.shapes[contact.shape_a].shape, flight(contact.body_a, now),
-                            state_.shapes[contact.shape_b].shape, flight(contact.body_b, now), to_ - now);
+        landing_time(state_, contact, flight(contact.body_a, now), flight(contact.body_b, now), to_ - now);
     return impact.hit && now + impact.t < to_ ? now + impact.t : kInfinity;
   }
   /// Enters the next meeting of a pair, and voids the one that was foretold before.

@@ -10,6 +10,7 @@
 #include "physics/solver/impact_tools.h"
 #include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
+#include "physics/stepping/flush_faces.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
@@ -64,6 +65,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
                            const ImpactOptions& options, IslandResult& result) {
   ImpactOutcome outcome;
   if (!is_struck(state, island, elapsed)) return outcome;
+  if (pass_flush_faces(state, island, elapsed) && !is_struck(state, island, elapsed)) return outcome;
   StageTimer timer(state, result, Stage::Impact);
   Spare<std::vector<std::uint8_t>> spare;
   std::vector<std::uint8_t>& touching = *spare;

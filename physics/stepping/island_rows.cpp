@@ -8,6 +8,7 @@
 #include "physics/contact_batch.h"
 #include "physics/joint_rows.h"
 #include "physics/spare.h"
+#include "physics/stepping/flush_faces.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -371,12 +372,14 @@ int update_manifolds(WorldState& state, const Island& island, double elapsed, Na
           contact, state.shapes[contact.shape_a].shape, pose_at(state, contact.body_a, elapsed),
           state.shapes[contact.shape_b].shape, pose_at(state, contact.body_b, elapsed), contact.margin,
           state.config.skips, stats);
+      pass_flush_face(state, contact, elapsed);
     }
     return reused;
   }
   const auto refresh = [&](std::size_t from, std::size_t to, NarrowPhaseStats& counts) {
     int reused = 0;
-    ManifoldRefresh manifolds(state.config.skips, counts, [](Contact&) {});
+    ManifoldRefresh manifolds(state.config.skips, counts,
+                              [&](Contact& contact) { pass_flush_face(state, contact, elapsed); });
     for (std::size_t k = from; k < to; ++k) {
       Contact& contact = state.contacts[island.contacts[k]];
       reused += !manifolds.refresh(

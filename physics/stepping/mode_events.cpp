@@ -6,6 +6,7 @@
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/chain_side.h"
+#include "physics/stepping/flush_faces.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/joint_limits.h"
 #include "physics/stepping/root.h"
@@ -169,8 +170,7 @@ FlightEnd ModeEvents::end_of_flight(double elapsed, double length) const {
       if (from >= end.length) continue;
     }
     const ImpactTime impact =
-        contact_impact_time(contact, state_.shapes[contact.shape_a].shape, later(a, from),
-                            state_.shapes[contact.shape_b].shape, later(b, from), end.length - from);
+        landing_time(state_, contact, later(a, from), later(b, from), end.length - from);
     if (!impact.hit) continue;
     end.length = from + impact.t;
     end.landing = &contact;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "physics/stepping/chain_side.h"
+#include "physics/stepping/flush_faces.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -147,8 +148,7 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
                               std::uint8_t resting, double h, FreeSegments beside) {
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
-    const ImpactTime impact = contact_impact_time(contact, state.shapes[contact.shape_a].shape, a,
-                                                  state.shapes[contact.shape_b].shape, b, h);
+    const ImpactTime impact = landing_time(state, contact, a, b, h);
     return {impact.hit ? impact.t : h};
   }
 
