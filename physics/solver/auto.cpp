@@ -325,7 +325,8 @@ Solution solve_auto(const IslandSystem& system, std::span<const double> warm_sta
     if (most > 0) most = std::min(most, kJammedWork * rows);
     rest.work_limit = kExactShare * most;
   }
-  if (search(rest)) return solution;
+  const bool none_left = !solution.lambda.empty() && most > 0 && solution.work.visits >= most;
+  if (!none_left && search(rest)) return solution;
   if (!smooth && try_pivoting(system, options, solution)) return solution;
 
   // What is left of the budget; each rung is granted a share of its own, whatever the ones before took.

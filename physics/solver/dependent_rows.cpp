@@ -101,7 +101,11 @@ class DependentRowsSolve {
   DependentRows solve_with_compliance() {
     bool all = true;  // change all that are wrong, as long as these get fewer
     Index least = count_ + 1;
+    const auto is_spent = [this] {
+      return options_.work_limit > 0 && solution_.work.visits > options_.work_limit;
+    };
     for (int round = 0; round < kSingleRounds; ++round) {
+      if (round > 0 && is_spent()) return DependentRows::Unknown;
       give_a_little();
       const std::vector<RowState> before = states_;
       const Index wrong = change_states(kGive);

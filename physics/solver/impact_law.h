@@ -25,6 +25,7 @@ struct ImpactProblem {
   double rest_speed = 1e-6;             ///< slower approaches do not bounce [m/s]
   const SolverEntry* solver = nullptr;  ///< for the plastic and frictional sub-problems
   double work_limit = 0;     ///< of the solver, over all sub-problems (`SolveOptions::work_limit`); 0: none
+  double most_work = 0;      ///< visits after which nothing bounces on; 0: none
   bool welds_as_one = true;  ///< in the sub-problems (`SolveOptions::welds_as_one`)
   ThreadPool* threads = nullptr;  ///< for the sub-problems (`SolveOptions::threads`)
 };

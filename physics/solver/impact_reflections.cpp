@@ -174,9 +174,18 @@ bool has_run_away(const ImpactProblem& problem, const Velocities& x, double most
   return result.residual > kContradiction || kinetic_energy(problem.system, x) > most;
 }
 
+/// Whether something that is told to move squeezes bodies: no velocities end all approach and hold all
+/// joints, though those of each contact alone do, and mirror images, or stops, go to and fro between them.
+bool is_squeezed(const ImpactProblem& problem, const Velocities& x, ImpactResult& result) {
+  if (ground_at_rest(problem)) return false;
+  unilateral(problem, unilateral_rows(problem.system), x, {}, result);
+  return result.residual > kContradiction;
+}
+
 /// The elastic phase. Returns x, adds to `lambda`; contacts that cannot open are locked (they stop
-/// plastically). Nothing where bodies are squeezed: with more than `most` energy or contacts that contradict
-/// each other, by ground that moves; with rows that still do so after many rounds, by joints.
+/// plastically). What approaches when the work is spent still does so. Nothing where bodies are squeezed:
+/// with more than `most` energy or contacts that contradict each other, by ground that moves; with rows that
+/// still do so after many rounds, by joints; or may be, when the work is spent.
 std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std::vector<double>& lambda,
                                   ImpactResult& result) {
   const IslandSystem& system = problem.system;
@@ -205,6 +214,9 @@ std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std
   std::vector<double>& recent = vectors->recent;
   recent.assign(system.rows.size(), 0);
 
+  // Work besides what the sub-problems book, of which the smallest are formulas: rows that were looked at.
+  double looked = 0;
+
   std::vector<int>&approaching = vectors->approaching, &rows = vectors->rows, &bodies = vectors->bodies,
   &touched = vectors->touched;
   for (int round = 1; !candidates.empty(); ++round) {
@@ -221,6 +233,7 @@ std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std
       if (near.visited(seed, round)) continue;
       near.component(seed, active, round, rows, bodies);
       std::vector<double> impulses = unilateral(problem, rows, x, {}, result);
+      looked += static_cast<double>(rows.size());
       bool stops = false;
       for (std::size_t k = 0; k < rows.size(); ++k) {
         const int i = rows[k];
@@ -253,11 +266,22 @@ std::optional<Velocities> reflect(const ImpactProblem& problem, double most, std
     std::sort(candidates.begin(), candidates.end());
     candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
 
+    looked += static_cast<double>(candidates.size());
+    if (problem.most_work > 0 && result.work.visits + looked > problem.most_work) {
+      result.work.visits += looked;
+      result.status = SolveStatus::Inexact;
+      if (!ground_at_rest(problem)) return {};
+      break;
+    }
+
     if (round < next_check) continue;
     if (result.residual > kContradiction) return {};
     next_check = round + first_check;
     // Places do not change in an impact.
-    if (!separable) separable = can_all_open(problem, result.work);
+    if (!separable) {
+      separable = can_all_open(problem, result.work);
+      if (!*separable && is_squeezed(problem, x, result)) return {};
+    }
     if (!*separable) {
       // Balls wedged between walls would bounce for ever: contacts that carried the most lose their
       // elasticity.
@@ -350,7 +374,9 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
   double left = 0;
   bool jams = false;
   if (rough) {
+    normals.work = result.work;
     add_friction(problem, normals);
+    result.work = normals.work;
     left = violation(problem, normals.lambda);
     jams = !ground_at_rest(problem) && violation(problem, out.lambda) < left;
   }

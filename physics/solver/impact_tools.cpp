@@ -20,20 +20,20 @@ constexpr double kFirstLook = 1e8;
 constexpr double kGive = 1e-2;
 
 /// Tolerance, and what is left of the work; a sixteenth of it at least, so that every sub-problem is looked
-/// at.
-SolveOptions options_of(const ImpactProblem& problem, const ImpactResult& result) {
+/// at. @param spent  visits so far
+SolveOptions options_of(const ImpactProblem& problem, double spent) {
   SolveOptions options;
   options.tolerance = kTolerance;
   options.welds_as_one = problem.welds_as_one;
   options.threads = problem.threads;
   if (problem.work_limit > 0)
-    options.work_limit = std::max(problem.work_limit / 16, problem.work_limit - result.work.visits);
+    options.work_limit = std::max(problem.work_limit / 16, problem.work_limit - spent);
   return options;
 }
 
 /// Solves `system`: within what is left of the work, or, without a limit, as well as it can be had.
 Solution answer(const ImpactProblem& problem, const IslandSystem& system, const ImpactResult& result) {
-  SolveOptions options = options_of(problem, result);
+  SolveOptions options = options_of(problem, result.work.visits);
   if (problem.work_limit > 0 || system.size() <= kFewRows)
     return problem.solver->solve(system, {}, options, nullptr);
   options.work_limit = kFirstLook;
@@ -60,7 +60,8 @@ void give_way(const ImpactProblem& problem, IslandSystem& system, const ImpactRe
   if (solution.status == SolveStatus::Solved || !(solution.residual > kContradiction)) return;
   system.compliance.resize(system.rows.size());
   for (int i = 0; i < system.size(); ++i) system.compliance[i] = kGive * inverse_mass(system, i);
-  Solution other = problem.solver->solve(system, {}, options_of(problem, result), nullptr);
+  const double spent = result.work.visits + solution.work.visits;
+  Solution other = problem.solver->solve(system, {}, options_of(problem, spent), nullptr);
   solution.work += other.work;
   solution.lambda = std::move(other.lambda);
 }

@@ -6,6 +6,7 @@
 
 #include "physics/joint_rows.h"
 #include "physics/solver/dense_factors.h"
+#include "physics/stepping/island_notes.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
@@ -598,15 +599,15 @@ bool AccelerationProblem::choose(ContactMode& mode, double elapsed, const State&
     if (sign != 0) system.b[static_cast<std::size_t>(place.row)] = -sign * 1e3 * (1 + largest);
   }
   if (system.rows.empty()) return true;
-  const Solution solution = state_.solver->solve(system, {}, state_.config.solve, nullptr);
+  SolveOptions options = state_.config.solve;
+  options.work_limit = work_left_of_all(state_, result_);
+  const Solution solution = state_.solver->solve(system, {}, options, nullptr);
   result_.report.rows = system.size();
   result_.report.residual = std::max(result_.report.residual, solution.residual);
   result_.report.iterations += solution.iterations;
   result_.report.method = solution.method;
   result_.friction_rows = static_cast<int>(frictions.size());
-  result_.work.factorisations += solution.work.factorisations;
-  result_.work.resolves += solution.work.resolves;
-  result_.work.pivots += solution.work.pivots;
+  result_.work += solution.work;
   if (solution.status != SolveStatus::Solved) return false;
 
   mode.point_force.assign(mode.points.size(), 0);

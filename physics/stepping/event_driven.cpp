@@ -44,6 +44,9 @@ constexpr double kRough = 100, kTold = 4;
 // Work of the force solves of a step (see AccelerationProblem::work), and more for longer steps: what costs
 // more than about 0.2 s is for time stepping.
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
+// Share of the limit of the configuration after which the rest of it is for time stepping, and visits that a
+// unit of the work above counts for there.
+constexpr double kWorkShare = 0.5, kVisitsAUnit = 10;
 // Inner steps: more mean that the accuracy cannot be had.
 constexpr int kMaxInnerSteps = 4000;
 // A mode in which this many were tried has found its pace, if steps do not get longer any more: where the
@@ -121,6 +124,7 @@ class EventStep {
       : state_(state),
         island_(island),
         h_(h),
+        limit_(state.config.solve.work_limit > 0 ? kWorkShare * state.config.solve.work_limit : kInfinity),
         result_(result),
         problem_(state, island, result),
         events_(state, island, problem_, mode_) {
@@ -145,6 +149,7 @@ class EventStep {
       obey_joints(state_, island_, 0, passed, result_);
     }
     while (elapsed_ < h_) {
+      if (result_.work.visits + result_.thrown_away.visits > limit_) return false;
       if (!keep_mode_) {
         if (fly_in_turn()) continue;
         if (!impacts()) return false;
@@ -320,7 +325,7 @@ class EventStep {
     double accuracy = state_.config.accuracy.value_or(kFinest);
     bool may_be_rough = !state_.config.accuracy;
     Roughness roughness;
-    const double most_work = kMaxWork + h_ * kMaxWorkPerSecond;
+    const double most_work = std::min(kMaxWork + h_ * kMaxWorkPerSecond, limit_ / kVisitsAUnit);
     InnerPace pace(elapsed_, problem_.work() - path_work_, most_work);
 
     for (;;) {
@@ -486,6 +491,7 @@ class EventStep {
   WorldState& state_;
   const Island& island_;
   const double h_;
+  const double limit_;  ///< in visits
   IslandResult& result_;
   AccelerationProblem problem_;
   ContactMode mode_;

@@ -10,6 +10,7 @@
 #include "physics/stepping/flush_faces.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/island_impact.h"
+#include "physics/stepping/island_notes.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -227,7 +228,7 @@ class FlightQueue {
     for (std::size_t i = 0; i < members_.size(); ++i)
       state_.local_index[island_.bodies[members_[i]]] = static_cast<std::int32_t>(members_[i]);
     if (note_events_) note(contact_at(k), now);
-    bool flies = true;
+    bool flies = !is_spent(state_, result_);
     for (const std::uint32_t index : cluster_.contacts) flies &= parts(state_.contacts[index], now);
     for (const std::size_t member : members_) flies &= ++struck_[member] < state_.config.max_impacts_per_step;
     for (const std::uint32_t body : cluster_.bodies)

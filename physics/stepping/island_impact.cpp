@@ -146,7 +146,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   problem.solver = state.solver;
   problem.threads = state.island_threads;
   // Impacts are not what an island may be too busy for: they have their own budget.
-  problem.work_limit = work_left_of_all(state, result);
+  problem.work_limit = problem.most_work = work_left_of_all(state, result);
   if (options.work_limit > 0 && !(problem.work_limit > 0 && problem.work_limit < options.work_limit))
     problem.work_limit = options.work_limit;
   problem.welds_as_one = state.config.solve.welds_as_one;
@@ -161,6 +161,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   } else {
     std::swap(problem.system, assembly.system);
   }
+  const double limit = problem.work_limit;
   ImpactResult impact = state.impact_law->apply(problem);
   const auto runs_away = [&](double most) {
     return !(impact::kinetic_energy(problem.system, impact.velocity) <= most);
@@ -169,12 +170,16 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     other.work += impact.work;
     impact = std::move(other);
   };
+  const auto try_again = [&](ImpactFn law) {
+    if (limit > 0) problem.work_limit = std::max(limit / 16, limit - impact.work.visits);
+    instead(law(problem));
+  };
   if (runs_away(impact::most_of_bounce(problem))) {
     // What is squeezed does not bounce.
     std::fill(problem.restitution.begin(), problem.restitution.end(), 0.0);
-    instead(state.impact_law->apply(problem));
+    try_again(state.impact_law->apply);
     // Laws that know no jam.
-    if (runs_away(impact::most_of_push(problem, impact::kWedge))) instead(impact::apply_reflections(problem));
+    if (runs_away(impact::most_of_push(problem, impact::kWedge))) try_again(impact::apply_reflections);
     if (runs_away(kInfinity)) {
       ImpactResult none;
       none.velocity = problem.velocity;
@@ -190,6 +195,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     of_groups.swap(impact.lambda);
     SolveOptions solve = state.config.solve;
     solve.threads = state.island_threads;
+    solve.work_limit = work_left_of_all(state, result, impact.work.visits);
     MemoryLoan memory(state, result, SolvePurpose::Welds, welded->welds());
     welded->expand(of_groups, solve, memory.get(), impact.lambda, impact.work);
     impact.work.rows_left_out += welded->rows_less();
@@ -223,8 +229,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     if (origin.kind == RowKind::Friction) memory.total_friction += impact.lambda[i];
   }
   outcome.applied = true;
-  outcome.spent = impact.status != SolveStatus::Solved && problem.work_limit > 0 &&
-                  impact.work.visits > problem.work_limit;
+  outcome.spent = impact.status != SolveStatus::Solved && limit > 0 && impact.work.visits > limit;
   ++result.impacts;
   result.reflections += impact.reflections;
   note_status(result, impact.status, impact.residual);

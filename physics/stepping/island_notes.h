@@ -52,15 +52,23 @@ inline void note_work(IslandResult& result, const SolveWork& work, SolveStatus s
 inline double work_left(double limit, double spent) {
   if (!(limit > 0)) return 0;
   const double over = std::max(0.0, spent / limit - 1);
-  return std::max(limit / 16 * std::exp2(-4 * over), 0.5 * (limit - spent));
+  // A row's visit at least: nothing would be no limit at all.
+  return std::max({1.0, limit / 16 * std::exp2(-4 * over), 0.5 * (limit - spent)});
 }
 
 /// Of the limit of the configuration, which rounds of the step that are made again share.
-inline double work_left_of_all(const WorldState& state, const IslandResult& result) {
-  return work_left(state.config.solve.work_limit, result.work.visits + result.thrown_away.visits);
+/// @param more  visits that are not booked yet
+inline double work_left_of_all(const WorldState& state, const IslandResult& result, double more = 0) {
+  return work_left(state.config.solve.work_limit, result.work.visits + result.thrown_away.visits + more);
 }
 
-/// The same for forces and positions, which an island that may flow can give up.
+/// Whether all of it is spent: what is left of the step has to do with one more look at everything.
+inline bool is_spent(const WorldState& state, const IslandResult& result) {
+  const double limit = state.config.solve.work_limit;
+  return limit > 0 && result.work.visits + result.thrown_away.visits > limit;
+}
+
+/// What is left for forces and positions, which an island that may flow can give up.
 inline double work_left(const WorldState& state, const IslandResult& result) {
   const double all = work_left_of_all(state, result), own = work_left(result.work_limit, result.work.visits);
   return all > 0 && own > 0 ? std::min(all, own) : std::max(all, own);

@@ -225,6 +225,12 @@ class OnePieceStep {
     return body != BodyId::kNone && state_.local_index[body] >= 0 ? state_.acceleration[body] : Vec2{};
   }
 
+  /// What an exact answer may cost where what goes without one flows.
+  double exact_work() const {
+    const double left = is_small(state_) ? work_left_of_all(state_, result_) : 0;
+    return left > 0 ? std::min(exact_limit_, left) : exact_limit_;
+  }
+
   /// Velocities at the end of the step, and which bodies an impulse acted on. @return whether they are as
   /// good as asked for
   bool solve(const std::vector<Velocity>& before, std::vector<Velocity>& after,
@@ -238,7 +244,7 @@ class OnePieceStep {
     set_up(*points, before, after, *spare, *warm);
     SolveOptions options = state_.config.solve;
     options.work_limit = !exact_            ? velocity_work(spare->system)
-                         : may_flow(state_) ? exact_limit_
+                         : may_flow(state_) ? exact_work()
                                             : work_left(state_, result_);
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     options.threads = state_.island_threads;

@@ -348,6 +348,9 @@ class PieceSolve {
     // round at least one fewer is held.
     while (let_go(piece.assembly, solution.lambda, held)) {
       const SolveWork before_it = solution.work;
+      if (options.work_limit > 0 && state_.config.solve.work_limit > 0)
+        options.work_limit =
+            std::min(options.work_limit, work_left_of_all(state_, result_, before_it.visits));
       solution = state_.solver->solve(system, solution.lambda, options, memory);
       solution.work += before_it;
     }

@@ -140,9 +140,10 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
       gave_up = true;
       wanted = std::max(wanted, (h - elapsed) / kLastSteps);
     }
-    // Two equal steps rather than one and a crumb.
+    // Two equal steps rather than one and a crumb; what has no work left has no choice.
     const double left = h - elapsed;
-    const double length = wanted >= left ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
+    const bool all = wanted >= left || (gave_up && is_spent(state, result));
+    const double length = all ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
     const double to = length < left ? elapsed + length : h;
     const double middle = elapsed + 0.5 * (to - elapsed);
 

@@ -125,8 +125,9 @@ class IslandStep {
     while (elapsed_ < to) {
       if (rule_.vain_limit > 0 && result_.vain > rule_.vain_limit) return elapsed_;
       if (rule_.most_pieces > 0 && piece > rule_.most_pieces) return elapsed_;
+      const bool out_of_work = is_spent(state_, result_);
       // A gas goes from impact to impact, and no impact costs a piece.
-      if (flights < kMostFlights) {
+      if (flights < kMostFlights && !out_of_work) {
         const double there = fly_by_queue(state_, island_, elapsed_, to, false, result_);
         if (there > elapsed_) {
           ++flights;
@@ -139,9 +140,10 @@ class IslandStep {
       if (elapsed_ == 0 && !obeyed_ && !island_.joints.empty() && is_struck(state_, island_, 0) &&
           joints_disobey(state_, island_, 0))
         obey();
-      // After too many cuts the rest of the step takes landings as plastic, at its end.
-      const bool last =
-          piece > state_.config.max_impacts_per_step || (piece > kFewPieces && spent >= kPieceBudget);
+      // After too many cuts, or too much work, the rest of the step takes landings as plastic, at its end.
+      const bool last = piece > state_.config.max_impacts_per_step ||
+                        (piece > kFewPieces && spent >= kPieceBudget) || out_of_work;
+      if (out_of_work) note_status(result_, SolveStatus::Inexact, 0);
       if (!last && rule_.large && is_struck(state_, island_, elapsed_)) {
         if (step_island_exactly(state_, island_, elapsed_, to, result_)) return to;
         apply_impact(state_, island_, elapsed_,
@@ -161,7 +163,7 @@ class IslandStep {
       const double stable = std::max(
           std::min(stable_length(state_, island_, left), stable_length_of_turns(state_, island_, to - from)),
           (to - from) / kStablePieces);
-      bool whole = to - elapsed_ <= stable;
+      bool whole = to - elapsed_ <= stable || out_of_work;
       double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
       const bool by_corners = points <= kPointsWithCorners && corners_left_ > 0 && !last;
@@ -203,7 +205,7 @@ class IslandStep {
       }
       // Forces that no solve knew before this one: of bodies that were at rest, of joints that are new.
       if (const double now = std::max(stable_once_moving(after, length), (to - from) / kStablePieces);
-          now < kMuchShorter * length) {
+          now < kMuchShorter * length && !out_of_work) {
         whole = false;
         length = (to - elapsed_) / std::ceil((to - elapsed_) / now);
         solved = hit = length;

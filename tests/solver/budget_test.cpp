@@ -39,6 +39,18 @@ TEST(Budget, IsKeptToWithinAFewFactorisationsAndGivesTheSameBits) {
   EXPECT_LT(solve(scene.system, 1e6).residual, solve(scene.system, 1e3).residual);
 }
 
+TEST(Budget, HoweverSmallEachRowGetsAnImpulse) {
+  for (const double friction : {0.0, 0.5}) {
+    Scene scene = scenes::pyramid(4);
+    for (Row& row : scene.system.rows) row.mu = row.mu > 0 ? friction : 0;
+    for (const double limit : {1e-300, 1.0, 30.0, 1e3}) {
+      const Solution solution = solve(scene.system, limit);
+      ASSERT_EQ(solution.lambda.size(), scene.system.rows.size()) << limit;
+      EXPECT_NEAR(solution.residual, natural_map_residual(scene.system, solution.lambda), 1e-15) << limit;
+    }
+  }
+}
+
 TEST(Budget, SweepingSolversStopAtIt) {
   const Scene scene = scenes::stack(30);
   const double rows = static_cast<double>(scene.system.rows.size());
