@@ -125,7 +125,7 @@ struct IslandTrace {
   SolveStatus status = SolveStatus::Solved;
   std::string_view method;
   double residual = 0;
-  std::unique_ptr<SolveTrace> trace;  ///< may be null
+  std::shared_ptr<const SolveTrace> trace;  ///< may be null; copies of a report share it
 };
 
 enum class ContainmentCause : std::uint8_t {

@@ -40,7 +40,9 @@ struct ShapeDef {
   MixingRule friction_rule = MixingRule::GeometricMean;
   MixingRule restitution_rule = MixingRule::Maximum;
   Filter filter{};
-  bool sensor = false;  ///< reports overlaps, never pushes
+  /// Reports overlaps, never pushes. It sees what overlaps it when a step ends: what passes it within a step
+  /// is not seen.
+  bool sensor = false;
 };
 
 struct WorldConfig {
@@ -51,7 +53,8 @@ struct WorldConfig {
   std::string impact_law = "reflections";
   std::string stepper = "time_stepping";
   /// Of every solve; `work_limit` is the budget of an island and a step, and stands at about a second of one
-  /// core, which only a pathological island needs. 0: unlimited.
+  /// core, which only a pathological island needs. What is left when it is spent is made in one piece, and
+  /// reported inexact. 0: unlimited.
   SolveOptions solve{.work_limit = 1e8};
   /// Counted work (`SolveWork::visits`, some 10 ns each) for each body of an island in flow and a step: its
   /// contacts are many and most of them move, so that exact forces of an instant are worth less than they

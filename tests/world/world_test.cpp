@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
+#include <type_traits>
 
 #include "physics/joint_rows.h"
 #include "tests/support/worlds.h"
@@ -593,6 +594,33 @@ TEST(Report, SaysWhichBroadPhaseFoundThePairsAndWhyAndFollowsItsChanges) {
   EXPECT_NEAR(choice.extent.x, 1997, 1);
   EXPECT_THAT(reason_of(choice), testing::MatchesRegex("about [0-9]+ of 1001 moved a step, 1 to 1 m, in "
                                                        "2e\\+03 m x 4.* m"));
+}
+
+TEST(Report, IsCopiedWithItsTracesAndOutlivesTheNextStep) {
+  World world;
+  const ShapeDef box = rough(make_box({1, 1}), 0.5);
+  add_ground(world, box);
+  for (int i = 0; i < 3; ++i) add(world, {0.1 * i, 0.5 + i}, box);
+  world.observe({.contacts = true, .systems = true, .solve_traces = true});
+  static_assert(std::is_copy_constructible_v<StepReport> && std::is_copy_assignable_v<StepReport>);
+  const StepReport copy = world.step(1.0 / 60);
+  ASSERT_FALSE(copy.events.empty());
+  ASSERT_FALSE(copy.traces.empty());
+  const std::vector<ContactEvent> events = world.report().events;
+  const std::vector<double> lambda = world.report().traces[0].lambda;
+  const SolveTrace* trace = world.report().traces[0].trace.get();
+  // Whoever goes through the events may destroy what they tell of, and step.
+  for (const ContactEvent& event : copy.events) {
+    if (world.alive(event.body_b)) world.destroy(event.body_b);
+  }
+  world.step(1.0 / 60);
+  EXPECT_EQ(copy.step, 1u);
+  EXPECT_EQ(copy.events.size(), events.size());
+  EXPECT_EQ(copy.traces[0].lambda, lambda);
+  ASSERT_EQ(copy.traces[0].trace.get(), trace);
+  if (trace != nullptr) {
+    EXPECT_FALSE(trace->notes.empty() && trace->iterations.empty());
+  }
 }
 
 TEST(World, ContainsABodyThatLeavesTheNumbersAndTellsWhenAndWhy) {
