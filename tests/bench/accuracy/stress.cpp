@@ -140,7 +140,7 @@ std::vector<Check> checks() {
     Scene scene = stack_scene(5);
     const double far = power == 0 ? 0 : std::pow(10, power);
     for (SceneBody& body : scene.bodies) body.position.x += far;
-    list.push_back({.axis = "distance from the origin", .value = std::pow(10, power), .scene = scene});
+    list.push_back({.axis = "distance from the origin", .value = far, .scene = scene});
   }
   for (const int pillars : {2, 3, 5, 10, 20, 50}) {
     Scene scene;
