@@ -42,10 +42,10 @@ def rows_of(path):
 def save(figure, path):
     """Writes without a date, so that equal data give equal files."""
     figure.savefig(path, metadata={"Date": None})
-    # A third of the size: coordinates to a hundredth of a point, no comments, no line breaks within elements.
+    # A third of the size: coordinates (not numbers in words) to a hundredth of a point, no comments, no line breaks within elements.
     text = path.read_text(encoding="utf-8")
     text = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>", "", text, flags=re.S)
-    text = re.sub(r"(\d+\.\d\d)\d+", r"\1", text)
+    text = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d+\.\d\d)\d+", r"\1", tag[0]), text)
     path.write_text(re.sub(r"\s*\n\s*", "\n", text), encoding="utf-8")
     if "--png" in sys.argv:
         figure.savefig(path.with_suffix(".png"), dpi=110)
@@ -126,7 +126,7 @@ def precision_plot(scene, rows, path):
                       color=colour, va="center", fontsize=8.5, fontweight="bold" if "skerry" in text else "normal",
                       annotation_clip=False,
                       arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5, "alpha": 0.6})
-    figure.text(0.77, 0.02, "peers: solid default, dashed best,\ndotted a third; bars to the slowest run", fontsize=6.5,
+    figure.text(0.77, 0.02, "peers: solid default, dashed best,\ndotted third; bars: slowest run", fontsize=6.5,
                 color="#555555")
     save(figure, path)
 
