@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <initializer_list>
 #include <iterator>
 #include <stdexcept>
 #include <string>
@@ -72,11 +73,28 @@ std::vector<std::string> names_of(const List& list) {
   return names;
 }
 
-/// Runs `run` and says what went wrong. @return exit status: 2 where that is the command line, else 4
+/// None of the options that are given may go with `option` but those of `allowed`; the others would do
+/// nothing.
+inline void expect_only(const std::string& option, const std::vector<std::string>& given,
+                        std::initializer_list<std::string_view> allowed) {
+  for (const std::string& other : given) {
+    if (other != option && std::find(allowed.begin(), allowed.end(), other) == allowed.end())
+      throw BadArgument(std::string(option).append(" does not go with ").append(other));
+  }
+}
+
+/// Runs `run` and says what went wrong; where help is asked for, only the usage is printed. @return exit
+/// status: 2 where the command line is wrong, 4 for other errors
 template <class Run>
-int run_with_arguments(const char* program, Run&& run) {
+int run_with_arguments(const char* program, const char* usage, int argc, char** argv, Run&& run) {
+  for (int i = 1; i < argc; ++i) {
+    if (std::string_view(argv[i]) == "-h" || std::string_view(argv[i]) == "--help") {
+      std::fputs(usage, stdout);
+      return 0;
+    }
+  }
   try {
-    return run();
+    return run(argc, argv);
   } catch (const BadArgument& wrong) {
     std::fprintf(stderr, "%s: %s\n", program, wrong.what());
     return 2;

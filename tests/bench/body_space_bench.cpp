@@ -180,5 +180,6 @@ int main(int argc, char** argv) {
       })->MinTime(0.05);
     }
   benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
 }

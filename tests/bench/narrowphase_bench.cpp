@@ -279,7 +279,8 @@ struct Flights {
   std::vector<Motion> a, b;
 };
 
-/// Pairs that fly at each other and may turn; about half of them hit within the step of 1 s.
+/// Pairs that fly at each other and may turn; most of them hit within the step of 1 s (the labels say how
+/// many).
 Flights flights(double spin) {
   std::mt19937_64 random(77);
   std::uniform_real_distribution<double> angle(-kPi, kPi), unit(-1, 1);
@@ -692,6 +693,7 @@ int main(int argc, char** argv) {
   benchmark::AddCustomContext("chipmunk", cpVersionString);
 #endif
   benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

@@ -4,9 +4,7 @@
 // H.264. What two cores allow is 2000 / (CPU milliseconds of a frame) frames a second; an encoder with
 // nothing else to do and FFmpeg's own program fed through a pipe are the other measures.
 //
-// Then PNG sequences against stock stb, and 10 000 bodies drawn.
-//
-//   render_capture_bench [ROUNDS [FRAMES [LONG]]]   LONG: frames of a capture that watches its memory
+// Then PNG sequences against stock stb, and 10 000 bodies drawn. See kUsage.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -337,6 +335,13 @@ void memory(const fs::path& folder, const std::string& script, int frames) {
   std::printf("\n");
 }
 
+constexpr const char* kUsage =
+    R"(usage: render_capture_bench [ROUNDS [FRAMES [LONG]]]
+
+Times of captures and of their parts, so many rounds (5) of so many frames (180). With LONG a capture of so
+many frames, too, that watches its memory.
+)";
+
 int run(int argc, char** argv) {
   if (argc > 4) throw bench::BadArgument(std::string(argv[4]) + ": expected at most ROUNDS FRAMES LONG");
   const int rounds = argc > 1 ? bench::count_of("ROUNDS", argv[1], 1) : 5;
@@ -358,5 +363,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return bench::run_with_arguments("render_capture_bench", [&] { return run(argc, argv); });
+  return bench::run_with_arguments("render_capture_bench", kUsage, argc, argv, run);
 }

@@ -1,27 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description.
-//
-//   scale_bench [--steps N] [--budget S] [--threads N] [--solver NAME] [--flow-work N] [--stepper NAME]
-//               [--peer-work N] [--peer-stiff] [--awake] [--fresh] [--overlaps] [--ours]
-//               [--turns N] [--copies N] [--everyday] [SCENE...]
-//
-// A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
-// step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
-// deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual of the
-// contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first, of the
-// steps that all made: of each copy the beginning for which the budget of all was enough. With one thread
-// times are processor times, but pairs and narrow phase are by the clock, ours in a second run. Every engine
-// runs in a process of its own. Box2D 2.4 runs with its defaults and without its continuous collision; ratios
-// are to both.
-//   --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
-//                   the least of its times by the clock, as its bits are the same; the row has the sums,
-//                   their ratio, and whether the bits are; the exit status is 1 where they are not
-//   --copies N      of each scene N copies in which what moves has a little speed of its own; a row is over
-//                   all of their steps: another way of the same pile takes up to 1.2 times as long
-//   --everyday      the scenes of `everyday_scenes.h` if none is named, in place of the well-known ones
-//   --peer-work N   peers make N times their usual iterations (2.4: 8 and 3) or sub-steps (3: 4)
-//   --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows
+// Whole steps of large scenes, ours and those of Box2D 2.4 and 3, made from one description; see kUsage.
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
@@ -40,6 +19,39 @@ namespace {
 
 using namespace skerry;
 using namespace skerry::scale;
+
+constexpr const char* kUsage =
+    R"(usage: scale_bench [OPTION...] [SCENE...]
+
+A Markdown row for each scene and engine: bodies, steps made within the budget, mean, median and slowest
+step [ms], of the mean pairs and narrow phase [ms], with --overlaps (for which times are of no use) the
+deepest overlap of all steps and the mean of each step's [m], largest gap of a hinge [m], residual of the
+contact problem in the last step, bodies asleep at the end. Then the ratios, losing ones first, of the
+steps that all made: of each copy the beginning for which the budget of all was enough. With one thread
+times are processor times, but pairs and narrow phase are by the clock, ours in a second run. Every engine
+runs in a process of its own. Box2D 2.4 runs with its defaults and without its continuous collision; ratios
+are to both.
+
+options
+  --steps N       at most (default 120)
+  --budget S      of one engine in one scene [s] (default 20)
+  --threads N     of ours (default 1)
+  --solver NAME   of ours (default auto)
+  --flow-work N   of ours: row visits a body and step in islands that flow; 0: no limit
+  --stepper NAME  of ours (default time_stepping)
+  --awake         nothing sleeps
+  --fresh         nor are islands at rest kept: every step solves everything
+  --overlaps      measured after every step
+  --ours          ours alone, in this process
+  --turns N       ours alone, so often with one thread and with --threads of them in turn: each step takes
+                  the least of its times by the clock, as its bits are the same; the row has the sums,
+                  their ratio, and whether the bits are; the exit status is 1 where they are not
+  --copies N      of each scene N copies in which what moves has a little speed of its own; a row is over
+                  all of their steps: another way of the same pile takes up to 1.2 times as long
+  --everyday      the scenes of `everyday_scenes.h` in place of the well-known ones
+  --peer-work N   peers make N times their usual iterations (2.4: 8 and 3) or sub-steps (3: 4)
+  --peer-stiff    and contacts of Box2D 3 are N times as stiff, as its limit for so many sub-steps allows
+)";
 
 void print(const Run& row) {
   std::printf("| %s | %s | %zu | %zu | %.3f | %.3f | %.3f | %.3f | ", row.scene.c_str(), row.engine.c_str(),
@@ -240,9 +252,10 @@ int run(int argc, char** argv) {
   Options options;
   int turns = 0;
   bool ours_alone = false, everyday = false;
-  std::vector<std::string> wanted;
+  std::vector<std::string> wanted, given;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
+    if (word.starts_with('-')) given.push_back(word);
     const auto value = [&] { return value_of(argc, argv, i); };
     const auto count = [&] { return count_of(word, value(), 1); };
     if (word == "--steps")
@@ -280,7 +293,16 @@ int run(int argc, char** argv) {
     else
       wanted.push_back(word);
   }
-  std::vector<Named> scenes = wanted.empty() ? (everyday ? kEverydayScenes : kScenes) : all_scenes();
+  if (turns > 0) {
+    expect_only("--turns", given,
+                {"--steps", "--budget", "--threads", "--solver", "--flow-work", "--stepper", "--awake",
+                 "--fresh", "--copies", "--everyday"});
+    if (options.threads == 1) throw BadArgument("--turns compares with --threads 2 or more");
+  }
+  if (options.peer_stiff && options.peer_work == 1)
+    throw BadArgument("--peer-stiff needs --peer-work 2 or more");
+  if (ours_alone && options.peer_work > 1) throw BadArgument("--ours does not go with --peer-work");
+  std::vector<Named> scenes = everyday ? kEverydayScenes : wanted.empty() ? kScenes : all_scenes();
   for (const std::string& name : wanted) expect_name("scene", name, names_of(scenes));
   std::erase_if(scenes, [&](const Named& named) {
     return !wanted.empty() && std::find(wanted.begin(), wanted.end(), named.name) == wanted.end();
@@ -328,5 +350,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return bench::run_with_arguments("scale_bench", [&] { return run(argc, argv); });
+  return bench::run_with_arguments("scale_bench", kUsage, argc, argv, run);
 }

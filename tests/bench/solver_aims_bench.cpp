@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The solvers' speed aims, one row each, beside ten sweeps of projected Gauss-Seidel on the same island in
-// the same run:
-//   solver_aims_bench [--csv] [FILTER]
-// Aim and times in the same unit; least and median of repeated calls, processor time of one thread. A row
-// that is not reached says so; the residual shows what the time bought, and what the ten sweeps leave.
+// the same run; see kUsage.
 #include <cstdio>
 #include <cstring>
 #include <functional>
@@ -279,6 +276,14 @@ std::vector<Job> jobs() {
   };
 }
 
+constexpr const char* kUsage =
+    R"(usage: solver_aims_bench [--csv] [FILTER]
+
+One row an aim whose name has the filter in it. Aim and times in the same unit; least and median of repeated
+calls, processor time of one thread. A row that is not reached says so; the residual shows what the time
+bought, and what the ten sweeps leave.
+)";
+
 int run(int argc, char** argv) {
   bool csv = false;
   const char* filter = "";
@@ -318,5 +323,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return bench::run_with_arguments("solver_aims_bench", [&] { return run(argc, argv); });
+  return bench::run_with_arguments("solver_aims_bench", kUsage, argc, argv, run);
 }

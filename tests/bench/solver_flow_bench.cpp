@@ -1,24 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Islands in flow: scenes in which hundreds of contacts change a step, with unlimited work (0: exact in
-// pieces) and with so many row visits for each body; at last with as many as a step of so many microseconds
-// a body in the world allows (4 unless told, 0: not), which the steps before tell. One line a scene and
-// amount: the share of steps whose every solve reached 1e-8 and 1e-4, the residuals, the time of the whole
-// step, the largest work, and the deepest penetration.
-//   solver_flow_bench [--csv] [--steps N] [--work N]... [--us T] [FILTER]
-// friction 0.5, 1/60 s. And large islands that are disturbed in one place:
-//   solver_flow_bench --balls N
-// throws a ball at each of N pyramids at rest, none of which sleeps, with the usual budget: time of 100
-// steps, the slowest one, and how many were not exact.
-//   solver_flow_bench --touched N [FILTER]
-// pushes one body in 50 of piles at rest by a few mm/s at every step, N piles of those that are random: means
-// over 60 steps of the time, of factors and of solves, the slowest step, the largest residual, and how many
-// steps were not exact.
-//   solver_flow_bench --resting N [FILTER]
-// drops N heaps of each kind and waits, up to half a minute of theirs, until 97 in 100 of the bodies are
-// asleep: how many of the heaps are, after how many steps (median, of those), the mean time of a step until
-// then, and the slowest one. People "that rub" have friction in their hinges, and "slow" ones a `sleep_speed`
-// of 0.05 m/s besides.
+// Islands in flow, and large islands that are disturbed in one place; see kUsage.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -373,6 +355,26 @@ double work_for(double us, const std::vector<Price>& prices) {
   return std::round(std::clamp(work, 100.0, 20000.0));
 }
 
+constexpr const char* kUsage =
+    R"(usage: solver_flow_bench [--csv] [--steps N] [--work N]... [--us T] [FILTER]
+
+Scenes in which hundreds of contacts change a step, with unlimited work (0: exact in pieces) and with so many
+row visits for each body; at last with as many as a step of so many microseconds a body in the world allows
+(4 unless told, 0: not), which the steps before tell. One line a scene and amount: the share of steps whose
+every solve reached 1e-8 and 1e-4, the residuals, the time of the whole step, the largest work, and the
+deepest penetration. Friction 0.5, 1/60 s. Or, with none of these options:
+
+  --balls N             throws a ball at each of N pyramids at rest, none of which sleeps, with the usual
+                        budget: time of 100 steps, the slowest one, and how many were not exact
+  --touched N [FILTER]  pushes one body in 50 of piles at rest by a few mm/s at every step, N piles of those
+                        that are random: means over 60 steps of the time, of factors and of solves, the
+                        slowest step, the largest residual, and how many steps were not exact
+  --resting N [FILTER]  drops N heaps of each kind and waits, up to half a minute of theirs, until 97 in 100
+                        of the bodies are asleep: how many of the heaps are, after how many steps (median, of
+                        those), the mean time of a step until then, and the slowest one. People "that rub"
+                        have friction in their hinges, and "slow" ones a `sleep_speed` of 0.05 m/s besides
+)";
+
 int run(int argc, char** argv) {
   using namespace bench;
   bool csv = false;
@@ -380,8 +382,10 @@ int run(int argc, char** argv) {
   double us = 4;
   const char* filter = "";
   std::vector<double> works;
+  std::vector<std::string> given;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
+    if (word.starts_with('-')) given.push_back(word);
     if (word == "--csv")
       csv = true;
     else if (word == "--steps")
@@ -403,6 +407,9 @@ int run(int argc, char** argv) {
     else
       filter = argv[i];
   }
+  for (const auto& [option, asked] : {std::pair{"--balls", balls > 0}, std::pair{"--touched", touched > 0},
+                                      std::pair{"--resting", resting > 0}})
+    if (asked) expect_only(option, given, {});
   if (balls > 0) {
     if (*filter != '\0') throw BadArgument(std::string("--balls takes no filter, got '") + filter + "'");
     std::printf("%5s %5s %11s %16s %9s %8s %7s\n", "ball", "base", "mass", "velocity", "ms in all", "slowest",
@@ -453,5 +460,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return bench::run_with_arguments("solver_flow_bench", [&] { return run(argc, argv); });
+  return bench::run_with_arguments("solver_flow_bench", kUsage, argc, argv, run);
 }

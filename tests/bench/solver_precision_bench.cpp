@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Work and precision: every solver on the frozen scenes, cold, the time that it takes to a residual of 1e-2,
-// 1e-4, 1e-8 and 1e-12 (or the rounding floor), and the share of scenes on which it gets there.
-//   solver_precision_bench [--quick] [--scene TEXT] [--solver NAME] [FILE.csv]
-// Stack of 10, 100, 1000, pyramid of 10, 30, 100, brick wall, wall with sides, heaps of 300 and 3000 discs
-// that settled in a box: at rest and after a violent shock, with friction and without, 40 problems. Besides 8
-// of triangles of discs in hexagonal packing, which no friction of 0.5 holds. --quick leaves out the six
-// largest scenes, --scene all whose name does not contain the text, --solver all other solvers.
+// 1e-4, 1e-8 and 1e-12 (or the rounding floor), and the share of scenes on which it gets there; see kUsage.
 // tests/bench/solver_plot.py draws the file.
 #include <algorithm>
 #include <cmath>
@@ -89,9 +84,23 @@ Reached reach(const SolverEntry& solver, const IslandSystem& system, double targ
   return reached;
 }
 
+constexpr const char* kUsage =
+    R"(usage: solver_precision_bench [--quick] [--scene TEXT] [--solver NAME] [FILE.csv]
+
+Stack of 10, 100, 1000, pyramid of 10, 30, 100, brick wall, wall with sides, heaps of 300 and 3000 discs
+that settled in a box: at rest and after a violent shock, with friction and without, 40 problems. Besides 8
+of triangles of discs in hexagonal packing, which no friction of 0.5 holds. Writes solver_precision.csv where
+no file is named.
+
+options
+  --quick         without the six largest scenes
+  --scene TEXT    without all whose name does not contain the text
+  --solver NAME   without all other solvers
+)";
+
 int run(int argc, char** argv) {
   bool quick = false;
-  const char *path = "solver_precision.csv", *part = "", *only = nullptr;
+  const char *path = nullptr, *part = "", *only = nullptr;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
@@ -99,12 +108,13 @@ int run(int argc, char** argv) {
       part = bench::value_of(argc, argv, i);
     else if (std::strcmp(argv[i], "--solver") == 0)
       only = bench::value_of(argc, argv, i);
-    else if (argv[i][0] != '-')
+    else if (argv[i][0] != '-' && path == nullptr)
       path = argv[i];
     else
       throw bench::BadArgument(std::string(argv[i]) +
-                               ": expected --quick, --scene TEXT, --solver NAME or a file");
+                               ": expected --quick, --scene TEXT, --solver NAME or one file");
   }
+  if (path == nullptr) path = "solver_precision.csv";
   if (only != nullptr) bench::expect_name("solver", only, bench::names_of(solvers()));
   std::vector<std::string> names;
   for (const Frozen& frozen : kFrozen)
@@ -159,5 +169,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return bench::run_with_arguments("solver_precision_bench", [&] { return run(argc, argv); });
+  return bench::run_with_arguments("solver_precision_bench", kUsage, argc, argv, run);
 }

@@ -2,18 +2,14 @@
 //
 // Islands of successive steps, from files, solved one after the other: each begins with the impulses that
 // its rows had in the one before. A line a solver: the share of steps that reached 1e-8 and 1e-4, residuals,
-// times, factorisations a step.
-//   solver_replay_bench [--solver NAME]... [--work N] [--cold] [--steps] FILE.json...
-// --work: row visits a body and step (0: no limit); --cold: from nothing each time; --steps: a line a step.
+// times, factorisations a step; see kUsage.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <exception>
 #include <fstream>
 #include <unordered_map>
 
 #include "physics/import.h"
+#include "tests/bench/arguments.h"
 #include "tests/bench/solver_timing.h"
 
 namespace {
@@ -83,29 +79,45 @@ void replay(const SolverEntry& solver, const std::vector<const char*>& files, co
   std::fflush(stdout);
 }
 
-}  // namespace
+constexpr const char* kUsage =
+    R"(usage: solver_replay_bench [--solver NAME]... [--work N] [--cold] [--steps] FILE.json...
 
-int main(int argc, char** argv) try {
+  --solver NAME   default: auto
+  --work N        row visits a body and step (0: no limit)
+  --cold          from nothing each time
+  --steps         a line a step
+)";
+
+int run(int argc, char** argv) {
   Choice choice;
-  std::vector<const char*> files, solvers;
+  std::vector<const char*> files, names;
   for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--solver") == 0 && i + 1 < argc)
-      solvers.push_back(argv[++i]);
-    else if (std::strcmp(argv[i], "--work") == 0 && i + 1 < argc)
-      choice.work = std::max(0.0, std::atof(argv[++i]));
-    else if (std::strcmp(argv[i], "--cold") == 0)
+    const std::string word = argv[i];
+    if (word == "--solver") {
+      names.push_back(bench::value_of(argc, argv, i));
+      bench::expect_name("solver", names.back(), bench::names_of(solvers()));
+    } else if (word == "--work") {
+      choice.work = bench::number_of(word, bench::value_of(argc, argv, i), 0, 1e12);
+    } else if (word == "--cold") {
       choice.cold = true;
-    else if (std::strcmp(argv[i], "--steps") == 0)
+    } else if (word == "--steps") {
       choice.each_step = true;
-    else
+    } else if (word.starts_with('-')) {
+      throw bench::BadArgument("no option " + word);
+    } else {
       files.push_back(argv[i]);
+    }
   }
-  if (solvers.empty()) solvers.push_back("auto");
+  if (files.empty()) throw bench::BadArgument("which FILE.json?");
+  if (names.empty()) names.push_back("auto");
   std::printf("%-20s %5s %8s  %6s %6s  %9s %9s  %8s %8s %8s  %6s\n", "solver", "steps", "rows", "1e-8 %",
               "1e-4 %", "median", "worst", "mean ms", "median", "slowest", "fact");
-  for (const char* name : solvers) replay(find_solver(name), files, choice);
+  for (const char* name : names) replay(find_solver(name), files, choice);
   return 0;
-} catch (const std::exception& error) {
-  std::fprintf(stderr, "solver_replay_bench: %s\n", error.what());
-  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return bench::run_with_arguments("solver_replay_bench", kUsage, argc, argv, run);
 }

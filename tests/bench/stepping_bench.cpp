@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Error against wall time of the steppers on scenes with known answers. Prints CSV: one line for each scene,
-// stepper and step length (or accuracy that was asked for), with the least and the median time of several
-// runs.
-//
-//   tests/bench/stepping.sh FOLDER
-//
-// One line alone, to count its instructions (tests/bench/stepping.md):
-//   stepping_bench SCENE STEPPER STEPS_A_SECOND
+// Error against wall time of the steppers on scenes with known answers; see kUsage.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -127,6 +120,14 @@ void measure(const Scene& scene, Vec2 exact, std::string_view stepper, std::opti
               1e6 * times.front() / steps, static_cast<double>(solves) / steps);
 }
 
+constexpr const char* kUsage =
+    R"(usage: stepping_bench [SCENE STEPPER STEPS_A_SECOND]
+
+Prints CSV: one line for each scene, stepper and step length (or accuracy that was asked for), with the least
+and the median time of several runs (tests/bench/stepping.sh draws it); or one line alone, to count its
+instructions (tests/bench/stepping.md).
+)";
+
 int run(int argc, char** argv) {
   if (argc != 1 && argc != 4) throw bench::BadArgument("expected nothing, or SCENE STEPPER STEPS_A_SECOND");
   int rate = 0;
@@ -158,5 +159,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return bench::run_with_arguments("stepping_bench", [&] { return run(argc, argv); });
+  return bench::run_with_arguments("stepping_bench", kUsage, argc, argv, run);
 }

@@ -80,23 +80,15 @@ class Box2d final : public Engine {
     fixture.density = from.fixed ? 0.0f : 1.0f;
     b2CircleShape circle;
     b2PolygonShape polygon;
-    b2EdgeShape edge;
     const SceneShape& s = from.shape;
     if (s.form == Form::Disc) {
       circle.m_radius = static_cast<float>(s.radius);
       fixture.shape = &circle;
-    } else if (s.form == Form::HalfPlane) {
-      const float half = static_cast<float>(s.extent / 2);
-      edge.SetTwoSided(b2Vec2(-half, 0), b2Vec2(half, 0));
-      fixture.shape = &edge;
     } else {
-      if (s.form == Form::Box) {
-        polygon.SetAsBox(static_cast<float>(s.size.x / 2), static_cast<float>(s.size.y / 2));
-      } else {
-        std::vector<b2Vec2> corners;
-        for (const Vec2 corner : s.corners) corners.push_back(convert(corner));
-        polygon.Set(corners.data(), static_cast<int32>(corners.size()));
-      }
+      // Its skin goes round the polygon: without it, what the scene puts in touch would begin two skins deep.
+      std::vector<b2Vec2> corners;
+      for (const Vec2 corner : inset(corners_of(s), b2_polygonRadius)) corners.push_back(convert(corner));
+      polygon.Set(corners.data(), static_cast<int32>(corners.size()));
       fixture.shape = &polygon;
     }
     body->CreateFixture(&fixture);

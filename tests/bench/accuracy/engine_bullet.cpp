@@ -104,13 +104,15 @@ class Bullet final : public Engine {
       shapes_.push_back(std::make_unique<btBox2dShape>(btVector3(s.extent / 2, s.extent / 4, 0.5)));
       centre = centre + rotate(Rot::from_angle(from.angle), {0, -s.extent / 4});
     } else {
+      // Its margin goes round the hull.
+      const double margin = 0.005;
       auto hull = std::make_unique<btConvexHullShape>();
-      for (const Vec2 corner : s.corners) {
+      for (const Vec2 corner : inset(s.corners, margin)) {
         hull->addPoint(btVector3(corner.x, corner.y, -0.5), false);
         hull->addPoint(btVector3(corner.x, corner.y, 0.5), false);
       }
       hull->recalcLocalAabb();
-      hull->setMargin(0.005);
+      hull->setMargin(margin);
       cores_.push_back(std::move(hull));
       shapes_.push_back(std::make_unique<btConvex2dShape>(static_cast<btConvexShape*>(cores_.back().get())));
     }

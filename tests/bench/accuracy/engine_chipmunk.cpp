@@ -89,11 +89,9 @@ class Chipmunk final : public Engine {
       shape = cpCircleShapeNew(body, s.radius, cpvzero);
     } else if (s.form == Form::Box) {
       shape = cpBoxShapeNew(body, s.size.x, s.size.y, 0);
-    } else if (s.form == Form::HalfPlane) {
-      shape = cpSegmentShapeNew(body, cpv(-s.extent / 2, 0), cpv(s.extent / 2, 0), 0);
     } else {
       std::vector<cpVect> corners;
-      for (const Vec2 corner : s.corners) corners.push_back(convert(corner));
+      for (const Vec2 corner : corners_of(s)) corners.push_back(convert(corner));
       shape = cpPolyShapeNew(body, static_cast<int>(corners.size()), corners.data(), cpTransformIdentity, 0);
     }
     // Products of the two shapes' values: the roots give the scene's.

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 #include "tests/bench/accuracy/options.h"
@@ -94,8 +95,8 @@ parts
 options
   -o DIR          folder of the tables (default accuracy-results)
   --scene NAME    only this one; may be repeated
-  --engine NAME   only this one; may be repeated
-  --runs N        timed runs of each setting (default 5)
+  --engine NAME   precision, stress, scaling: only this one; may be repeated
+  --runs N        precision, skips, demos: timed runs of each setting (default 5)
   --cap S         precision: leave out settings finer than 1/60 s that take longer than this [s] (default 0.3)
 )";
 
@@ -109,37 +110,44 @@ void list(const Options&) {
 
 struct Part {
   const char* name;
-  bool writes;
+  const char* options;  ///< those that it heeds
   void (*run)(const Options& options);
   std::vector<std::string> (*scenes)();
 };
 
 #ifdef SKERRY_WITH_SANDBOX
-constexpr Part kDemos{"demos", true, run_demos, demo_scenes};
+constexpr Part kDemos{"demos", "-o --scene --runs", run_demos, demo_scenes};
 #else
-constexpr Part kDemos{"demos", true, nullptr, nullptr};
+constexpr Part kDemos{"demos", "-o --scene --runs", nullptr, nullptr};
 #endif
-constexpr Part kParts[] = {
-    {"list", false, list, precision_scenes},     {"precision", true, run_precision, precision_scenes},
-    {"stress", true, run_stress, stress_scenes}, {"scaling", true, run_scaling, scaling_scenes},
-    {"skips", true, run_skips, skip_scenes},     kDemos};
+constexpr Part kParts[] = {{"list", "", list, precision_scenes},
+                           {"precision", "-o --scene --engine --runs --cap", run_precision, precision_scenes},
+                           {"stress", "-o --scene --engine", run_stress, stress_scenes},
+                           {"scaling", "-o --scene --engine", run_scaling, scaling_scenes},
+                           {"skips", "-o --scene --runs", run_skips, skip_scenes},
+                           kDemos};
+
+bool heeds(const Part& part, const std::string& option) {
+  std::istringstream words(part.options);
+  return std::find(std::istream_iterator<std::string>(words), {}, option) !=
+         std::istream_iterator<std::string>();
+}
 
 int run(int count, char** arguments) {
   Options options;
-  std::vector<std::string> parts;
+  std::vector<std::string> parts, given;
   const auto usage = [](const std::string& what) {
     std::fprintf(stderr, "accuracy_bench: %s\n\n%s", what.c_str(), kUsage);
     return 2;
   };
   for (int i = 1; i < count; ++i) {
     const std::string argument = arguments[i];
-    if (argument == "-h" || argument == "--help") {
-      std::fputs(kUsage, stdout);
-      return 0;
-    }
     if (!argument.starts_with('-')) {
       parts.push_back(argument);
-    } else if (argument == "-o") {
+      continue;
+    }
+    given.push_back(argument);
+    if (argument == "-o") {
       options.out = value_of(count, arguments, i);
     } else if (argument == "--scene") {
       options.scenes.emplace_back(value_of(count, arguments, i));
@@ -166,10 +174,14 @@ int run(int count, char** arguments) {
     const std::vector<std::string> more = part->scenes();
     known.insert(known.end(), more.begin(), more.end());
   }
+  for (const std::string& option : given) {
+    if (std::none_of(chosen.begin(), chosen.end(), [&](const Part* p) { return heeds(*p, option); }))
+      return usage(option + " does nothing in this part");
+  }
   for (const std::string& name : options.scenes) expect_name("scene", name, known);
   for (const std::string& name : options.engines) expect_name("engine", name, names_of(engines()));
   for (const Part* part : chosen) {
-    if (part->writes) std::filesystem::create_directories(options.out);
+    if (heeds(*part, "-o")) std::filesystem::create_directories(options.out);
     part->run(options);
   }
   return 0;
@@ -179,6 +191,6 @@ int run(int count, char** arguments) {
 }  // namespace skerry::bench
 
 int main(int count, char** arguments) {
-  return skerry::bench::run_with_arguments("accuracy_bench",
-                                           [&] { return skerry::bench::run(count, arguments); });
+  using namespace skerry::bench;
+  return run_with_arguments("accuracy_bench", kUsage, count, arguments, run);
 }

@@ -59,32 +59,44 @@ Scene arch(double thickness) {
     }
     centre = centre / area;
     for (Vec2& corner : corners) corner = corner - centre;
-    SceneShape shape;
-    shape.form = Form::Polygon;
-    shape.corners = corners;
-    scene.add({.shape = shape, .position = centre, .mass = area});
+    scene.add({.shape = polygon(corners), .position = centre, .mass = area});
   }
   return scene;
 }
 
-/// Looks for the parameter at which a family of scenes begins, or ceases, to stand.
+// What is so much lower than it began has fallen, whatever skins, slops and soft contacts let it sag [m].
+constexpr double kFall = 0.5;
+
+bool has_fallen(const Scene& scene, const Engine& engine) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
+    if (!body.fixed && engine.state(static_cast<int>(i)).position.y < body.position.y - kFall) return true;
+  }
+  return false;
+}
+
+/// Looks for the parameter at which a family of scenes begins, or ceases, to stand. Where all of them stand,
+/// or none, it is not found: an infinite error.
 template <class Family>
 Outcome bisect(const Trial& trial, Family family, double low, double high, int halvings, double seconds,
-               double moved, bool high_stands, double exact) {
+               bool high_stands, double exact) {
   Outcome outcome;
+  bool some_stand = false, some_fall = false;
   for (int k = 0; k < halvings; ++k) {
     const double middle = 0.5 * (low + high);
     const Scene scene = family(middle);
     bool stands = true;
     const bool good = simulate(trial, scene, seconds, outcome, [&](Engine& engine, double) {
-      stands = displacement(scene, engine) < moved;
+      stands = !has_fallen(scene, engine);
       return stands;
     });
     if (outcome.gave_up) break;
     stands = stands && good;
+    (stands ? some_stand : some_fall) = true;
     (stands == high_stands ? high : low) = middle;
   }
-  outcome.error = outcome.gave_up ? kInfinity : std::abs(0.5 * (low + high) - exact) / exact;
+  const bool found = !outcome.gave_up && some_stand && some_fall;
+  outcome.error = found ? std::abs(0.5 * (low + high) - exact) / exact : kInfinity;
   return outcome;
 }
 
@@ -92,13 +104,13 @@ std::vector<Problem> limits() {
   Problem topples;
   topples.name = "overhang_102";
   topples.title = "Ten planks at 1.02 of the harmonic overhang";
-  topples.measure = "0: it has fallen after 5 s, as it should; 1: it stands";
+  topples.measure = "0: a plank is 0.5 m lower after 5 s, as it should; 1: none is";
   topples.source = "offsets (half length)/k are the limit";
   topples.run = [](const Trial& trial) {
     const Scene scene = overhang(1.02);
     Outcome outcome;
     const bool good = simulate(trial, scene, 5, outcome, [&](Engine& engine, double) {
-      outcome.error = displacement(scene, engine) > 0.05 ? 0 : 1;
+      outcome.error = has_fallen(scene, engine) ? 0 : 1;
       return true;
     });
     if (!good) outcome.error = kInfinity;
@@ -109,16 +121,14 @@ std::vector<Problem> limits() {
   limit.title = "Overhang at which ten planks topple (bisection)";
   limit.measure = "relative error of the limit (resolved to 2e-4)";
   limit.source = "offsets (half length)/k are the limit";
-  limit.run = [](const Trial& trial) { return bisect(trial, overhang, 0.8, 1.1, 10, 5, 0.02, false, 1); };
+  limit.run = [](const Trial& trial) { return bisect(trial, overhang, 0.8, 1.1, 10, 5, false, 1); };
   Problem arch_limit;
   arch_limit.name = "arch_limit";
   arch_limit.title = "Thickness at which a semicircular arch of 15 blocks stands (bisection)";
   arch_limit.measure = "relative error of the least t/R (resolved to 1e-3)";
   arch_limit.source = "Milankovitch 1907; Makris & Alexakis 2013: t/R = 0.106068 for 15 straight blocks";
   arch_limit.polygons = true;
-  arch_limit.run = [](const Trial& trial) {
-    return bisect(trial, arch, 0.08, 0.16, 10, 8, 0.1, true, 0.106068);
-  };
+  arch_limit.run = [](const Trial& trial) { return bisect(trial, arch, 0.08, 0.16, 10, 8, true, 0.106068); };
   return {standing("overhang_098", "Ten planks at 0.98 of the harmonic overhang", overhang(0.98), 5), topples,
           limit, arch_limit};
 }

@@ -20,7 +20,7 @@ struct SceneShape {
   double radius = 0.5;          ///< Disc [m]
   Vec2 size{1, 1};              ///< Box: full width and height [m]
   std::vector<Vec2> corners{};  ///< Polygon: counter-clockwise, centroid at the origin [m]
-  double extent = 200;          ///< HalfPlane: engines without one use a box this wide, half as deep [m]
+  double extent = 200;          ///< HalfPlane: engines without one use `ground_corners`, this wide [m]
 };
 
 struct SceneBody {
@@ -68,6 +68,46 @@ inline SceneShape box(double width, double height) {
   shape.form = Form::Box;
   shape.size = {width, height};
   return shape;
+}
+
+inline SceneShape polygon(std::vector<Vec2> corners) {
+  SceneShape shape;
+  shape.form = Form::Polygon;
+  shape.corners = std::move(corners);
+  return shape;
+}
+
+/// Corners of a box, counter-clockwise.
+inline std::vector<Vec2> box_corners(Vec2 size) {
+  const Vec2 h = 0.5 * size;
+  return {{-h.x, -h.y}, {h.x, -h.y}, {h.x, h.y}, {-h.x, h.y}};
+}
+
+/// For engines without half-planes: a box with the surface on top, half as deep as wide. The first corner
+/// is one of the surface: single-precision engines reckon from there.
+inline std::vector<Vec2> ground_corners(const SceneShape& half_plane) {
+  const double half = half_plane.extent / 2;
+  return {{-half, 0}, {-half, -half}, {half, -half}, {half, 0}};
+}
+
+/// Of any shape but a disc.
+inline std::vector<Vec2> corners_of(const SceneShape& shape) {
+  if (shape.form == Form::Box) return box_corners(shape.size);
+  return shape.form == Form::HalfPlane ? ground_corners(shape) : shape.corners;
+}
+
+/// A convex polygon with every side moved in by `margin`, for engines that add so much on every side.
+inline std::vector<Vec2> inset(const std::vector<Vec2>& corners, double margin) {
+  const std::size_t n = corners.size();
+  std::vector<Vec2> inner;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec2 p = corners[i];
+    const Vec2 in = p - corners[(i + n - 1) % n], out = corners[(i + 1) % n] - p;
+    // Lengths along the two sides, from the sine of the angle between them.
+    const double sine = cross(in, out);
+    inner.push_back(p + margin / sine * (length(in) * out - length(out) * in));
+  }
+  return inner;
 }
 
 /// Ground whose surface goes through `point` and rises by `angle` to the right [rad].
