@@ -181,12 +181,28 @@ def summary_plot(data, path):
         axes.plot(x, y, marker=">" if not math.isfinite(time) else "o", color="#0072B2" if reached else "#D55E00",
                   markersize=6, zorder=3)
         texts.append((x, y, name))
-    # Names beside the points; in the column at the edge to the left, kept apart.
+    # Names beside the points, in the column at the edge to the left; where many share a place, in one block.
+    to_axes = lambda x, y: axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
+    places = {}
+    for x, y, name in texts:
+        places.setdefault((x, y), []).append(name)
     for column in (True, False):
-        chosen = [t for t in texts if (t[0] >= edge) == column]
+        chosen = []
+        for (x, y), names in places.items():
+            if (x >= edge) != column:
+                continue
+            if len(names) > 3:
+                lines = [", ".join(names[k:k + 3]) for k in range(0, len(names), 3)]
+                left, top = to_axes(x, y)
+                axes.annotate(f"{len(names)} scenes:\n" + ",\n".join(lines), xy=(left, top), xytext=(left - 0.17, top - 0.05),
+                              xycoords="axes fraction", textcoords="axes fraction", fontsize=7.5, va="top", ha="right",
+                              linespacing=1.35, arrowprops={"arrowstyle": "-", "color": "#aaaaaa", "linewidth": 0.5,
+                                                            "shrinkA": 0, "relpos": (1, 1)})
+            else:
+                chosen.append((x, y, ", ".join(names)))
         if not chosen:
             continue
-        at = [axes.transAxes.inverted().transform(axes.transData.transform((x, y))) for x, y, _ in chosen]
+        at = [to_axes(x, y) for x, y, _ in chosen]
         heights = spread([float(a[1]) for a in at], 0.024)
         for (x, y, name), a, height in zip(chosen, at, heights):
             axes.annotate(name, xy=(a[0], a[1]), xytext=(a[0] - 0.018 if column else a[0] + 0.018, height),
