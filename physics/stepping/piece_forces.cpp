@@ -20,9 +20,9 @@
 namespace skerry {
 namespace {
 
-// Contacts, rows, and bodies that a thread takes at a time.
 // Of a manifold all points.
 constexpr unsigned kAllPoints = ~0u;
+// Contacts, rows, and bodies that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece = 1024;
 // Residual of forces that are as good as none, for which it is 1; and of those that a step in flow of as much
 // work leaves less of.
