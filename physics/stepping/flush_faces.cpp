@@ -110,11 +110,10 @@ bool pass_flush_faces(WorldState& state, const Island& island, double elapsed) {
 ImpactTime landing_time(const WorldState& state, const Contact& contact, const Motion& a, const Motion& b,
                         double h) {
   const Shape &shape_a = state.shapes[contact.shape_a].shape, &shape_b = state.shapes[contact.shape_b].shape;
+  Motion from_a = a, from_b = b;
   double begin = 0;
   for (int pass = 0;; ++pass) {
-    const Motion from_a = later(a, begin), from_b = later(b, begin);
-    ImpactTime impact = contact_impact_time(contact, shape_a, begin > 0 ? from_a : a, shape_b,
-                                            begin > 0 ? from_b : b, h - begin);
+    ImpactTime impact = contact_impact_time(contact, shape_a, from_a, shape_b, from_b, h - begin);
     impact.t += begin;
     if (!impact.hit || pass == kMostPasses || !have_sharp_corners(state, contact)) return impact;
     const Motion at_a = later(a, impact.t), at_b = later(b, impact.t);
@@ -128,6 +127,8 @@ ImpactTime landing_time(const WorldState& state, const Contact& contact, const M
     if (!is_other(face, met.normal) || face.opening < -state.config.rest_speed) return impact;
     begin = impact.t + kWellPast * tolerance / length(relative);
     if (!(begin < h)) return {false, h, impact.iterations, true};
+    from_a = later(a, begin);
+    from_b = later(b, begin);
   }
 }
 
