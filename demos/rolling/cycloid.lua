@@ -3,7 +3,7 @@ demo{
   title = "A part of every train goes backwards",
   lesson = "A point of the rim traces a cycloid and rests where it meets the rail; one of the flange, farther out, goes backwards below it.",
   seconds = 5,
-  view = { x = 2.6, y = 0.7, height = 3.4 },
+  view = { x = 2.6, y = 0.7, height = 3.4, width = 6.6 },
 }
 local r = 0.5
 local flange = param("flange", 0.7, 0.1, 1, "m")
