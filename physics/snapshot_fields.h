@@ -267,7 +267,7 @@ inline void fields(WorldArchives a, WorldState& v) {
   auto& [config, observe, bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius,
          thickness, stray_guess, free_bodies, drag, applied, prescribed, field, shapes, shape_pool,
          free_shapes, joints, free_joints, broad_phase, pool, island_threads, island_builder, islands,
-         graph_bodies, graph_joints, links, contacts, memories, resting, step_memory, support, step_paths,
+         graph_bodies, graph_joints, links, contacts, parted, memories, resting, step_memory, support, step_paths,
          sleepers, ledger, field_threads, graph_known, table_changed, joints_changed, paths_known, springs,
          awake, kinematic, touched, last_h, rests, kept, active, active_joints, acceleration,
          angular_acceleration, paths, reach, travelled, way, allowance, strayed, flight, rerouted, start_box,
@@ -278,7 +278,7 @@ inline void fields(WorldArchives a, WorldState& v) {
            stray_guess, support, free_bodies, touched, reach, drag, applied);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
-  a.contacts(contacts);
+  a.contacts(contacts, parted);
   a.islands(memories, resting, step_memory, step_paths, paths_known, sleepers);
   a.report(report);
 }

@@ -24,8 +24,8 @@ enum class Stage : std::uint8_t { Forces, Broad, Narrow, Islands, Assemble, Solv
 inline constexpr int kStageCount = 9;
 std::string_view stage_name(Stage stage);
 
-/// A shape that is destroyed while it touches another one has no End: who counts what is in a sensor counts
-/// it out where it is destroyed.
+/// A shape that is destroyed while it touches another one has its End in the report of the next step, with
+/// the ids that it had, which are no longer alive.
 enum class ContactEventKind : std::uint8_t { Begin, Persist, End, Hit };
 
 /// Something that happened to a pair of shapes in the step.
@@ -37,7 +37,7 @@ struct ContactEvent {
   Vec2 normal;                ///< from a to b (Begin, Hit)
   double approach_speed = 0;  ///< before the impact [m/s] (Hit)
   double impulse = 0;         ///< sum of normal impulses [N s] (Hit)
-  double time = 0;            ///< of the fastest impact (Hit), else of the end of the step [s]
+  double time = 0;            ///< of the fastest impact (Hit), of being destroyed, else of the step's end [s]
   int segment = -1;           ///< of the chain, from 0, which has events for each of them; -1: no chain
   bool sensor = false;
 };

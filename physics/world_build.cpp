@@ -6,6 +6,7 @@
 
 #include "physics/text.h"
 #include "physics/world_access.h"
+#include "physics/world_report.h"
 
 namespace skerry {
 namespace {
@@ -146,7 +147,9 @@ void update_mass(WorldState& s, std::uint32_t body) {
 
 void drop_contacts_of_shape(WorldState& s, std::uint32_t shape) {
   s.table_changed |= std::erase_if(s.contacts, [&](const Contact& c) {
-                       return c.shape_a == shape || c.shape_b == shape;
+                       if (c.shape_a != shape && c.shape_b != shape) return false;
+                       if (c.touched) s.parted.push_back(event_of(s, c, ContactEventKind::End));
+                       return true;
                      }) > 0;
 }
 

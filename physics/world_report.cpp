@@ -52,6 +52,8 @@ bool touches_now(const WorldState& s, const Contact& contact) {
   return false;
 }
 
+}  // namespace
+
 ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventKind kind) {
   ContactEvent event;
   event.kind = kind;
@@ -75,6 +77,8 @@ ContactEvent event_of(const WorldState& s, const Contact& contact, ContactEventK
   event.sensor = contact.sensor;
   return event;
 }
+
+namespace {
 
 /// Both bodies are where they were, and so is everything else of the contact.
 bool is_kept(const WorldState& s, const ContactLink& link) {
@@ -102,6 +106,8 @@ struct EventPlace {
 
 void add_events(WorldState& s) {
   std::vector<ContactEvent>& events = s.report.events;
+  events.insert(events.end(), s.parted.begin(), s.parted.end());
+  s.parted.clear();
   Spare<std::vector<std::uint8_t>> kinds;
   kinds->assign(s.links.size(), 0);
   share(s.pool.get(), s.links.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {

@@ -13,6 +13,9 @@ void write_report(WorldState& state, double h);
 /// A report of a step that was not made. @param cause  see `StepReport::interrupted`
 void write_report_of_nothing(WorldState& state, const char* cause);
 
+/// What happened at a contact, of shapes that are there still.
+ContactEvent event_of(const WorldState& state, const Contact& contact, ContactEventKind kind);
+
 /// A body as it was half-way through the last step, with the velocity of its end: directions of forces that
 /// turn with it are right on the mean. @pre it was in that step
 JointEnd halfway(const WorldState& state, std::uint32_t body);

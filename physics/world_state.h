@@ -184,6 +184,7 @@ struct WorldState {
   std::vector<std::uint32_t> graph_bodies, graph_joints;
   std::vector<ContactLink> links;       ///< of `contacts`
   std::vector<Contact> contacts;        ///< sorted by key; those of sleeping islands are in `sleepers`
+  std::vector<ContactEvent> parted;     ///< ends of what was destroyed since the last step
   std::vector<IslandMemory> memories;   ///< sorted by key
   std::vector<RestingIsland> resting;   ///< sorted by key
   std::vector<StepMemory> step_memory;  ///< by body

@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -226,7 +227,112 @@ TEST(Events, AfterAStepThatThrewAreThoseOfWhatTouchedBefore) {
   Interrupted gone;
   gone.world.destroy(gone.shape);
   EXPECT_EQ(gone.world.add_shape(gone.box, rough(make_disc(0.3), 0.5)).index, gone.shape.index);
-  EXPECT_EQ(Interrupted::told(gone.world), "") << "another shape in its place never touched";
+  EXPECT_EQ(Interrupted::told(gone.world), "end ") << "another shape in its place never touched";
+}
+
+/// What touches counts: begins less ends, of which none is told twice or without the other.
+class Counted {
+ public:
+  void add(const StepReport& report) {
+    for (const ContactEvent& event : report.events) {
+      const auto pair = std::tuple(event.shape_a.index, event.shape_a.generation, event.shape_b.index,
+                                   event.shape_b.generation);
+      if (event.kind == ContactEventKind::Begin) {
+        EXPECT_TRUE(open.insert(pair).second);
+      }
+      if (event.kind == ContactEventKind::End) {
+        EXPECT_EQ(open.erase(pair), 1u);
+      }
+    }
+  }
+  std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>> open;
+};
+
+TEST(Events, OfWhatIsDestroyedEndInTheNextStep) {
+  enum class Destroyed { Coin, CoinsShape, Gate, Floor };
+  for (const bool asleep : {false, true}) {
+    for (const Destroyed what : {Destroyed::Coin, Destroyed::CoinsShape, Destroyed::Gate, Destroyed::Floor}) {
+      World world({.sleep = asleep});
+      const BodyId floor = world.create_body({.type = BodyType::Static});
+      world.add_shape(floor, {.shape = make_box({4, 1})});
+      const BodyId gate = world.create_body({.type = BodyType::Static, .position = {0, 1}});
+      const ShapeId zone = world.add_shape(gate, {.shape = make_box({2, 2}), .sensor = true});
+      const BodyId coin = world.create_body({.position = {0, 0.7}, .mass = 1});
+      const ShapeId round = world.add_shape(coin, {.shape = make_box({0.4, 0.4})});
+      Counted counted;
+      for (int i = 0; i < (asleep ? 120 : 3); ++i) counted.add(world.step(1.0 / 60));
+      ASSERT_EQ(counted.open.size(), 2u);
+      ASSERT_EQ(world.bodies().asleep[coin.index] != 0, asleep);
+      switch (what) {
+        case Destroyed::Coin:
+          world.destroy(coin);
+          break;
+        case Destroyed::CoinsShape:
+          world.destroy(round);
+          break;
+        case Destroyed::Gate:
+          world.destroy(gate);
+          break;
+        case Destroyed::Floor:
+          world.destroy(floor);
+          break;
+      }
+      const double then = world.time();
+      const std::size_t ends = what == Destroyed::Coin || what == Destroyed::CoinsShape ? 2 : 1;
+      World loaded = load_snapshot(save_snapshot(world));
+      for (World* each : {&world, &loaded}) {
+        const auto& events = each->step(1.0 / 60).events;
+        ASSERT_EQ(events.size(), ends);
+        for (const ContactEvent& event : events) {
+          EXPECT_EQ(event.kind, ContactEventKind::End);
+          EXPECT_EQ(event.time, then);
+          EXPECT_TRUE(event.shape_a == round || event.shape_b == round);
+          EXPECT_TRUE(event.body_a == coin || event.body_b == coin);
+          EXPECT_EQ(event.sensor, event.shape_a == zone || event.shape_b == zone);
+        }
+        EXPECT_TRUE(each->step(1.0 / 60).events.empty());
+      }
+    }
+  }
+}
+
+TEST(Events, AreInPairsWhateverIsDestroyedAndMade) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    World world;
+    const BodyId pit = world.create_body({.type = BodyType::Static});
+    for (const Shape& side : {make_half_plane({0, 0}, {0, 1}), make_half_plane({-1.5, 0}, {1, 0}),
+                              make_half_plane({1.5, 0}, {-1, 0})})
+      world.add_shape(pit, {.shape = side});
+    const auto make = [&] {
+      const BodyId body =
+          world.create_body({.position = {uniform(-1, 1), uniform(0.5, 2)}, .angle = uniform(-3, 3)});
+      world.add_shape(
+          body, {.shape = make_box({uniform(0.2, 0.5), uniform(0.2, 0.5)}), .sensor = uniform(0, 1) < 0.1});
+      return body;
+    };
+    std::vector<BodyId> bodies(12);
+    for (BodyId& body : bodies) body = make();
+    Counted counted;
+    for (int step = 0; step < 60; ++step) {
+      counted.add(world.step(1.0 / 60));
+      for (const auto& [a, of_a, b, of_b] : counted.open) {
+        EXPECT_TRUE(world.alive(ShapeId{a, of_a}));
+        EXPECT_TRUE(world.alive(ShapeId{b, of_b}));
+      }
+      if (step % 3 != 0) continue;
+      BodyId& one = bodies[random() % bodies.size()];
+      world.destroy(one);
+      one = make();
+    }
+    for (const BodyId body : bodies) world.destroy(body);
+    counted.add(world.step(1.0 / 60));
+    EXPECT_TRUE(counted.open.empty());
+  }
 }
 
 // Solid shapes leave what little they overlap in flow to the next step; sensors tell it in this one.
