@@ -308,20 +308,13 @@ class PieceSolve {
     const RowOrigin& origin = assembly.origin[i];
     const double h = piece_.h;
     double target = 0;
-    // The average of both ends obeys the midpoint's constraint; what is not explained by the geometry is
-    // not kept.
+    // The average of both ends obeys the midpoint's constraint, and so does what slides: at the end it is at
+    // rest where the average is half of what it slid with. What is not explained by the geometry is not kept.
     if (origin.spring()) {
       target = add_spring(assembly, i, start.origin[i].error, before, h);
     } else {
-      const bool rubs = origin.kind == RowKind::Friction || origin.kind == RowKind::Rolling;
-      if (found_.moving &&
-          (origin.kind == RowKind::Normal || origin.kind == RowKind::Joint || origin.kind == RowKind::Motor ||
-           stands(start, i, before) || rests(start, i, before))) {
+      if (found_.moving && (origin.kind != RowKind::Limit || rests(start, i, before)))
         target = row_velocity(start, i, before) - row_velocity(assembly, i, before);
-      } else if (found_.moving && !piece_.plastic && rubs) {
-        // Ground that is told to move goes on changing its velocity until the end.
-        target = start.drive[i] - assembly.drive[i];
-      }
       if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
       if (origin.kind == RowKind::Limit && !rests(start, i, before))
         target = -std::max(0.0, origin.error) / h;
@@ -476,15 +469,6 @@ class PieceSolve {
     const double fastest = largest_of(state_.island_threads, v.size(), kBodiesAPiece, stop_slow_ones);
     if (fastest > 0 && fastest < rounding_of_balance(state_, island_, largest_magnitude(lambda)))
       std::fill(v.begin(), v.end(), Velocity{});
-  }
-
-  /// Friction that held in the last piece, or of what does not slide at the beginning of this one: held at
-  /// the end alone, where what turns has moved on in between, it would do work.
-  bool stands(const Assembly& start, int i, const std::vector<Velocity>& v) const {
-    const RowOrigin& origin = start.origin[i];
-    if (origin.joint || origin.kind != RowKind::Friction) return false;
-    return state_.contacts[origin.index].points[origin.point].sticking ||
-           std::abs(row_velocity(start, i, v)) <= state_.config.rest_speed;
   }
 
   /// What the last piece, or step, had at this row.

@@ -63,9 +63,17 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
     return piece.assembly.drive[static_cast<std::size_t>(i)] - piece.start.drive[static_cast<std::size_t>(i)];
   };
 
-  // Rows that move at the beginning and do no longer, or backwards, at the end of what `lambda` makes of it.
   Spare<std::vector<Stopping>> stopping;
   Spare<std::vector<Velocity>> after;
+  // The mean over the piece is that of the geometry half-way: where bodies turn, the geometry of the
+  // beginning gives the velocity there.
+  const auto end_velocity = [&](int i, double from) {
+    return row_velocity(piece.assembly, i, piece.before) + row_velocity(piece.assembly, i, *after) - from;
+  };
+  const auto stops = [&](int i) {
+    return std::any_of(stopping->begin(), stopping->end(), [&](const Stopping& s) { return s.row == i; });
+  };
+  // Rows that move at the beginning and do no longer, or backwards, at the end of what `lambda` makes of it.
   const auto find_stops = [&](const std::vector<double>& lambda) {
     const std::size_t known = stopping->size();
     *after = piece.free;
@@ -73,24 +81,19 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
     for (int i = 0; i < system.size(); ++i) {
       const Row& row = system.rows[i];
       if (!may_stop(row) || !(bound_of(row, lambda) > 0)) continue;
-      if (std::any_of(stopping->begin(), stopping->end(), [&](const Stopping& s) { return s.row == i; }))
-        continue;
-      // What rolls has no velocity where it is, though it has one in the geometry half-way.
-      const double now = row_velocity(piece.start, i, piece.before);
-      if (!(std::abs(now) * piece.h > shortest)) continue;
-      const double from = row_velocity(piece.assembly, i, piece.before) - half_drive(i);
-      const double to = row_velocity(piece.assembly, i, *after) + half_drive(i);
+      if (stops(i)) continue;
+      const double from = row_velocity(piece.start, i, piece.before), to = end_velocity(i, from);
+      if (!(std::abs(from) * piece.h > shortest)) continue;
       // The rounding of a solve counts as zero.
-      if (now * from > 0 && (from > 0 ? to : -to) <= 1e-9 * std::abs(from))
-        stopping->push_back({i, from, system.b[i]});
+      if ((from > 0 ? to : -to) <= 1e-9 * std::abs(from)) stopping->push_back({i, from, system.b[i]});
     }
     // To want more than the bounds can give is to be at the bound: backwards by four times what all impulses
-    // change, its own largest one among them.
+    // change, with the largest ones of what stops.
     for (std::size_t k = known; k < stopping->size(); ++k) {
       const Stopping& stop = (*stopping)[k];
       double impulses = 0;
       for (int j = 0; j < system.size(); ++j) {
-        const double impulse = j == stop.row ? bound_of(system.rows[j], lambda) : lambda[j];
+        const double impulse = stops(j) ? bound_of(system.rows[j], lambda) : lambda[j];
         impulses += std::abs(coupling(system, stop.row, j) * impulse);
       }
       const double change = std::abs(row_velocity(piece.assembly, stop.row, piece.free)) +
@@ -108,7 +111,7 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
     for (const Stopping& stop : *stopping) {
       const double against = stop.from > 0 ? -sliding.lambda[stop.row] : sliding.lambda[stop.row];
       if (!(against >= kAtBound * bound_of(system.rows[stop.row], sliding.lambda))) return piece.h;
-      const double to = row_velocity(piece.assembly, stop.row, *after) + half_drive(stop.row);
+      const double to = end_velocity(stop.row, stop.from);
       if (to * stop.from < 0) first = std::min(first, piece.h * (stop.from / (stop.from - to)));
     }
     return first;

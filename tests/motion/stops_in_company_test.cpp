@@ -125,6 +125,21 @@ void two_on_slope(World& world, Draw& draw) {
               draw.uniform(0, 1)));
 }
 
+/// A block on a plank that turns about its middle with it, and slides to rest on it.
+void on_a_seesaw(World& world, Draw& draw) {
+  const double half = draw.uniform(1, 3), slope = draw.uniform(-0.3, 0.3), size = draw.uniform(0.1, 0.3);
+  const Vec2 up{-std::sin(slope), std::cos(slope)}, along{std::cos(slope), std::sin(slope)};
+  const BodyId plank = put(world, {}, slope, {}, 0,
+                           surface(make_box({2 * half, 0.1}), std::pow(10, draw.uniform(1.7, 3.3)), 1));
+  JointDef pin;
+  pin.kind = JointKind::Revolute;
+  pin.b = plank;
+  world.create_joint(pin);
+  const double place = draw.uniform(-0.8, -0.2) * half;
+  put(world, place * along + (0.05 + 0.5 * size) * up, slope, {}, 0,
+      surface(make_box({size, size}), std::pow(10, draw.uniform(2, 4)), draw.uniform(0, 0.5)));
+}
+
 TEST(StopsInCompany, OfADiscBetweenBelts) {
   EXPECT_LE(wrong(between_belts, 60, 1e-12), 2);
 }
@@ -135,6 +150,10 @@ TEST(StopsInCompany, OfADiscOnASlope) {
 
 TEST(StopsInCompany, OfASlabUnderWhatIsHeavy) {
   EXPECT_EQ(wrong(two_on_slope, 80, 1e-12), 0);
+}
+
+TEST(StopsInCompany, OfABlockOnASeesaw) {
+  EXPECT_EQ(wrong(on_a_seesaw, 100, 4e-3), 0);
 }
 
 /// A tall block on a belt tips over a corner: the other one leaves the ground within half a step.
