@@ -134,8 +134,10 @@ class Rows {
 
   void motor(const Coordinate& c) {
     if (!def_.motor_speed) return;
+    // One that has come to a limit holds there.
+    if (stalled_) return hold(c, *def_.motor_speed > 0 ? *def_.upper : *def_.lower);
     JointRow& row = add(JointRowKind::Motor, c, c.value);
-    row.speed = stalled_ ? 0 : *def_.motor_speed;
+    row.speed = *def_.motor_speed;
     row.most = def_.motor_limit;
   }
 

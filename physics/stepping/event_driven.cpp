@@ -252,6 +252,8 @@ class EventStep {
       }
     }
     store_velocities(state_, island_, std::vector<Velocity>(island_.bodies.size(), Velocity{}));
+    // What came to rest on its way strays from that from now on.
+    for (const std::uint32_t i : island_.bodies) note_travel(state_, i, elapsed_, h_ - elapsed_, {}, {});
     if (state_.observe.paths)
       record_hermite(state_, island_.bodies, elapsed_, h_ - elapsed_, path_ends(state_, island_.bodies),
                      result_);

@@ -45,19 +45,29 @@ double falling_root(F&& f, double low, double f_low, double high, double f_high)
   return high;
 }
 
+// A gap that is no rounding of none [m or rad].
+constexpr double kParted = 1e-14;
+
 /// First time in (0, h] at which a gap closes, or none. The gap changes by at most `speed` a second.
 /// @param armed  the gap must have been wider than this before it can close; closer starts count as open
-///               contacts until then, or until they have sunk in by as much
+///               contacts until then, or until they have sunk in by as much; what parts by less and returns
+///               closes where it does, lest it gains speed by what it sinks in
 template <class Gap>
 std::optional<double> closing_time(Gap&& gap, double speed, double h, double armed) {
   double t = 0, value = gap(0.0);
   if (value <= armed) {
     // The start is a contact that parts: look where it has.
+    double parted = 0, by = 0;  // when it was apart at last
     for (double dt = 1e-6 * h;; dt = std::min(2 * dt, h)) {
       t = dt;
       value = gap(t);
       if (value > armed) break;
+      if (value <= 0 && by > 0) return falling_root(gap, parted, by, t, value);
       if (value < -armed) return t;
+      if (value > kParted) {
+        parted = t;
+        by = value;
+      }
       if (dt >= h) return std::nullopt;
     }
   }

@@ -100,6 +100,22 @@ bool let_slide(WorldState& state, const Assembly& bilateral, const std::vector<d
   return any;
 }
 
+/// Motors that hold their speed, and that the corrections would load beyond their largest force, are let go
+/// of. @return whether there were
+bool let_run(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda, double h) {
+  bool any = false;
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const RowOrigin& origin = bilateral.origin[i];
+    if (!origin.joint || origin.kind != RowKind::Motor) continue;
+    const JointRecord& joint = state.joints[origin.index];
+    const double most = h * joint.def.motor_limit;
+    if (!(std::abs(h * joint.row_force[origin.point] + lambda[i]) > (1 + kBeyondBound) * most)) continue;
+    state.held_rows[origin.index] &= static_cast<std::uint8_t>(~(1u << origin.point));
+    any = true;
+  }
+  return any;
+}
+
 /// What a projection corrects belongs to what joints do in the step, and to the loads of the piece, if there
 /// was one: only with it are they of second order.
 void add_to_loads(WorldState& state, const Assembly& bilateral, const std::vector<double>& lambda,
@@ -398,7 +414,8 @@ bool take_away(WorldState& state, const Island& island, Assembly& bilateral, dou
   Correction correction(state, scratch.full, bilateral, scratch.companions, floor, result);
   const auto let_go = [&](int round) {
     return pushed > 0 && round == 0 &&
-           (let_open(state, bilateral, lambda, pushed) || let_slide(state, bilateral, lambda));
+           (let_open(state, bilateral, lambda, pushed) || let_slide(state, bilateral, lambda) ||
+            let_run(state, bilateral, lambda, pushed));
   };
   double error = correction.violation(v);
   for (int round = 0; round < 4 && error > floor; ++round) {
