@@ -213,6 +213,7 @@ struct WorldState {
   std::vector<std::uint8_t> kept;
 
   // Of the current step; by body, but valid for those that were active in it only, unless said.
+  std::size_t dynamic_bodies = 0;     ///< how many there are, asleep or not
   std::vector<std::uint32_t> active;  ///< awake, moving or touched bodies, ascending
   std::vector<std::uint32_t> active_joints;
   std::vector<Vec2> acceleration;  ///< by body, where forces vary: at the beginning [m/s^2]

@@ -107,6 +107,7 @@ void Step::begin() {
   if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
   choose_active();
+  s_.dynamic_bodies = s_.awake.size() + static_cast<std::size_t>(s_.sleepers.totals().bodies);
   s_.backup.resize(s_.bodies.size());
   s_.joint_start.resize(s_.joints.size());
   s_.held_rows.resize(s_.joints.size());

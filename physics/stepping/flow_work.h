@@ -27,11 +27,11 @@ inline bool may_flow(const WorldState& state) {
 // that come from elsewhere count.
 constexpr double kFineWork = 1000;
 
-// Bodies up to which a world is a small one.
-constexpr double kSmallWorld = 1000;
+// Dynamic bodies, asleep or not, from which on a world is a large one.
+constexpr double kLargeWorld = 1000;
 
 inline bool is_small(const WorldState& state) {
-  return static_cast<double>(state.bodies.size()) <= kSmallWorld;
+  return static_cast<double>(state.dynamic_bodies) < kLargeWorld;
 }
 
 /// What it may cost in this one. In a small world sweeps that are far from an answer, as with a heavy body on
@@ -42,8 +42,8 @@ inline double flow_work(const WorldState& state, std::size_t joints) {
   constexpr double kShared = 4e5;
   const double usual = usual_flow_work(state);
   if (state.config.flow_work) return usual;
-  const double bodies = static_cast<double>(state.bodies.size()) + kJointWork * static_cast<double>(joints);
-  return std::max(joints > 0 || bodies > kSmallWorld ? usual : kFineWork, kShared / std::max(bodies, 1.0));
+  const double bodies = static_cast<double>(state.dynamic_bodies) + kJointWork * static_cast<double>(joints);
+  return std::max(joints > 0 || bodies >= kLargeWorld ? usual : kFineWork, kShared / std::max(bodies, 1.0));
 }
 inline double flow_work(const WorldState& state, const Island& island) {
   return flow_work(state, island.joints.size());

@@ -10,6 +10,7 @@
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/deep_points.h"
+#include "physics/stepping/flow_faces.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -44,10 +45,6 @@ constexpr double kExactWorkInFlow = 10, kExactWorkInLargeFlow = 2.5;
 constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
 constexpr double kAlmost = 1e-8;
-// Steps for which nobody asks for an exact answer after the first attempt that failed, which doubles with
-// each, and the most. In a large world a pile that is not ready in this step is not in the next one, either;
-// what flow leaves of joints wants exact steps sooner.
-constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
 // is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to
 // their number, by which they come to rest. More bodies than the last number do not, for any work that a step
@@ -125,6 +122,7 @@ class OnePieceStep {
     std::vector<Velocity> before = island_velocities(state_, island_);
     std::vector<Velocity> after = take_spare<std::vector<Velocity>>();
     std::vector<std::uint8_t> pushed = take_spare<std::vector<std::uint8_t>>();
+    foresee_faces(state_, island_, from_, h_, slow_);
     const bool lost = varying_ && !foresee_forces(before, after);
     const bool solved = lost || solve(before, after, pushed);
     if (solved && !lost && !(varying_ && are_lost(state_, island_, after))) move_on(before, after, pushed);
@@ -328,7 +326,8 @@ class OnePieceStep {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) return;
       const Contact& contact = state_.contacts[origin.index];
-      const double target = origin.kind == RowKind::Normal ? least_speed(assembly, i, contact, before) : 0;
+      const double target =
+          origin.kind == RowKind::Normal ? least_speed(assembly, i, contact, before, after) : 0;
       system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
       if (origin.kind == RowKind::Friction && contact.points[origin.point].sticking)
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
@@ -352,9 +351,11 @@ class OnePieceStep {
   }
 
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,
-  /// but what lands within it, faster than resting contacts are shaken, bounces.
+  /// but what lands within it, faster than resting contacts are shaken, bounces. That goes up from where the
+  /// step begins, and through all of it: as fast as it takes to get as high as from below.
+  /// @param free  velocities at the end of the step without contact forces
   double least_speed(const Assembly& assembly, std::size_t row, const Contact& contact,
-                     const std::vector<Velocity>& before) const {
+                     const std::vector<Velocity>& before, const std::vector<Velocity>& free) const {
     const ManifoldPoint& point =
         contact.manifold.points[static_cast<std::size_t>(assembly.origin[row].point)];
     // Which of several contacts carries is not for gaps of rounding to decide.
@@ -363,7 +364,11 @@ class OnePieceStep {
         contact.restitution > 0 ? -row_velocity(assembly, static_cast<int>(row), before) : 0;
     if (!bounces_ || !(approach > slow_ && gap < h_ * approach)) return -gap / h_;
     bounced_.store(true, std::memory_order_relaxed);
-    return contact.restitution * approach;
+    const double e = contact.restitution,
+                 weight = std::max(0.0, -row_velocity(assembly, static_cast<int>(row), free) - approach),
+                 fall = 2 * weight * gap / h_;
+    const double square = weight * weight + e * e * (approach * approach + fall) - fall;
+    return std::max(-gap / h_, std::sqrt(std::max(0.0, square)) - weight);
   }
 
   /// True if impulses leave more energy than the free motion `free` has. Those of Coulomb's law without
@@ -609,9 +614,20 @@ class OnePieceStep {
   Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
 };
 
+/// Exact pieces know the points that touch alone; what flow left carries load across small gaps, too, and
+/// sweeps from nothing let a heap fall for a step. Where most of a step is made in one piece after them it
+/// begins with what carried in the last step.
+void recall_last_step(WorldState& state, const Island& island, double from, double to) {
+  constexpr double kMost = 0.5;
+  if (!(from > 0 && from < kMost * to)) return;
+  share_each(state.island_threads, island.contacts.size(), kItemsAPiece,
+             [&](std::size_t k) { recall_impulses(state.contacts[island.contacts[k]]); });
+}
+
 bool make_step(WorldState& state, const Island& island, double from, double to, OnePieceStep::Answer answer,
                IslandResult& result) {
   const double before = result.work.visits;
+  recall_last_step(state, island, from, to);
   const bool made = OnePieceStep(state, island, from, to, answer, result).run();
   if (result.work_limit > 0) result.work_limit += result.work.visits - before;
   return made;
@@ -621,6 +637,7 @@ bool make_step(WorldState& state, const Island& island, double from, double to, 
 
 void step_island_in_flow(WorldState& state, const Island& island, double from, double to,
                          IslandResult& result, double more) {
+  recall_last_step(state, island, from, to);
   // Loads that rise meanwhile cut what is left of the step again.
   double made = 0;
   for (double at = from; at < to; ++made) {
@@ -668,13 +685,6 @@ bool step_island_lightly(WorldState& state, const Island& island, double h, Isla
   // What came almost there may well do so with the next step.
   if (made) --memory.light_wait;
   return made;
-}
-
-void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory) {
-  const bool in_large = may_flow(state) && island.joints.empty() && !works_finely(state, 0);
-  const int first = in_large ? kFirstWaitInLarge : kFirstWait;
-  memory.light_wait = std::min(first << memory.light_failures, kLongestWait);
-  if (memory.light_wait < kLongestWait) ++memory.light_failures;
 }
 
 }  // namespace skerry

@@ -42,8 +42,4 @@ bool step_island_exactly(WorldState& state, const Island& island, double from, d
 /// that failed the next ones do not try (`wait_after_failure`).
 bool step_island_lightly(WorldState& state, const Island& island, double h, IslandResult& result);
 
-/// An exact step failed: the next 1, 2, 4 ... 256 calls do not try; without joints, in a world with less than
-/// 1000 visits a body, the next 16, 32 ... 256.
-void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory);
-
 }  // namespace skerry

@@ -28,6 +28,9 @@ constexpr int kManyPieces = 16, kFewestPoints = 8;
 // In a large world a step in flow costs less than two pieces, and leaves no more of overlaps and joints, from
 // fewer points on. Pieces of islands of which a point is fast, and of those that are but lightly disturbed.
 constexpr int kFewestInLarge = 4, kFastPiecesInLarge = 1, kSlowPiecesInLarge = 16;
+// Share of a slow speed below which all points of an island are calm, and its pieces are not limited: a tower
+// taps to rest with some twenty, and what flow leaves after sixteen would shake it for ever.
+constexpr double kCalm = 0.1;
 // Points from which on an impact of all of them, from nothing, costs more than the forces that it is solved
 // with here.
 constexpr int kManyPoints = 100;
@@ -46,6 +49,10 @@ constexpr double kBusy = 50;
 constexpr double kMostBusyInFlow = 15, kBusyVisits = 2e6, kBusyInFlow = 2;
 // Points of islands that are crowded: at least, and of each body.
 constexpr std::size_t kCrowd = 1000, kCrowdOfBody = 24;
+// Steps for which nobody asks for an exact answer after the first attempt that failed, which doubles with
+// each, and the most. In a large world a pile that is not ready in this step is not in the next one, either;
+// what flow leaves of joints wants exact steps sooner.
+constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // Contacts that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256;
 
@@ -85,6 +92,7 @@ bool has_parted(const WorldState& state, const Island& island, double elapsed) {
 
 struct PointCounts {
   int points = 0, fast = 0, strikes = 0, landings = 0;
+  int stirring = 0;     ///< that are not calm
   int approaching = 0;  ///< of the fast ones
 };
 
@@ -105,9 +113,10 @@ PointCounts count_points(const WorldState& state, const Island& island, double h
       else
         count.landings += point.separation < h * approach;
       count.approaching += approach > slow;
-      count.fast +=
-          std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity)) >
-          slow;
+      const double speed =
+          std::max(approach, std::abs(dot(perp(contact.manifold.normal), u) - contact.surface_velocity));
+      count.fast += speed > slow;
+      count.stirring += speed > kCalm * slow;
     }
   }
   return count;
@@ -160,9 +169,12 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   double bounce = 0;
   const int all = points_that_flow(state, island, fewest, bounce);
   rule.bounces_well = bounce > kMostBounce;
-  const auto limit_pieces = [&](int fast) {
+  const auto limit_pieces = [&](int fast, int stirring) {
     if (!in_large || rule.bounces_well || (!jointed && (all == 0 || all > usual))) return;
-    rule.most_pieces = fast > 0 ? kFastPiecesInLarge : kSlowPiecesInLarge;
+    if (fast > 0)
+      rule.most_pieces = kFastPiecesInLarge;
+    else if (jointed || stirring > 0)
+      rule.most_pieces = kSlowPiecesInLarge;
   };
   if (all > usual) {
     const double step = usual_flow_work(state) * static_cast<double>(island.bodies.size());
@@ -175,24 +187,27 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   if (flow > 0 && all > 0 && joints_are_off(state, island, 0, kDisplaced)) rule.flows = true;
   if (rule.flows) return rule;
   if (all <= few) {
-    if (in_large && jointed)
-      limit_pieces(
-          count_points(state, island, h, slow_speed(state, island, h), 0, island.contacts.size()).fast);
+    if (in_large && jointed) {
+      const PointCounts count =
+          count_points(state, island, h, slow_speed(state, island, h), 0, island.contacts.size());
+      limit_pieces(count.fast, count.stirring);
+    }
     return rule;
   }
   rule.flows = must || (!state.solver->exact && !rule.bounces_well);
   if (rule.flows) return rule;
   const double slow = slow_speed(state, island, h);
-  std::atomic<int> points = 0, fast = 0, strikes = 0, landings = 0, approaching = 0;
+  std::atomic<int> points = 0, fast = 0, stirring = 0, strikes = 0, landings = 0, approaching = 0;
   share(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t from, std::size_t to) {
     const PointCounts some = count_points(state, island, h, slow, from, to);
     points += some.points;
     fast += some.fast;
+    stirring += some.stirring;
     strikes += some.strikes;
     landings += some.landings;
     approaching += some.approaching;
   });
-  limit_pieces(fast);
+  limit_pieces(fast, stirring);
   // Flights are no pieces: a gas goes from impact to impact for as long as nothing in it rests.
   if (rule.bounces_well && flow_serves(state) && bounce <= kMostBounceOfPile && points > kManyPoints &&
       landings > kLandings)
@@ -226,6 +241,13 @@ int restlessness(const IslandResult& result) {
   // Rods cut what flows, however calm it is.
   const int pieces = result.substeps - std::max(result.flow_pieces - 1, 0);
   return pieces > kManyPieces ? 2 : pieces > kPieces ? 1 : 0;
+}
+
+void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory) {
+  const bool in_large = may_flow(state) && island.joints.empty() && !works_finely(state, 0);
+  const int first = in_large ? kFirstWaitInLarge : kFirstWait;
+  memory.light_wait = std::min(first << memory.light_failures, kLongestWait);
+  if (memory.light_wait < kLongestWait) ++memory.light_failures;
 }
 
 }  // namespace skerry

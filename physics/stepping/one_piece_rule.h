@@ -72,4 +72,8 @@ void note_parted(const WorldState& state, const Island& island, double h, Island
 /// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.
 int restlessness(const IslandResult& result);
 
+/// An exact step failed: the next 1, 2, 4 ... 256 calls do not try; without joints, in a world with less than
+/// 1000 visits a body, the next 16, 32 ... 256.
+void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory);
+
 }  // namespace skerry

@@ -49,6 +49,15 @@ inline double last_impulse(const Contact& contact, const RowOrigin& origin, doub
   return impulse * (h / memory.h);
 }
 
+/// Its points have the impulses with which the step began, by their features.
+inline void recall_impulses(Contact& contact) {
+  for (int i = 0; i < contact.manifold.count; ++i) {
+    PointForces& forces = contact.points[static_cast<std::size_t>(i)];
+    for (const PointForces& last : contact.points_at_start)
+      if (last.feature == forces.feature) forces = last;
+  }
+}
+
 /// Nothing moves: the forces of the last step act on for one of length `h` [s].
 inline void repeat_forces(WorldState& state, const Island& island, double h) {
   for (const std::uint32_t index : island.contacts) {
