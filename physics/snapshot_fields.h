@@ -270,7 +270,7 @@ inline void fields(WorldArchives a, WorldState& v) {
          graph_bodies, graph_joints, links, contacts, parted, memories, resting, step_memory, support,
          step_paths, sleepers, ledger, field_threads, graph_known, table_changed, joints_changed, paths_known,
          springs, awake, kinematic, touched, last_h, rests, kept, dynamic_bodies, active, active_joints,
-         acceleration, angular_acceleration, paths, reach, travelled, way, allowance, strayed, flight,
+         acceleration, angular_acceleration, paths, reach, travelled, way, allowance, strayed, flight, went,
          rerouted, start_box, local_index, backup, joint_start, held_rows, pairs, box_updates, shape_moved,
          loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);

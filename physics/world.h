@@ -41,7 +41,7 @@ struct ShapeDef {
   MixingRule restitution_rule = MixingRule::Maximum;
   Filter filter{};
   /// Reports overlaps, never pushes. It sees what overlaps it when a step ends: what passes it within a step
-  /// is not seen.
+  /// is not seen. Two static bodies never see each other: a zone for what may become static is kinematic.
   bool sensor = false;
 };
 
@@ -178,7 +178,9 @@ class World {
   void set_filter(ShapeId shape, const Filter& filter);
   /// Another definition of a joint: limits, motor, spring, length, largest and breaking loads, whether
   /// its bodies touch. Take `joints()[joint.index].def` and change that. A length that is given is the new
-  /// one [m] (Distance, Rope, Spring), without one the old one stays.
+  /// one [m] (Distance, Rope, Spring), without one the old one stays. It holds at once: what it is off by goes
+  /// in the next step, through what stands in between where that is more than the size of a body; a motor
+  /// hauls.
   /// @throws std::invalid_argument as `create_joint`, and if the kind, the bodies, the anchors, the axis, the
   /// pulleys or the ratio are others; nothing is changed then
   void set_joint(JointId joint, const JointDef& def);
@@ -213,8 +215,10 @@ class World {
   void set_force_field(ForceField field, FieldThreads threads = FieldThreads::One);
   /// Sets the resistance of the medium for a body.
   void set_drag(BodyId body, const Drag& drag);
+  /// Sets what share of the world's gravity a body feels; less than 0: upwards.
+  void set_gravity_scale(BodyId body, double scale);
   /// Lets a kinematic body move as told from now on; an empty function: on with the velocity that it has.
-  /// Its velocity, within steps too, is that of the motion.
+  /// Its velocity, within steps too, is that of the motion, whatever `set_pose` and `set_velocity` say.
   void set_motion(BodyId body, PrescribedMotion motion);
   bool has_motion(BodyId body) const;  ///< it moves as `set_motion` told it to
   WorldCallbacks callbacks() const;

@@ -106,6 +106,13 @@ void World::set_drag(BodyId id, const Drag& drag) {
   state_->drag[i] = drag;
 }
 
+void World::set_gravity_scale(BodyId id, double scale) {
+  const std::uint32_t i = slot(*state_, id);
+  require_finite(scale, "gravity_scale");
+  touch(*state_, i);
+  state_->bodies.gravity_scale[i] = scale;
+}
+
 void World::set_motion(BodyId id, PrescribedMotion motion) {
   const std::uint32_t i = slot(*state_, id);
   if (state_->bodies.type[i] != BodyType::Kinematic)

@@ -469,6 +469,9 @@ void Step::prepare(SteppedIsland& island, ThreadPool* threads) const {
 /// A second try begins from the contacts of the beginning of the step.
 void Step::prepare_again(SteppedIsland& island) {
   ++s_.report.island_retries;
+  s_.went.resize(s_.bodies.size());
+  for (const std::uint32_t i : island.island.bodies)
+    s_.went[i] = {s_.travelled[i], s_.strayed[i], s_.bodies.position[i], s_.bodies.angle[i]};
   restore(island.island.bodies);
   for (const std::uint32_t i : island.island.bodies) s_.kept[i] = 0;
   set_off(island);

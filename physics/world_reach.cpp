@@ -332,6 +332,14 @@ Motion Step::straight_motion(std::uint32_t i) const {
   return m;
 }
 
+/// Only flow leaves overlaps to the next step.
+bool Step::may_overrun(std::uint32_t body) const {
+  const BodyArrays& b = s_.bodies;
+  if (b.type[body] != BodyType::Dynamic || b.asleep[body] != 0 || b.island[body] < 0) return false;
+  const SteppedIsland& island = s_.islands[static_cast<std::size_t>(b.island[body])];
+  return !island.flew_alone && island.result().report.flowing && s_.travelled[body] > 0;
+}
+
 /// Whether two bodies that may have met in the last round did, and not so little that the next step may find
 /// it. Of bodies that went straight on that is known; of others it is not, which counts as well.
 bool Step::meet_deeply(const Contact& contact) const {
@@ -341,6 +349,7 @@ bool Step::meet_deeply(const Contact& contact) const {
   const Shape &shape_a = s_.shapes[contact.shape_a].shape, &shape_b = s_.shapes[contact.shape_b].shape;
   const ImpactTime impact = contact_impact_time(contact, shape_a, of_a, shape_b, of_b, h_);
   if (!impact.hit) return !impact.converged;
+  if (!may_overrun(a) && !may_overrun(b)) return true;
   const auto at = [&](double t, double margin) {
     return contact_manifold(contact, shape_a, of_a.at(t), shape_b, of_b.at(t), margin, nullptr, nullptr);
   };
@@ -361,6 +370,29 @@ bool Step::meet_deeply(const Contact& contact) const {
   return depth > little;
 }
 
+/// Pairs of a later round were judged by the ways of the one before it: what went farther than there, or
+/// elsewhere, may have met others. @return whether something did; marks it as dirty
+bool Step::find_detours() {
+  s_.scratch.dirty.assign(s_.bodies.size(), 0);
+  if (rounds_ < 2) return false;
+  const double little = s_.config.touch_tolerance, near = 0.5 * s_.config.contact_margin;
+  bool found = false;
+  for (const SteppedIsland& island : s_.islands) {
+    if (!island.again) continue;
+    for (const std::uint32_t i : island.island.bodies) {
+      const Went& before = s_.went[i];
+      const double shift = length(s_.bodies.position[i] - before.position) +
+                           std::abs(s_.bodies.angle[i] - before.angle) * s_.radius[i];
+      if (s_.travelled[i] <= before.travelled + little && s_.strayed[i] <= before.strayed + little &&
+          shift <= near)
+        continue;
+      s_.scratch.dirty[i] = 1;
+      found = true;
+    }
+  }
+  return found;
+}
+
 /// A body that was struck may have left the box that was foreseen for it. Where it went straight on, that is
 /// its way from now on; else its reach grows. Whether it did meet more than was known shows in the next
 /// round. What is too small grows each time and islands only merge, so this ends.
@@ -370,8 +402,8 @@ bool Step::extend_reach() {
   for (const std::uint32_t i : s_.active) {
     if (!s_.kept[i] && left_its_reach(s_, i)) left.push_back(i);
   }
-  if (left.empty()) return false;
-  s_.scratch.dirty.assign(s_.bodies.size(), 0);
+  if (left.empty() && rounds_ < 2) return false;
+  const bool detours = find_detours();
   for (const std::uint32_t i : left) {
     s_.scratch.dirty[i] = 1;
     // What rests strays from its fall, and goes on resting.
@@ -388,7 +420,7 @@ bool Step::extend_reach() {
     // Free flight takes it no farther than its reach; bounds on curved ways may add up to more.
     s_.allowance[i] = std::max(2 * s_.reach[i], 1.25 * s_.strayed[i]);
   }
-  return true;
+  return detours || !left.empty();
 }
 
 /// A body in flow may go a little farther than was foreseen for it: queries look at what left its box until

@@ -33,6 +33,13 @@ struct BodyBackup {
   double omega;
 };
 
+/// How far a body went in the last try of a step, and where it was then.
+struct Went {
+  double travelled, strayed;  ///< [m]
+  Vec2 position;
+  double angle;
+};
+
 /// What a contact is between, in a table that is small enough to look through at every step.
 struct ContactLink {
   std::uint32_t body_a = 0, body_b = 0, shape_a = 0, shape_b = 0;
@@ -226,6 +233,7 @@ struct WorldState {
   /// far it did at most. They matter for bodies that fly fast (see `FlightKind`).
   std::vector<double> allowance, strayed;
   std::vector<FlightKind> flight;
+  std::vector<Went> went;                 ///< of bodies that are stepped again
   std::vector<std::uint8_t> rerouted;     ///< it was struck off its way, which is that of the last round
   std::vector<Aabb> start_box;            ///< by shape, for all: the smallest box where the step begins
   std::vector<std::int32_t> local_index;  ///< by body: number in its island, -1 for bodies that do not react

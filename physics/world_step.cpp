@@ -485,7 +485,7 @@ void Step::keep_motion() {
 
 const StepReport& World::step(double h) {
   if (!(h > 0) || !std::isfinite(h))
-    throw std::invalid_argument("step: h must be positive, got " + to_text(h));
+    throw std::invalid_argument("step: h must be positive and finite, got " + to_text(h));
   Step step(*state_, h);
   StepReport& report = state_->report;
   const auto take_sums = [&] {

@@ -102,6 +102,8 @@ class Step {
   bool went_straight(std::uint32_t body) const;
   Motion straight_motion(std::uint32_t body) const;
   bool meet_deeply(const Contact& contact) const;
+  bool may_overrun(std::uint32_t body) const;
+  bool find_detours();
   bool extend_reach();
   void loosen_overrun();
 

@@ -337,6 +337,9 @@ constexpr Field kFields[] = {
     {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); },
      [](World& w, BodyId b, double v) { w.set_mass(b, v); }},
     {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, &set_inertia},
+    {"gravity_scale",
+     [](const Script& s, BodyId b) { return s.world->bodies().gravity_scale[b.index]; },
+     [](World& w, BodyId b, double v) { w.set_gravity_scale(b, v); }},
     {"kinetic_energy",
      [](const Script& s, BodyId b) {
        const BodyState now = s.state_of(b);

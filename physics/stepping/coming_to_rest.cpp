@@ -21,6 +21,7 @@
 #include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/touching.h"
+#include "physics/stepping/travel.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -311,6 +312,8 @@ class ComingToRest {
     for (const std::uint32_t i : island_.bodies) {
       state_.bodies.velocity[i] = {};
       state_.bodies.omega[i] = 0;
+      // It strays from the way that it would have gone on.
+      note_travel(state_, i, 0, h_, {}, {});
     }
     if (state_.observe.paths) start = path_ends(state_, island_.bodies);
     closed_ = exact && close_gaps();

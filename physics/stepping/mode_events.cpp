@@ -23,6 +23,27 @@ constexpr double kAtBound = 1e-8;
 // Corners this near to each other are one, and their points have other names [m].
 constexpr double kPassing = 1e-7;
 
+/// How far it is at least to a segment of a chain that reports nothing, up to the margin: a corner comes down
+/// on its face, or from beyond one of its ends over it [m].
+double way_to_segment(const WorldState& state, const Contact& contact, const Transform& a,
+                      const Transform& b) {
+  const ChainSide side = chain_side(state, contact);
+  const Transform &chain = side.of_a ? a : b, &other = side.of_a ? b : a;
+  const auto index = static_cast<std::size_t>(contact.child);
+  const std::vector<Vec2>& corners = side.chain.vertices;
+  const Vec2 from = corners[index], normal = side.chain.normals[index], along = -perp(normal);
+  const double extent = length(corners[(index + 1) % corners.size()] - from);
+  double way = contact.margin;
+  for (const Vec2 corner : side.other.vertices) {
+    const Vec2 p = inverse_rotate(chain.q, to_world(other, corner) - chain.p) - from;
+    const double height = dot(normal, p) - side.other.radius, x = dot(along, p);
+    const double beyond = std::max(-x, x - extent);
+    if (height >= 0 || beyond > 0) way = std::min(way, std::max(height, beyond));
+  }
+  // Deeper by less it is still seen.
+  return std::max(way, 0.25 * half_width(side.other));
+}
+
 }  // namespace
 
 const Contact& ModeEvents::contact_at(std::size_t k) const {
@@ -250,9 +271,15 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
       return open_gap(k, pose(contact.body_a, method.begin() + t, y),
                       pose(contact.body_b, method.begin() + t, y));
     };
+    const bool chain = is_on_chain(state_, contact);
+    const auto way = [&](double t, double value) {
+      if (!chain || value < contact.margin) return value;
+      return way_to_segment(state_, contact, pose(contact.body_a, method.begin() + t, y),
+                            pose(contact.body_b, method.begin() + t, y));
+    };
     const double tolerance = touch_tolerance(state_, state_.bodies.position[contact.body_b]);
     const std::optional<double> closes =
-        closing_time(gap, speed, span, lingers(contact, elapsed) ? tolerance : 1e-14);
+        closing_time(gap, way, speed, span, lingers(contact, elapsed) ? tolerance : 1e-14);
     if (!closes) continue;
     // Two corners that pass each other meet on the way: that is no landing.
     const bool passes = event.found && event.watch.kind == MotionEventKind::Feature &&

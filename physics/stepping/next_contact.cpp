@@ -121,15 +121,23 @@ int looks_at(double way, double thickness, int most) {
 double first_deep_look(const WorldState& state, const Contact& contact, const FreePoints& free,
                        const Motion& a, const Motion& b, double h, double ignored) {
   const Shape &shape_a = state.shapes[contact.shape_a].shape, &shape_b = state.shapes[contact.shape_b].shape;
-  if (shape_a.kind == ShapeKind::HalfPlane || shape_b.kind == ShapeKind::HalfPlane) return h;
+  const auto turn_of = [h](const Motion& motion) {
+    return h * (std::abs(motion.omega) + 0.5 * h * std::abs(motion.alpha));
+  };
   const auto way_of = [&](const Motion& motion, std::uint32_t body) {
-    const double turn = h * (std::abs(motion.omega) + 0.5 * h * std::abs(motion.alpha));
+    const double turn = turn_of(motion);
     return h * length(motion.v + (0.5 * h) * motion.a) + (turn > 0 ? turn * state.radius[body] : 0);
   };
   const double way = way_of(a, contact.body_a) + way_of(b, contact.body_b);
   const auto is_deep = [&](double t) { return free.separation(t) < -ignored; };
   if (!is_on_chain(state, contact)) {
-    const int looks = looks_at(way, half_width(shape_a) + half_width(shape_b), kMostLooksOfThin);
+    // What goes far into something thick is in it at the end, but for what turns out of it again.
+    const bool endless = shape_a.kind == ShapeKind::HalfPlane || shape_b.kind == ShapeKind::HalfPlane;
+    const auto by_turn =
+        static_cast<int>(std::min(kLooksARadian * (turn_of(a) + turn_of(b)), 1.0 * kMostLooks));
+    const int by_way =
+        endless ? 1 : looks_at(way, half_width(shape_a) + half_width(shape_b), kMostLooksOfThin);
+    const int looks = std::max(by_turn, by_way);
     for (int i = 1; i < looks; ++i)
       if (is_deep(h * i / looks)) return h * i / looks;
     return h;

@@ -548,7 +548,7 @@ class OnePieceStep {
     share_each(state_.island_threads, after.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       note_way(state_, body, length_of_shift(state_, body, shift_of(k, before, after, pushed)), !exact_);
-      if (pushed[k]) stray(body, after[k]);
+      stray(k, before, after, pushed);
       if (left_its_reach(state_, body)) leaves.store(true, std::memory_order_relaxed);
     });
     // Where a whole step goes straight on, the world can tell afterwards what it met.
@@ -558,7 +558,7 @@ class OnePieceStep {
       const std::uint32_t body = island_.bodies[k];
       const Velocity shift = shift_of(k, before, after, pushed);
       note_way(state_, body, more_pieces_ * length_of_shift(state_, body, shift), !exact_);
-      if (pushed[k]) stray(body, after[k], more_pieces_);
+      stray(k, before, after, pushed, more_pieces_);
     }
     return true;
   }
@@ -587,12 +587,17 @@ class OnePieceStep {
     return shift;
   }
 
-  /// A body that an impulse acted on goes straight on with its new velocity.
+  /// A body that an impulse acted on goes straight on with its new velocity; one that none did flies on, off
+  /// its way if it was struck earlier in the step.
   /// @param pieces  how many like this one
-  void stray(std::uint32_t body, const Velocity& v, double pieces = 1) {
+  void stray(std::size_t k, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+             const std::vector<std::uint8_t>& pushed, double pieces = 1) {
+    if (!pushed[k] && from_ == 0) return;
+    const std::uint32_t body = island_.bodies[k];
+    const Velocity& first = pushed[k] ? after[k] : before[k];
     const double way =
         pieces * h_ *
-        std::max(speed_astray(state_, body, v, from_), speed_astray(state_, body, v, from_ + h_));
+        std::max(speed_astray(state_, body, first, from_), speed_astray(state_, body, after[k], from_ + h_));
     note_way_astray(state_, body, way, !exact_);
   }
 

@@ -52,8 +52,9 @@ constexpr double kParted = 1e-14;
 /// @param armed  the gap must have been wider than this before it can close; closer starts count as open
 ///               contacts until then, or until they have sunk in by as much; what parts by less and returns
 ///               closes where it does, lest it gains speed by what it sinks in
-template <class Gap>
-std::optional<double> closing_time(Gap&& gap, double speed, double h, double armed) {
+/// @param way  way(t, gap): how far it is to close at least, where it was measured at t
+template <class Gap, class Way>
+std::optional<double> closing_time(Gap&& gap, Way&& way, double speed, double h, double armed) {
   double t = 0, value = gap(0.0);
   if (value <= armed) {
     // The start is a contact that parts: look where it has.
@@ -73,13 +74,20 @@ std::optional<double> closing_time(Gap&& gap, double speed, double h, double arm
   }
   while (t < h) {
     // A pass that lasts less than a thousandth of the step may go unnoticed; it leaves no depth to speak of.
-    const double next = std::min(h, t + std::max(value / speed, 1e-3 * h));
+    const double next = std::min(h, t + std::max(way(t, value) / speed, 1e-3 * h));
     const double then = gap(next);
     if (then <= 0) return falling_root(gap, t, value, next, then);
     t = next;
     value = then;
   }
   return std::nullopt;
+}
+
+/// The same of a gap that says how far it is to close.
+template <class Gap>
+std::optional<double> closing_time(Gap&& gap, double speed, double h, double armed) {
+  return closing_time(
+      gap, [](double, double value) { return value; }, speed, h, armed);
 }
 
 }  // namespace skerry

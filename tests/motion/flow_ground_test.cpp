@@ -32,8 +32,9 @@ struct Sliders {
     level_ = draw.one_in(2) ? draw.uniform(-20, 20) : 0;
     const BodyId floor = world.create_body({.type = BodyType::Static, .position = {0, level_}});
     if (tile > 0) {
-      for (double x = -14; x < 30; x += tile)
-        world.add_shape(floor, {.shape = make_box({tile, 1}, {x, -0.5}), .material = {.friction = friction}});
+      for (int i = -14; i < 30; ++i)
+        world.add_shape(floor,
+                        {.shape = make_box({tile, 1}, {tile * i, -0.5}), .material = {.friction = friction}});
     } else {
       world.add_shape(floor, {.shape = make_half_plane({}, {0, 1}), .material = {.friction = friction}});
     }
@@ -223,7 +224,8 @@ TEST(FlowingPiles, DoNotSinkWhereTheyAreStruck) {
   std::vector<BodyId> pile;
   for (int i = 0; i < 300; ++i) {
     const double size = draw.uniform(0.4, 0.9);
-    const Vec2 at{-half + 0.9 + (i % 14) * 1.1, 1 + (i / 14) * 1.1};
+    const int row = i / 14;
+    const Vec2 at{-half + 0.9 + (i % 14) * 1.1, 1 + row * 1.1};
     pile.push_back(world.create_body({.position = at,
                                       .angle = draw.uniform(0, 1),
                                       .velocity = {draw.uniform(-3, 3), draw.uniform(-10, 0)},

@@ -244,6 +244,7 @@ TEST_F(Script, InertiaIsThatOfTheShapeUnlessItIsGiven) {
   load(
       "local b = disc{ radius = 2, mass = 3, inertia = 12 }\nassert(b.inertia == 12 and b.mass == 3)\n"
       "b.inertia = 5 assert(b.inertia == 5 and b.mass == 3)\n"
+      "b.gravity_scale = -0.5 assert(b.gravity_scale == -0.5) b.gravity_scale = 1\n"
       "b.mass = 4 assert(math.abs(b.inertia - 8) < 1e-14)\n"
       "local d = disc{ at = {9, 0}, radius = 2, density = 2 } local m = d.mass d.inertia = 7\n"
       "assert(d.inertia == 7 and d.mass == m)\n"
@@ -378,7 +379,7 @@ TEST_F(Script, AccelerationsAreMeansOfTheLastStep) {
     EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
   EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.ax = 1"),
             "arch.lua:3: body: \"ax\" cannot be set; these can: type, x, y, angle, vx, vy, omega, friction, "
-            "static_friction, restitution, rolling_resistance, surface_speed, mass, inertia");
+            "static_friction, restitution, rolling_resistance, surface_speed, mass, inertia, gravity_scale");
 }
 
 TEST_F(Script, AccelerationsCountImpactsAndAreKeptWithTheState) {

@@ -189,6 +189,22 @@ TEST(BodyForces, OfRandomMechanismsAccountForTheirMotion) {
   }
 }
 
+/// A body that sleeps on the ground wakes and rises, and what rests on it falls.
+TEST(BodyForces, OfGravityCanBeSetInTheRun) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  const BodyId box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5), 2);
+  for (int i = 0; i < 30; ++i) world.step(kH);
+  ASSERT_TRUE(world.asleep(box));
+  world.set_gravity_scale(box, -0.5);
+  const double begin = world.time();
+  for (int i = 0; i < 30; ++i) world.step(kH);
+  const double t = world.time() - begin;
+  EXPECT_NEAR(world.position(box).y, 0.5 + 0.25 * 9.81 * t * t, 1e-9);
+  EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), -0.5 * 2 * 9.81 * 0.5, 1e-9);
+  EXPECT_THROW(world.set_gravity_scale(box, NAN), std::invalid_argument);
+}
+
 TEST(BodyForces, AreTheSameAfterASnapshot) {
   World world;
   const BodyId box = add(world, {0, 0.5}, smooth(make_box({1, 1})), 1);
