@@ -93,7 +93,9 @@ std::uint8_t bit_of(ContactEventKind kind) {
 std::uint8_t events_of(const WorldState& s, Contact& contact) {
   const bool now = touches_now(s, contact), before = contact.touched;
   contact.touched = now;
-  std::uint8_t events = contact.hit ? bit_of(ContactEventKind::Hit) : std::uint8_t{0};
+  // What others have turned away before it took anything was not struck.
+  const bool struck = contact.hit && contact.impact != Vec2{};
+  std::uint8_t events = struck ? bit_of(ContactEventKind::Hit) : std::uint8_t{0};
   if (now && !before) events |= bit_of(ContactEventKind::Begin);
   if (!now && before) events |= bit_of(ContactEventKind::End);
   if (now && before && s.observe.contacts) events |= bit_of(ContactEventKind::Persist);

@@ -230,6 +230,25 @@ TEST(Events, AfterAStepThatThrewAreThoseOfWhatTouchedBefore) {
   EXPECT_EQ(Interrupted::told(gone.world), "end ") << "another shape in its place never touched";
 }
 
+/// A disc drifts against a peg, when another one knocks it away from that: the peg gives nothing.
+TEST(Events, OfHitsAreOfWhatGaveAnImpulse) {
+  World world(weightless());
+  const BodyId disc = add(world, {0, 0}, smooth(make_disc(0.5)), 1, {-5e-6, 0});
+  const BodyId peg = world.create_body({.type = BodyType::Static, .position = {-0.6, 0}});
+  world.add_shape(peg, smooth(make_disc(0.1)));
+  const Vec2 from{std::cos(1.9), std::sin(1.9)};
+  const BodyId ball = add(world, 0.6 * from, smooth(make_disc(0.1)), 1, -10 * from);
+  int hits = 0;
+  for (const ContactEvent& event : world.step(1.0 / 60).events) {
+    if (event.kind != ContactEventKind::Hit) continue;
+    ++hits;
+    EXPECT_GT(event.impulse, 0);
+    EXPECT_TRUE(event.body_a == ball || event.body_b == ball);
+  }
+  EXPECT_EQ(hits, 1);
+  EXPECT_GT(world.velocity(disc).x, 0.1);
+}
+
 /// What touches counts: begins less ends, of which none is told twice or without the other.
 class Counted {
  public:
