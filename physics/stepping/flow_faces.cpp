@@ -11,8 +11,9 @@
 namespace skerry {
 namespace {
 
-// Cosine of the angle between normals of one face; share of a time by which another one is later.
-constexpr double kSame = 1 - 1e-9, kLater = 1e-6;
+// Cosine of the angle between normals of one face, and of faces that are alike; share of a time by which
+// another one is later.
+constexpr double kSame = 1 - 1e-9, kAlike = 0.95, kLater = 1e-6;
 // Overlap with a face along which a body slides, as a share of the smaller body: flow leaves some.
 constexpr double kFlush = 1e-4;
 // What turns farther in a step does not go along straight lines [rad].
@@ -120,7 +121,9 @@ void foresee_face(const WorldState& state, Contact& contact, double elapsed, dou
       !goes_straight(contact.body_b, state.shapes[contact.shape_b].shape))
     return;
   const Passage face = LastPassage(state, contact, elapsed, slow).found();
-  if (!(face.time >= (1 - kLater) * closing) || dot(face.normal, contact.manifold.normal) > kSame) return;
+  if (!(face.time >= (1 - kLater) * closing)) return;
+  // Two points that close along much the same direction carry better than one.
+  if (dot(face.normal, contact.manifold.normal) > (contact.manifold.count > 1 ? kAlike : kSame)) return;
   contact.manifold.normal = face.normal;
   contact.manifold.count = 1;
   contact.manifold.points[0].separation = face.separation;
