@@ -351,8 +351,8 @@ class OnePieceStep {
   }
 
   /// Velocity [m/s] that a normal row has to reach: the gap closes at the end of the step at the earliest,
-  /// but what lands within it, faster than resting contacts are shaken, bounces. That goes up from where the
-  /// step begins, and through all of it: as fast as it takes to get as high as from below.
+  /// but what lands within it, faster than resting contacts are shaken, bounces. In flow that goes up from
+  /// where the step begins, and through all of it: as fast as it takes to get as high as from below.
   /// @param free  velocities at the end of the step without contact forces
   double least_speed(const Assembly& assembly, std::size_t row, const Contact& contact,
                      const std::vector<Velocity>& before, const std::vector<Velocity>& free) const {
@@ -364,6 +364,7 @@ class OnePieceStep {
         contact.restitution > 0 ? -row_velocity(assembly, static_cast<int>(row), before) : 0;
     if (!bounces_ || !(approach > slow_ && gap < h_ * approach)) return -gap / h_;
     bounced_.store(true, std::memory_order_relaxed);
+    if (exact_) return contact.restitution * approach;
     const double e = contact.restitution,
                  weight = std::max(0.0, -row_velocity(assembly, static_cast<int>(row), free) - approach),
                  fall = 2 * weight * gap / h_;

