@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/stepping/contact_face.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/touching.h"
 #include "physics/thread_pool.h"
@@ -11,9 +12,8 @@
 namespace skerry {
 namespace {
 
-// Cosine of the angle between normals of one face, and of faces that are alike; share of a time by which
-// another one is later.
-constexpr double kSame = 1 - 1e-9, kAlike = 0.95, kLater = 1e-6;
+// Cosine of the angle between normals of faces that are alike; share of a time by which another one is later.
+constexpr double kAlike = 0.95, kLater = 1e-6;
 // Overlap with a face along which a body slides, as a share of the smaller body: flow leaves some.
 constexpr double kFlush = 1e-4;
 // What turns farther in a step does not go along straight lines [rad].
@@ -55,9 +55,7 @@ class LastPassage {
             double sign) {
     for (std::size_t edge = 0; edge < one.normals.size(); ++edge) {
       const Vec2 outwards = rotate(pose.q, one.normals[edge]), foot = to_world(pose, one.vertices[edge]);
-      double low = kInfinity;
-      for (const Vec2 corner : other.vertices)
-        low = std::min(low, dot(outwards, to_world(of_other, corner) - foot));
+      const double low = height_over(one, edge, pose, other, of_other, outwards);
       const double height = low - one.radius - other.radius;
       if (!(height >= -tolerance_)) continue;
       const Vec2 lowest = lowest_corner(other, of_other, outwards, foot, low);
@@ -123,14 +121,9 @@ void foresee_face(const WorldState& state, Contact& contact, double elapsed, dou
   const Passage face = LastPassage(state, contact, elapsed, slow).found();
   if (!(face.time >= (1 - kLater) * closing)) return;
   // Two points that close along much the same direction carry better than one.
-  if (dot(face.normal, contact.manifold.normal) > (contact.manifold.count > 1 ? kAlike : kSame)) return;
-  contact.manifold.normal = face.normal;
-  contact.manifold.count = 1;
-  contact.manifold.points[0].separation = face.separation;
+  if (dot(face.normal, contact.manifold.normal) > (contact.manifold.count > 1 ? kAlike : kSameFace)) return;
   contact.manifold.points[0].position = face.position;
-  match_points(contact);
-  // It is not that of the poses: never to be kept for them.
-  contact.pose_a.q = {0, 0};
+  take_face(contact, face.normal, face.separation);
 }
 
 }  // namespace

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/stepping/contact_face.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
 namespace {
 
-// Cosine of the angle between normals of one face.
-constexpr double kSame = 1 - 1e-9;
 // Landings that turn out to be passes, one after the other.
 constexpr int kMostPasses = 4;
 // So many tolerances in, the flush face is the nearer one without doubt.
@@ -22,16 +21,6 @@ struct Face {
   double separation;  // along it [m]
   double opening;     // its rate [m/s]
 };
-
-/// Separation of the corners of one polygon from a face of the other.
-double height_over(const Shape& face, std::size_t edge, const Transform& of_face, const Shape& other,
-                   const Transform& of_other, Vec2 normal) {
-  const Vec2 foot = to_world(of_face, face.vertices[edge]);
-  double low = kInfinity;
-  for (const Vec2 corner : other.vertices)
-    low = std::min(low, dot(normal, to_world(of_other, corner) - foot));
-  return low;
-}
 
 /// Of the faces that two polygons overlap by no more than `tolerance`, the one that they slide along: with
 /// this relative velocity they go to or from it most slowly.
@@ -55,7 +44,7 @@ Face face_of_passage(const Shape& a, const Transform& pose_a, const Shape& b, co
 
 /// Whether there is such a face, and it is not that of `normal`.
 bool is_other(const Face& face, Vec2 normal) {
-  return face.opening < kInfinity && !(dot(face.normal, normal) > kSame);
+  return face.opening < kInfinity && !(dot(face.normal, normal) > kSameFace);
 }
 
 bool have_sharp_corners(const WorldState& state, const Contact& contact) {
@@ -91,12 +80,7 @@ bool pass_flush_face(const WorldState& state, Contact& contact, double elapsed) 
       memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
     return false;
   }
-  contact.manifold.normal = face.normal;
-  contact.manifold.count = 1;
-  contact.manifold.points[0].separation = face.separation;
-  match_points(contact);
-  // It is not that of the poses: never to be kept for them.
-  contact.pose_a.q = {0, 0};
+  take_face(contact, face.normal, face.separation);
   return true;
 }
 
