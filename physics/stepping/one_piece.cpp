@@ -20,6 +20,7 @@
 #include "physics/stepping/one_piece_positions.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/one_piece_sweeps.h"
+#include "physics/stepping/past_walls.h"
 #include "physics/stepping/path.h"
 #include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
@@ -45,13 +46,7 @@ constexpr double kExactWorkInFlow = 10, kExactWorkInLargeFlow = 2.5;
 constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
 constexpr double kAlmost = 1e-8;
-// A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
-// is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to
-// their number, by which they come to rest. More bodies than the last number do not, for any work that a step
-// may have, and get what makes overlaps small. A step of which so many visits were thrown away has the usual
-// work.
-constexpr double kHeavyShare = 0.02, kHeavy = 100;
-constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyBodies = 700;
+// A step of which so many visits were thrown away has the usual work where heavy bodies lie on light ones.
 constexpr double kMostThrownAway = 2e7;
 // A step in flow is cut into pieces no longer than this times what is stable for rods under load; in a small
 // world, where that is no price, nor than this times what is stable for hinges, which are steady but take
@@ -70,18 +65,6 @@ constexpr std::size_t kItemsAPiece = 256;
 /// memory: rows are written over those that are there, and a list that changes its length costs as much as
 /// its rows.
 struct MoreRows : Assembly {};
-
-/// Least work of a body [visits] where heavy bodies lie on light ones; else 0.
-double work_for_heavy(const WorldState& state, const Island& island) {
-  const std::vector<double>& mass = state.bodies.mass;
-  double lightest = kInfinity;
-  for (const std::uint32_t i : island.bodies) lightest = std::min(lightest, mass[i]);
-  const auto bodies = static_cast<double>(island.bodies.size());
-  const auto heavy = std::count_if(island.bodies.begin(), island.bodies.end(),
-                                   [&](std::uint32_t i) { return mass[i] > kHeavy * lightest; });
-  if (static_cast<double>(heavy) < kHeavyShare * bodies) return 0;
-  return bodies > kMostHeavyBodies ? kFineWork : std::max(kHeavyWork, kHeavyWorkOfEach * bodies);
-}
 
 class OnePieceStep {
  public:
@@ -163,6 +146,7 @@ class OnePieceStep {
     if (!result_.unmoved) {
       advance(before, after, pushed);
       take_overlaps_out(state_, island_, from_, from_ + h_, exact_, limit_, result_);
+      if (far_) put_before_walls(state_, island_, *start_, from_, from_ + h_, result_);
       StageTimer timer(state_, result_, Stage::Apply);
       energy.take_gain(state_, island_, h_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
@@ -545,13 +529,16 @@ class OnePieceStep {
   /// world has to make the step again
   bool foresee(const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                const std::vector<std::uint8_t>& pushed) {
-    std::atomic<bool> leaves = false;
+    std::atomic<bool> leaves = false, far = false;
     share_each(state_.island_threads, after.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
-      note_way(state_, body, length_of_shift(state_, body, shift_of(k, before, after, pushed)), !exact_);
+      const double way = length_of_shift(state_, body, shift_of(k, before, after, pushed));
+      note_way(state_, body, way, !exact_);
+      if (may_pass_walls(state_, body, way)) far.store(true, std::memory_order_relaxed);
       stray(k, before, after, pushed);
       if (left_its_reach(state_, body)) leaves.store(true, std::memory_order_relaxed);
     });
+    far_ = far;
     // Where a whole step goes straight on, the world can tell afterwards what it met.
     if (!leaves || !(exact_ || from_ > 0)) return false;
     // It is not to be made again for each piece that follows.
@@ -568,8 +555,10 @@ class OnePieceStep {
                const std::vector<std::uint8_t>& pushed) {
     StageTimer timer(state_, result_, Stage::Apply);
     BodyArrays& all = state_.bodies;
+    start_->resize(after.size());
     share_each(state_.island_threads, after.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
+      (*start_)[k] = all.pose(body);
       all.velocity[body] = {after[k][0], after[k][1]};
       all.omega[body] = after[k][2];
       shift_body(state_, body, shift_of(k, before, after, pushed));
@@ -617,6 +606,8 @@ class OnePieceStep {
   double limit_ = 0;              ///< work of the step in flow
   SweepEnd sweep_end_;            ///< of those of velocities
   Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
+  bool far_ = false;              ///< a body goes so far that it may pass a wall
+  Spare<std::vector<Transform>> start_;      ///< by body, where the piece began
   Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
 };
 

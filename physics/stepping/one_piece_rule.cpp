@@ -47,6 +47,12 @@ constexpr double kBusy = 50;
 // The same of a large one that flowed in the last step: attempts are many there, and mostly vain. Most, as
 // long as that is no more visits than the number behind it, and least.
 constexpr double kMostBusyInFlow = 15, kBusyVisits = 2e6, kBusyInFlow = 2;
+// A sweep hands a blow of a heavy body on by the mass of a light one. Where at least this share of the bodies
+// is so many times as heavy as the lightest one, work is that many visits a body and more, in proportion to
+// their number, by which they come to rest. More bodies than the last number do not, for any work that a step
+// may have, and get what makes overlaps small.
+constexpr double kHeavyShare = 0.02, kHeavy = 100;
+constexpr double kHeavyWork = 4000, kHeavyWorkOfEach = 10, kMostHeavyBodies = 700;
 // Points of islands that are crowded: at least, and of each body.
 constexpr std::size_t kCrowd = 1000, kCrowdOfBody = 24;
 // Steps for which nobody asks for an exact answer after the first attempt that failed, which doubles with
@@ -248,6 +254,17 @@ void wait_after_failure(const WorldState& state, const Island& island, StepMemor
   const int first = in_large ? kFirstWaitInLarge : kFirstWait;
   memory.light_wait = std::min(first << memory.light_failures, kLongestWait);
   if (memory.light_wait < kLongestWait) ++memory.light_failures;
+}
+
+double work_for_heavy(const WorldState& state, const Island& island) {
+  const std::vector<double>& mass = state.bodies.mass;
+  double lightest = kInfinity;
+  for (const std::uint32_t i : island.bodies) lightest = std::min(lightest, mass[i]);
+  const auto bodies = static_cast<double>(island.bodies.size());
+  const auto heavy = std::count_if(island.bodies.begin(), island.bodies.end(),
+                                   [&](std::uint32_t i) { return mass[i] > kHeavy * lightest; });
+  if (static_cast<double>(heavy) < kHeavyShare * bodies) return 0;
+  return bodies > kMostHeavyBodies ? kFineWork : std::max(kHeavyWork, kHeavyWorkOfEach * bodies);
 }
 
 }  // namespace skerry

@@ -76,4 +76,7 @@ int restlessness(const IslandResult& result);
 /// 1000 visits a body, the next 16, 32 ... 256.
 void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory);
 
+/// Least work of a body [visits] where heavy bodies lie on light ones; else 0.
+double work_for_heavy(const WorldState& state, const Island& island);
+
 }  // namespace skerry

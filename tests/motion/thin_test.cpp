@@ -2,6 +2,7 @@
 //
 // Nothing passes through anything, however thin: small bodies that land on thin boards and turn about a
 // corner that rests, and what bounces to and fro more often than a step has impacts.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -106,6 +107,44 @@ TEST_P(Thin, CupsHoldWhatBouncesInThem) {
       lost += std::max(std::abs(world.position(disc).x), std::abs(world.position(disc).y)) > 0.5;
   }
   EXPECT_LE(lost, test_scale(8) / 4);
+}
+
+/// Sweeps that leave a part of a blow let what others press on go on into the wall, and past its middle it
+/// was pushed out behind: of 800 volleys 147 and 722 lost some in a large world, 90 at 300 m/s in a small
+/// one.
+TEST(ThinWalls, HoldVolleys) {
+  struct Volley {
+    double speed;
+    int others;  ///< bodies elsewhere, that make the world large
+  };
+  for (const Volley& each : {Volley{100, 1000}, Volley{300, 1000}, Volley{300, 0}}) {
+    int lost = 0;
+    for (int seed = 0; seed < test_scale(40); ++seed) {
+      test::Draw draw(static_cast<unsigned>(seed));
+      WorldConfig config = test::weightless();
+      config.stepper = "time_stepping";
+      World world(config);
+      for (int i = 0; i < each.others; ++i) test::add(world, {1000.0 + i, 0}, test::smooth(make_disc(0.4)));
+      const BodyId wall = world.create_body({.type = BodyType::Static});
+      world.add_shape(wall, test::rough(make_box({0.05, 200}), 0.5));
+      std::vector<BodyId> thrown;
+      const int count = 5 + draw.pick(36);
+      for (int i = 0; i < count; ++i) {
+        const double size = draw.uniform(0.2, 0.6);
+        const Shape shape =
+            i % 2 == 1 ? make_box({size, size * draw.uniform(0.4, 1)}) : make_disc(0.5 * size);
+        thrown.push_back(world.create_body({.position = {-1.2 - 0.7 * (i % 6), 0.7 * std::floor(i / 6.0)},
+                                            .angle = draw.uniform(0, 3),
+                                            .velocity = {each.speed, 0},
+                                            .omega = draw.uniform(-5, 5)}));
+        world.add_shape(thrown.back(), test::rough(shape, 0.4));
+      }
+      for (int i = 0; i < 6; ++i) world.step(1.0 / 60);
+      lost +=
+          std::any_of(thrown.begin(), thrown.end(), [&](BodyId body) { return world.position(body).x > 0; });
+    }
+    EXPECT_EQ(lost, 0) << each.speed << " m/s, " << each.others << " others";
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Steppers, Thin, testing::Values("time_stepping", "event_driven", "auto"),
