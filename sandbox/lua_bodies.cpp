@@ -1,45 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
 // Script functions that make bodies (ground, chain, box, disc, polygon, capsule), and the body object.
+#include "sandbox/lua_bodies.h"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
-#include "sandbox/lua_args.h"
 #include "sandbox/names.h"
-#include "sandbox/script.h"
 
 namespace skerry::sandbox {
 namespace {
 
 constexpr const char* kBodyType = "body";
-
-std::vector<std::string> with_common(std::vector<std::string> keys) {
-  for (const char* key : {"at", "angle", "velocity", "omega", "mass", "inertia", "density", "friction",
-                          "static_friction", "restitution", "rolling_resistance", "surface_speed", "type",
-                          "gravity_scale", "group", "name", "color"})
-    keys.emplace_back(key);
-  return keys;
-}
-
-Material read_material(const Args& args, const Material& standard) {
-  Material material = standard;
-  material.friction = args.number_from("friction", 0).value_or(standard.friction);
-  // A friction of its own goes with a static one of its own.
-  if (args.has("friction")) material.static_friction.reset();
-  if (const std::optional<double> held = args.number_from("static_friction", 0)) {
-    if (*held < material.friction)
-      throw std::invalid_argument(args.function() + ": static_friction must be at least friction, got " +
-                                  format_number(*held) + " and " + format_number(material.friction));
-    material.static_friction = held;
-  }
-  material.restitution = args.number_from("restitution", 0).value_or(standard.restitution);
-  material.rolling_resistance =
-      args.number_from("rolling_resistance", 0).value_or(standard.rolling_resistance);
-  material.surface_velocity = args.number("surface_speed", standard.surface_velocity);
-  return material;
-}
 
 const std::vector<std::string>& type_names() {
   static const std::vector<std::string> names{"static", "kinematic", "dynamic"};
@@ -67,25 +40,6 @@ void read_velocity(const Args& args, BodyDef& def) {
                                 ": what is static has no velocity and no omega; try type = \"kinematic\"");
 }
 
-int read_color(const Args& args) {
-  const std::optional<std::string> name = args.text("color");
-  if (!name) return -1;
-  const std::vector<std::string>& names = color_names();
-  const auto found = std::find(names.begin(), names.end(), *name);
-  if (found == names.end())
-    throw std::invalid_argument(args.function() + ": no color \"" + *name + '"' + suggestion(*name, names));
-  return static_cast<int>(found - names.begin());
-}
-
-std::int32_t read_group(const Args& args) {
-  constexpr double kMost = std::numeric_limits<std::int32_t>::max();
-  const double group = args.number("group", 0);
-  if (group != std::round(group) || std::abs(group) > kMost)
-    throw std::invalid_argument(args.function() + ": group expected a whole number, got " +
-                                format_number(group));
-  return static_cast<std::int32_t>(group);
-}
-
 /// @param color  index into the palette, -1: the usual colour
 void set_color(Script& script, BodyId body, int color) {
   std::vector<int>& colors = script.picture.colors;
@@ -93,87 +47,56 @@ void set_color(Script& script, BodyId body, int color) {
   colors[body.index] = color;
 }
 
-/// Makes a body of one shape and leaves it on the stack.
-int add_body(lua_State* L, Script& script, const BodyDef& def, const ShapeDef& part, int color) {
-  World& world = *script.world;
-  const BodyId body = world.create_body(def);
-  try {
-    world.add_shape(body, part);
-  } catch (...) {
-    world.destroy(body);
-    throw;
-  }
-  set_color(script, body, color);
-  push_body(L, body);
-  return 1;
+double positive(const Args& args, const char* key, double value) {
+  if (value <= 0)
+    throw std::invalid_argument(args.function() + ": " + key + " must be positive, got " +
+                                format_number(value));
+  return value;
 }
 
 // Makes a body of one shape, given in the body's frame, from the common arguments; leaves it on the stack.
 int make_body(lua_State* L, const Args& args, Shape shape) {
   Script& script = script_to_change(L, args.function().c_str());
-  BodyDef def;
-  def.type = read_type(args, type_names(), "dynamic");
-  def.position = args.pair("at").value_or(Vec2{});
-  def.angle = args.number("angle", 0);
-  read_velocity(args, def);
-  def.mass = args.number("mass");
-  def.inertia = args.number("inertia");
-  def.gravity_scale = args.number("gravity_scale", 1);
-  def.name = args.text("name").value_or("");
-  if (def.mass && *def.mass <= 0)
-    throw std::invalid_argument(args.function() + ": mass must be positive, got " + format_number(*def.mass));
-  if (def.inertia && *def.inertia <= 0)
-    throw std::invalid_argument(args.function() + ": inertia must be positive, got " +
-                                format_number(*def.inertia));
+  const BodyDef def = read_body(args);
   ShapeDef part;
   part.shape = std::move(shape);
-  part.density = args.number("density", part.density);
-  if (part.density <= 0)
-    throw std::invalid_argument(args.function() + ": density must be positive, got " +
-                                format_number(part.density));
+  part.density = read_density(args, part.density);
   part.material = read_material(args, script.material);
-  part.filter.group = read_group(args);
-  return add_body(L, script, def, part, read_color(args));
+  part.filter = read_filter(L, args, script);
+  part.sensor = args.flag("sensor").value_or(false);
+  add_body(L, script, def, std::span(&part, 1), read_color(args));
+  return 1;
 }
 
 int box(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"size", "rounding"});
+  static const std::vector<std::string> keys = with_common(box_keys());
   const Args args(L, "box", keys);
-  const Vec2 size = args.required_pair("size", "{w, h}");
-  if (size.x <= 0 || size.y <= 0)
-    throw std::invalid_argument("box: size must be positive, got {" + format_number(size.x) + ", " +
-                                format_number(size.y) + "}");
-  return make_body(L, args, make_box(size, {}, 0, args.number_from("rounding", 0).value_or(0)));
+  return make_body(L, args, read_box(args));
 }
 
 int disc(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"radius"});
+  static const std::vector<std::string> keys = with_common(disc_keys());
   const Args args(L, "disc", keys);
-  const double radius = args.required_number("radius");
-  if (radius <= 0) throw std::invalid_argument("disc: radius must be positive, got " + format_number(radius));
-  return make_body(L, args, make_disc(radius));
+  return make_body(L, args, read_disc(args));
 }
 
 int polygon(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"corners", "rounding"});
+  static const std::vector<std::string> keys = with_common(polygon_keys());
   const Args args(L, "polygon", keys);
-  return make_body(L, args,
-                   make_polygon(args.points("corners"), args.number_from("rounding", 0).value_or(0)));
+  return make_body(L, args, read_polygon(args));
 }
 
 int capsule(lua_State* L) {
-  static const std::vector<std::string> keys = with_common({"from", "to", "radius"});
+  static const std::vector<std::string> keys = with_common(capsule_keys());
   const Args args(L, "capsule", keys);
-  const double radius = args.required_number("radius");
-  if (radius <= 0)
-    throw std::invalid_argument("capsule: radius must be positive, got " + format_number(radius));
-  return make_body(L, args, make_capsule(args.required_pair("from"), args.required_pair("to"), radius));
+  return make_body(L, args, read_capsule(args));
 }
 
 /// Arguments of what is static or kinematic, besides those of its own.
 std::vector<std::string> of_what_is_laid(std::vector<std::string> keys) {
-  keys.insert(keys.end(), {"type", "velocity", "omega", "friction", "static_friction", "restitution",
-                           "rolling_resistance", "surface_speed", "name"});
+  keys.insert(keys.end(),
+              {"type", "velocity", "omega", "friction", "static_friction", "restitution",
+               "rolling_resistance", "surface_speed", "name", "group", "category", "ignores", "sensor"});
   return keys;
 }
 
@@ -185,13 +108,16 @@ int ground(lua_State* L) {
   ShapeDef part;
   part.shape = make_half_plane({0, 0}, {0, 1});
   part.material = read_material(args, script.material);
+  part.filter = read_filter(L, args, script);
+  part.sensor = args.flag("sensor").value_or(false);
   BodyDef def;
   def.type = read_type(args, std::span(type_names()).first(2), "static");
   def.position = {args.number("x", 0), args.number("y", 0)};
   def.angle = args.number("tilt", 0);
   read_velocity(args, def);
   def.name = args.text("name").value_or("ground");
-  return add_body(L, script, def, part, -1);
+  add_body(L, script, def, std::span(&part, 1), -1);
+  return 1;
 }
 
 /// The corners of a chain. What is wrong with them is said with their numbers in the script.
@@ -215,22 +141,23 @@ std::vector<Vec2> read_track(const Args& args, bool loop) {
 
 // chain{ points = {{0, 0}, ...}, loop = false }: a track of segments, solid on the right of the way
 int chain(lua_State* L) {
-  static const std::vector<std::string> keys =
-      of_what_is_laid({"points", "loop", "at", "angle", "group", "color"});
+  static const std::vector<std::string> keys = of_what_is_laid({"points", "loop", "at", "angle", "color"});
   const Args args(L, "chain", keys);
   Script& script = script_to_change(L, "chain");
   ShapeDef part;
   const bool loop = args.flag("loop").value_or(false);
   part.shape = make_chain(read_track(args, loop), loop);
   part.material = read_material(args, script.material);
-  part.filter.group = read_group(args);
+  part.filter = read_filter(L, args, script);
+  part.sensor = args.flag("sensor").value_or(false);
   BodyDef def;
   def.type = read_type(args, std::span(type_names()).first(2), "static");
   def.position = args.pair("at").value_or(Vec2{});
   def.angle = args.number("angle", 0);
   read_velocity(args, def);
   def.name = args.text("name").value_or("chain");
-  return add_body(L, script, def, part, read_color(args));
+  add_body(L, script, def, std::span(&part, 1), read_color(args));
+  return 1;
 }
 
 // --- The body object
@@ -255,21 +182,17 @@ struct Field {
 /// That of the first shape of a body.
 const Material& material_of(const Script& s, BodyId body) {
   static const Material none;
-  for (const ShapeRecord& shape : s.world->shapes()) {
-    if (shape.alive && shape.body == body) return shape.material;
-  }
-  return none;
+  const ShapeRecord* shape = first_shape(*s.world, body);
+  return shape ? shape->material : none;
 }
 
 /// Changes that of all shapes of a body.
 template <class Change>
 void change_material(World& world, BodyId body, Change change) {
-  for (std::uint32_t i = 0; i < world.shapes().size(); ++i) {
-    const ShapeRecord& shape = world.shapes()[i];
-    if (!shape.alive || shape.body != body) continue;
-    Material material = shape.material;
+  for (const ShapeId shape : shapes_of(world, body)) {
+    Material material = world.shapes()[shape.index].material;
     change(material);
-    world.set_material({i, shape.generation}, material);
+    world.set_material(shape, material);
   }
 }
 
@@ -337,8 +260,7 @@ constexpr Field kFields[] = {
     {"mass", [](const Script& s, BodyId b) { return s.world->mass(b); },
      [](World& w, BodyId b, double v) { w.set_mass(b, v); }},
     {"inertia", [](const Script& s, BodyId b) { return s.world->inertia(b); }, &set_inertia},
-    {"gravity_scale",
-     [](const Script& s, BodyId b) { return s.world->bodies().gravity_scale[b.index]; },
+    {"gravity_scale", [](const Script& s, BodyId b) { return s.world->bodies().gravity_scale[b.index]; },
      [](World& w, BodyId b, double v) { w.set_gravity_scale(b, v); }},
     {"kinetic_energy",
      [](const Script& s, BodyId b) {
@@ -352,6 +274,7 @@ constexpr Field kFields[] = {
 std::vector<std::string> field_names() {
   std::vector<std::string> names;
   for (const Field& field : kFields) names.emplace_back(field.name);
+  names.insert(names.end(), filter_fields().begin(), filter_fields().end());
   for (const char* name : {"type", "name", "alive", "force", "torque", "impulse", "point", "remove"})
     names.emplace_back(name);
   return names;
@@ -432,20 +355,23 @@ int body_index(lua_State* L) {
     lua_pushlstring(L, name.data(), name.size());
     return 1;
   }
+  if (push_filter_field(L, script, body, key)) return 1;
   // Methods are upvalue 1.
   if (lua_getfield(L, lua_upvalueindex(1), key.c_str()) != LUA_TNIL) return 1;
   throw std::invalid_argument("body: no field \"" + key + '"' + suggestion(key, field_names()));
 }
 
 int body_newindex(lua_State* L) {
-  World& world = *script_to_change(L, "body").world;
+  Script& script = script_to_change(L, "body");
+  World& world = *script.world;
   const BodyId body = self(L, "field");
   const std::string key = text_argument(L, 2, "body", "field");
   if (key == "type") {
     world.set_type(body, to_type(text_argument(L, 3, "body", key), type_names(), "body"));
     return 0;
   }
-  std::vector<std::string> settable{"type"};
+  if (set_filter_field(L, script, body, key, 3)) return 0;
+  std::vector<std::string> settable{"type", "group", "category", "ignores"};
   for (const Field& field : kFields) {
     if (!field.set) continue;
     settable.emplace_back(field.name);
@@ -478,6 +404,145 @@ int body_equal(lua_State* L) {
 }
 
 }  // namespace
+
+std::vector<std::string> with_common(std::vector<std::string> keys) {
+  for (const char* key : {"at",
+                          "angle",
+                          "velocity",
+                          "omega",
+                          "mass",
+                          "inertia",
+                          "density",
+                          "friction",
+                          "static_friction",
+                          "restitution",
+                          "rolling_resistance",
+                          "surface_speed",
+                          "type",
+                          "gravity_scale",
+                          "group",
+                          "category",
+                          "ignores",
+                          "sensor",
+                          "name",
+                          "color"})
+    keys.emplace_back(key);
+  return keys;
+}
+
+Material read_material(const Args& args, const Material& standard) {
+  Material material = standard;
+  material.friction = args.number_from("friction", 0).value_or(standard.friction);
+  // A friction of its own goes with a static one of its own.
+  if (args.has("friction")) material.static_friction.reset();
+  if (const std::optional<double> held = args.number_from("static_friction", 0)) {
+    if (*held < material.friction)
+      throw std::invalid_argument(args.function() + ": static_friction must be at least friction, got " +
+                                  format_number(*held) + " and " + format_number(material.friction));
+    material.static_friction = held;
+  }
+  material.restitution = args.number_from("restitution", 0).value_or(standard.restitution);
+  material.rolling_resistance =
+      args.number_from("rolling_resistance", 0).value_or(standard.rolling_resistance);
+  material.surface_velocity = args.number("surface_speed", standard.surface_velocity);
+  return material;
+}
+
+BodyDef read_body(const Args& args) {
+  BodyDef def;
+  def.type = read_type(args, type_names(), "dynamic");
+  def.position = args.pair("at").value_or(Vec2{});
+  def.angle = args.number("angle", 0);
+  read_velocity(args, def);
+  if ((def.mass = args.number("mass"))) positive(args, "mass", *def.mass);
+  if ((def.inertia = args.number("inertia"))) positive(args, "inertia", *def.inertia);
+  def.gravity_scale = args.number("gravity_scale", 1);
+  def.name = args.text("name").value_or("");
+  return def;
+}
+
+double read_density(const Args& args, double standard) {
+  return positive(args, "density", args.number("density", standard));
+}
+
+int read_color(const Args& args) {
+  const std::optional<std::string> name = args.text("color");
+  if (!name) return -1;
+  const std::vector<std::string>& names = color_names();
+  const auto found = std::find(names.begin(), names.end(), *name);
+  if (found == names.end())
+    throw std::invalid_argument(args.function() + ": no color \"" + *name + '"' + suggestion(*name, names));
+  return static_cast<int>(found - names.begin());
+}
+
+const std::vector<std::string>& box_keys() {
+  static const std::vector<std::string> keys{"size", "rounding"};
+  return keys;
+}
+const std::vector<std::string>& disc_keys() {
+  static const std::vector<std::string> keys{"radius"};
+  return keys;
+}
+const std::vector<std::string>& polygon_keys() {
+  static const std::vector<std::string> keys{"corners", "rounding"};
+  return keys;
+}
+const std::vector<std::string>& capsule_keys() {
+  static const std::vector<std::string> keys{"from", "to", "radius"};
+  return keys;
+}
+
+Shape read_box(const Args& args) {
+  const Vec2 size = args.required_pair("size", "{w, h}");
+  if (size.x <= 0 || size.y <= 0)
+    throw std::invalid_argument(args.function() + ": size must be positive, got {" + format_number(size.x) +
+                                ", " + format_number(size.y) + "}");
+  return make_box(size, {}, 0, args.number_from("rounding", 0).value_or(0));
+}
+
+Shape read_disc(const Args& args) {
+  return make_disc(positive(args, "radius", args.required_number("radius")));
+}
+
+Shape read_polygon(const Args& args) {
+  return make_polygon(args.points("corners"), args.number_from("rounding", 0).value_or(0));
+}
+
+Shape read_capsule(const Args& args) {
+  const double radius = positive(args, "radius", args.required_number("radius"));
+  return make_capsule(args.required_pair("from"), args.required_pair("to"), radius);
+}
+
+BodyId add_body(lua_State* L, Script& script, const BodyDef& def, std::span<const ShapeDef> parts,
+                int color) {
+  World& world = *script.world;
+  const BodyId body = world.create_body(def);
+  try {
+    for (const ShapeDef& part : parts) world.add_shape(body, part);
+  } catch (...) {
+    world.destroy(body);
+    throw;
+  }
+  set_color(script, body, color);
+  push_body(L, body);
+  return body;
+}
+
+std::vector<ShapeId> shapes_of(const World& world, BodyId body) {
+  std::vector<ShapeId> found;
+  for (std::uint32_t i = 0; i < world.shapes().size(); ++i) {
+    const ShapeRecord& shape = world.shapes()[i];
+    if (shape.alive && shape.body == body) found.push_back({i, shape.generation});
+  }
+  return found;
+}
+
+const ShapeRecord* first_shape(const World& world, BodyId body) {
+  for (const ShapeRecord& shape : world.shapes()) {
+    if (shape.alive && shape.body == body) return &shape;
+  }
+  return nullptr;
+}
 
 std::optional<BodyId> to_body(lua_State* state, int index) {
   const void* object = luaL_testudata(state, index, kBodyType);

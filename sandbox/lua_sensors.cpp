@@ -42,7 +42,25 @@ struct Reading {
   double friction = 0;  ///< sum along perp(normal) [N s]
   double gap = kInfinity;
   int points = 0;
+  int overlaps = 0;  ///< pairs of shapes of which one is a sensor
 };
+
+/// Overlaps with sensors push nothing, so they count where one is asked for: it is the first body's, or the
+/// second body is named.
+int count_overlaps(const Sensor& sensor, const World& world) {
+  int count = 0;
+  for (const ContactEvent& event : world.report().events) {
+    if (!event.sensor || event.kind == ContactEventKind::End) continue;
+    const bool forward = event.body_a == sensor.first;
+    if (!forward && event.body_b != sensor.first) continue;
+    const BodyId other = forward ? event.body_b : event.body_a;
+    const ShapeId own = forward ? event.shape_a : event.shape_b;
+    const bool asked =
+        sensor.second ? other == sensor.second : world.alive(own) && world.shapes()[own.index].sensor;
+    count += asked;
+  }
+  return count;
+}
 
 Reading read(const Sensor& sensor, const World& world) {
   Reading reading;
@@ -62,6 +80,7 @@ Reading read(const Sensor& sensor, const World& world) {
       ++reading.points;
     }
   }
+  reading.overlaps = count_overlaps(sensor, world);
   return reading;
 }
 
@@ -89,9 +108,9 @@ int contact_index(lua_State* L) {
   else if (key == "gap")
     lua_pushnumber(L, reading.gap);
   else if (key == "points")
-    lua_pushinteger(L, reading.points);
+    lua_pushinteger(L, reading.points + reading.overlaps);
   else if (key == "touching")
-    lua_pushboolean(L, reading.normal > 0);
+    lua_pushboolean(L, reading.normal > 0 || reading.overlaps > 0);
   else
     throw std::invalid_argument("contact: no field \"" + key + '"' + suggestion(key, names));
   return 1;

@@ -76,9 +76,9 @@ void draw_half_plane(const OverlayContext& context, const Shape& shape, const Tr
   }
 }
 
-/// A line with a band on its solid side.
-void draw_chain(const OverlayContext& context, const Shape& shape, const Transform& pose, render::Paint paint,
-                render::DrawLayer& layer) {
+/// A line with a band on its solid side; a sensor has none and is dashed.
+void draw_chain(const OverlayContext& context, const Shape& shape, bool sensor, const Transform& pose,
+                render::Paint paint, render::DrawLayer& layer) {
   // Corners that are less than half a pixel from the last one would not show.
   const double pixel = 1 / context.camera.pixels_per_metre();
   std::vector<Vec2> way;
@@ -99,7 +99,7 @@ void draw_chain(const OverlayContext& context, const Shape& shape, const Transfo
     const Vec2 edge = way[(i + 1) % count] - way[i];
     return (-width / length(edge)) * perp(edge);
   };
-  for (std::size_t i = 0; i < segments; ++i) {
+  for (std::size_t i = 0; i < segments && !sensor; ++i) {
     const Vec2 from = way[i], to = way[(i + 1) % count], side = right_of(i);
     fill({from, from + side, to + side, to});
     // The wedge where the way turns to the left, away from what is solid.
@@ -111,7 +111,8 @@ void draw_chain(const OverlayContext& context, const Shape& shape, const Transfo
     layer.lines.push_back({.from = to_point(way[i]),
                            .to = to_point(way[(i + 1) % count]),
                            .color = paint.outline,
-                           .width_px = 2 * context.style.outline_px});
+                           .width_px = 2 * context.style.outline_px,
+                           .dash_px = sensor ? 6.0f : 0.0f});
 }
 
 using Grounds = std::vector<const ShapeRecord*>;  // half-planes
@@ -177,7 +178,7 @@ void draw_shape(const OverlayContext& context, const ShapeRecord& record, const 
                       context.world.bodies().type[record.body.index] == BodyType::Kinematic, paint, layer);
       break;
     case ShapeKind::Chain:
-      draw_chain(context, shape, pose, paint, layer);
+      draw_chain(context, shape, record.sensor, pose, paint, layer);
       break;
   }
 }

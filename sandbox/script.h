@@ -48,7 +48,8 @@ struct ScriptProgress {
   std::vector<int> step_callbacks;
   std::vector<Appointment> appointments;
   std::vector<Crossing> crossings;
-  Material material;  ///< of shapes that do not say otherwise
+  Material material;                    ///< of shapes that do not say otherwise
+  std::vector<std::string> categories;  ///< of bodies; bit 0 is that of those without one, then in this order
   std::vector<JointId> joints;
   std::vector<MeanAcceleration> accelerations;  ///< by body slot
   Observe needed;                               ///< by the script's own sensors
