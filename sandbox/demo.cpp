@@ -33,6 +33,7 @@ int add_functions(lua_State* state) {
   add_body_functions(state);
   add_joint_functions(state);
   add_sensor_functions(state);
+  add_query_functions(state);
   add_force_functions(state);
   add_statics_functions(state);
   add_truss_function(state);
