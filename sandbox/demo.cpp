@@ -32,6 +32,7 @@ int add_functions(lua_State* state) {
   add_scene_functions(state);
   add_body_functions(state);
   add_joint_functions(state);
+  add_compound_function(state);
   add_sensor_functions(state);
   add_query_functions(state);
   add_force_functions(state);

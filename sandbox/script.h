@@ -165,7 +165,8 @@ void add_body_functions(lua_State* state);    ///< ground, chain, box, disc, pol
 void add_joint_functions(lua_State* state);   ///< rod, rope, spring, hinge, slider, weld, wheel, ...
 void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
 void add_query_functions(lua_State* state);   ///< ray, bodies_at, nearest
-void add_force_functions(lua_State* state);   ///< field, drag, move, on_event
+void add_compound_function(lua_State* state);  ///< compound
+void add_force_functions(lua_State* state);    ///< field, drag, move, on_event
 void add_statics_functions(lua_State* state);  ///< bridge
 void add_truss_function(lua_State* state);     ///< truss
 
