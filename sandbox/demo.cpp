@@ -34,6 +34,7 @@ int add_functions(lua_State* state) {
   add_joint_functions(state);
   add_compound_function(state);
   add_sensor_functions(state);
+  add_touch_functions(state);
   add_query_functions(state);
   add_force_functions(state);
   add_statics_functions(state);
@@ -136,31 +137,44 @@ double find_crossing(Script& script, std::size_t i, double before, double after)
   return dt - falling_root(value, 0, sign * begin, dt, sign * after);
 }
 
-/// Calls the actions of events whose function changed its sign during the last step, in the order of time.
-void watch_crossings(Script& script) {
-  struct Root {
-    double back;
-    int action;
-  };
-  std::vector<Root> roots;
+/// The events whose function changed its sign during the last step.
+void find_crossings(Script& script, std::vector<Moment>& moments) {
   // Vectors may grow while callbacks run, hence the indices.
   for (std::size_t i = 0; i < script.crossings.size(); ++i) {
     const double value = measure_crossing(script, i, 0);
-    if (script.crossings[i].known && changes_sign(script.crossings[i].last, value))
-      roots.push_back(
-          {find_crossing(script, i, script.crossings[i].last, value), script.crossings[i].action});
+    if (script.crossings[i].known && changes_sign(script.crossings[i].last, value)) {
+      const double back = find_crossing(script, i, script.crossings[i].last, value);
+      const auto act = [&script, action = script.crossings[i].action, at = script.time() - back] {
+        script.host.call(action, 0, [at](lua_State* state) {
+          lua_pushnumber(state, at);
+          return 1;
+        });
+      };
+      moments.push_back({back, act});
+    }
     script.crossings[i].last = value;
     script.crossings[i].known = true;
   }
-  std::stable_sort(roots.begin(), roots.end(), [](const Root& x, const Root& y) { return x.back > y.back; });
-  for (const Root& root : roots) {
-    const double at = script.time() - root.back;
-    const LookingBack looking(script, root.back);
-    script.host.call(root.action, 0, [at](lua_State* state) {
-      lua_pushnumber(state, at);
-      return 1;
+}
+
+/// Calls the actions of what happened within the last step, in the order of time, then those of what touches
+/// at its end.
+void tell_events(Script& script) {
+  std::vector<Moment> moments;
+  call_forgiving(script, [&] { find_crossings(script, moments); });
+  find_blows(script, moments);
+  // Before an action removes something.
+  const std::vector<TouchCall> touches = find_touches(script);
+  std::stable_sort(moments.begin(), moments.end(),
+                   [](const Moment& x, const Moment& y) { return x.back > y.back; });
+  for (const Moment& moment : moments) {
+    call_forgiving(script, [&] {
+      const LookingBack looking(script, moment.back);
+      moment.call();
     });
   }
+  for (const TouchCall& touch : touches) call_forgiving(script, [&] { tell_touch(script, touch); });
+  forget_watches(script);
 }
 
 void note_velocities(Script& script) {
@@ -390,10 +404,8 @@ void Demo::step() {
   find_accelerations(script);
   ++script.steps;
   advance_bridges(script);
-  call_forgiving(script, [&] {
-    watch_crossings(script);
-    check_highlight(script);
-  });
+  tell_events(script);
+  call_forgiving(script, [&] { check_highlight(script); });
 
   for (std::size_t i = 0; i < script.checks.size(); ++i) {
     const Check& due = script.checks[i];
@@ -534,7 +546,7 @@ const Material& Demo::material() const {
 bool Demo::has_callbacks() const {
   const Script& script = *script_;
   return !script.step_callbacks.empty() || !script.appointments.empty() || !script.crossings.empty() ||
-         !script.bridges.empty();
+         !script.touches.empty() || !script.blows.empty() || !script.bridges.empty();
 }
 
 std::vector<double> Demo::watch_values() {

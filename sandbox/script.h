@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -32,6 +33,34 @@ struct Crossing {
   bool known = false;  ///< there was one since the function was given
 };
 
+/// Functions that are called when a body begins to touch others, and when it ends.
+struct TouchWatch {
+  BodyId first, second;  ///< second none: whatever it touches
+  int began = 0, ended = 0;
+  bool known = false;            ///< a step was looked at
+  std::vector<BodyId> touching;  ///< whose beginning was told, ascending
+};
+
+/// A function that is called when a body is struck.
+struct BlowWatch {
+  BodyId first, second;  ///< second none: by whatever strikes it
+  int action = 0;
+  double least = 0;  ///< slower ones are not told [m/s]
+};
+
+/// A call of a function of `TouchWatch`.
+struct TouchCall {
+  std::size_t watch = 0;  ///< which
+  BodyId other;
+  bool began = true;
+};
+
+/// A call of an action within the last step.
+struct Moment {
+  double back = 0;  ///< before its end [s]
+  std::function<void()> call;
+};
+
 /// Change of velocity over the last step, by its length.
 struct MeanAcceleration {
   std::uint32_t generation = 0;  ///< of the body that was in the slot
@@ -48,6 +77,8 @@ struct ScriptProgress {
   std::vector<int> step_callbacks;
   std::vector<Appointment> appointments;
   std::vector<Crossing> crossings;
+  std::vector<TouchWatch> touches;
+  std::vector<BlowWatch> blows;
   Material material;                    ///< of shapes that do not say otherwise
   std::vector<std::string> categories;  ///< of bodies; bit 0 is that of those without one, then in this order
   std::vector<JointId> joints;
@@ -159,11 +190,21 @@ Script& script_of(lua_State* state);
 /// Brings the bridges to the end of the step.
 void advance_bridges(Script& script);
 
+/// What was struck in the last step, for `on_hit`, by watch and body.
+void find_blows(Script& script, std::vector<Moment>& moments);
+/// What began and ended in the last step, for `on_touch`: by watch, endings first, then by the other's slot.
+std::vector<TouchCall> find_touches(Script& script);
+/// Makes the call, unless one before it has removed what began to touch.
+void tell_touch(Script& script, const TouchCall& call);
+/// Drops what waits for bodies that are no more.
+void forget_watches(Script& script);
+
 /// Adds the functions of demos/README.md to a host, group by group.
 void add_scene_functions(lua_State* state);   ///< demo, param, choice, show, expect, watch, note, at, on_step
 void add_body_functions(lua_State* state);    ///< ground, chain, box, disc, polygon, ...
 void add_joint_functions(lua_State* state);   ///< rod, rope, spring, hinge, slider, weld, wheel, ...
 void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
+void add_touch_functions(lua_State* state);   ///< on_touch, on_hit
 void add_query_functions(lua_State* state);   ///< ray, bodies_at, nearest
 void add_compound_function(lua_State* state);  ///< compound
 void add_force_functions(lua_State* state);    ///< field, drag, move, on_event
