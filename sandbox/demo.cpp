@@ -37,6 +37,7 @@ int add_functions(lua_State* state) {
   add_touch_functions(state);
   add_query_functions(state);
   add_force_functions(state);
+  add_attraction_function(state);
   add_statics_functions(state);
   add_truss_function(state);
   return 0;
@@ -374,7 +375,8 @@ bool Demo::call_before_step() {
         return 2;
       });
     });
-  return !script.step_callbacks.empty();
+  const bool attracted = apply_attractions(script);
+  return attracted || !script.step_callbacks.empty();
 }
 
 void Demo::step() {

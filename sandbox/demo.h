@@ -217,8 +217,9 @@ class Demo {
   void adopt(World world);
   /// Whether the script does something while it runs (`on_step`, `at`).
   bool has_callbacks() const;
-  /// Calls what the script does before every step (`on_step`), so that its forces wait for the next one.
-  /// Others than `step` may for a last look: the next step would do it again. @return whether there is any
+  /// Calls what the script does before every step (`on_step`), and what attracts does, so that forces wait
+  /// for the next one. Others than `step` may for a last look: the next step would do it again. @return
+  /// whether there is any
   bool call_before_step();
 
  private:

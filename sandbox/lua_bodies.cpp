@@ -519,6 +519,9 @@ BodyId add_body(lua_State* L, Script& script, const BodyDef& def, std::span<cons
   const BodyId body = world.create_body(def);
   try {
     for (const ShapeDef& part : parts) world.add_shape(body, part);
+    // Shapes may have moved the centre of mass off the point whose velocity it was.
+    if (def.type != BodyType::Static && world.velocity(body) != def.velocity)
+      world.set_velocity(body, def.velocity, def.omega);
   } catch (...) {
     world.destroy(body);
     throw;

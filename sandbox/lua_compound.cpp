@@ -114,9 +114,7 @@ int compound(lua_State* L) {
   if (std::all_of(parts.begin(), parts.end(), [](const ShapeDef& part) { return part.density == 0; }))
     throw std::invalid_argument(
         "compound: all parts are sensors, which weigh nothing; set sensor = true for the whole body");
-  const BodyId body = add_body(L, script, def, parts, color);
-  // The shapes have moved the centre of mass off the point whose velocity it was.
-  if (def.type != BodyType::Static) script.world->set_velocity(body, def.velocity, def.omega);
+  add_body(L, script, def, parts, color);
   return 1;
 }
 

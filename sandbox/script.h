@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/pair_forces.h"
 #include "sandbox/bridge_view.h"
 #include "sandbox/demo.h"
 #include "sandbox/lua_host.h"
@@ -61,6 +62,12 @@ struct Moment {
   std::function<void()> call;
 };
 
+/// What `attract` made.
+struct Attraction {
+  std::optional<PairForces> forces;  ///< none: removed
+  std::string place;
+};
+
 /// Change of velocity over the last step, by its length.
 struct MeanAcceleration {
   std::uint32_t generation = 0;  ///< of the body that was in the slot
@@ -82,6 +89,7 @@ struct ScriptProgress {
   Material material;                    ///< of shapes that do not say otherwise
   std::vector<std::string> categories;  ///< of bodies; bit 0 is that of those without one, then in this order
   std::vector<JointId> joints;
+  std::vector<Attraction> attractions;
   std::vector<MeanAcceleration> accelerations;  ///< by body slot
   Observe needed;                               ///< by the script's own sensors
   std::uint64_t steps = 0;
@@ -199,6 +207,9 @@ void tell_touch(Script& script, const TouchCall& call);
 /// Drops what waits for bodies that are no more.
 void forget_watches(Script& script);
 
+/// Adds the forces of `attract` for the next step. @return whether there are any
+bool apply_attractions(Script& script);
+
 /// Adds the functions of demos/README.md to a host, group by group.
 void add_scene_functions(lua_State* state);   ///< demo, param, choice, show, expect, watch, note, at, on_step
 void add_body_functions(lua_State* state);    ///< ground, chain, box, disc, polygon, ...
@@ -206,9 +217,10 @@ void add_joint_functions(lua_State* state);   ///< rod, rope, spring, hinge, sli
 void add_sensor_functions(lua_State* state);  ///< contact, time, gravity, energy, momentum, ...
 void add_touch_functions(lua_State* state);   ///< on_touch, on_hit
 void add_query_functions(lua_State* state);   ///< ray, bodies_at, nearest
-void add_compound_function(lua_State* state);  ///< compound
-void add_force_functions(lua_State* state);    ///< field, drag, move, on_event
-void add_statics_functions(lua_State* state);  ///< bridge
-void add_truss_function(lua_State* state);     ///< truss
+void add_compound_function(lua_State* state);    ///< compound
+void add_force_functions(lua_State* state);      ///< field, drag, move, on_event
+void add_attraction_function(lua_State* state);  ///< attract
+void add_statics_functions(lua_State* state);    ///< bridge
+void add_truss_function(lua_State* state);       ///< truss
 
 }  // namespace skerry::sandbox
