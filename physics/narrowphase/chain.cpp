@@ -16,6 +16,10 @@ constexpr double kFlatSine = 1.0e-9;
 // Directions this close to a segment's normal are its own, not a corner's.
 constexpr double kSameDirection = 1.0e-12;
 
+// Behind a sharp ridge what is in front of one face is far below the other's line. From this depth on [m] a
+// segment asks whether its neighbour is nearer, by this share of its own depth.
+constexpr double kAsked = 1.0e-6, kNearer = 0.5;
+
 /// Codes of the segment as a core become those of the segment as its users know it.
 std::uint32_t users_feature(std::uint32_t feature) {
   const std::uint32_t own = feature >> 16;
@@ -116,6 +120,18 @@ SegmentContact foresee(const Segment& s, const Placed& placed, int corner, doubl
   return foreseen;
 }
 
+/// True if what is below this line by so much [m] is less deep behind a neighbour's face, or in front of it,
+/// beyond a sharp ridge: then that keeps them apart.
+bool is_nearer_to_neighbour(const Segment& s, const Hull& other, const Placed& placed, double depth) {
+  const auto is_nearer = [&](Vec2 normal, Vec2 ridge) {
+    for (int i = 0; i < other.count; ++i)
+      if (dot(normal, placed.v[i] - ridge) - other.radius < -kNearer * depth) return false;
+    return true;
+  };
+  return (s.has_previous && cross(s.previous, s.n[0]) < -kFlatSine && is_nearer(s.previous, s.v[1])) ||
+         (s.has_next && cross(s.n[0], s.next) < -kFlatSine && is_nearer(s.next, s.v[0]));
+}
+
 /// An edge that leans on the ridge at the start is the concern of the segment before. What turns over the
 /// ridge comes down on this one's face with its lowest corner, wherever its edge leans.
 SegmentContact from_ridge_before(const Segment& s, const Hull& other, const Placed& placed, double margin,
@@ -131,7 +147,10 @@ SegmentContact from_ridge_before(const Segment& s, const Hull& other, const Plac
   }
   if (lowest < 0 || !(std::abs(low - other.radius) <= margin)) return {};
   // Under a sharp ridge what is in front of the segment before is below this one's line.
-  if (low < other.radius && dot(s.previous, placed.v[lowest] - s.v[1]) >= other.radius) return {};
+  if (low < other.radius &&
+      dot(s.previous, placed.v[lowest] - s.v[1]) - other.radius > kNearer * (low - other.radius))
+    return {};
+  if (low - other.radius < -kAsked && is_nearer_to_neighbour(s, other, placed, other.radius - low)) return {};
   return foresee(s, placed, lowest, low, other.radius);
 }
 
@@ -147,18 +166,6 @@ int corner_over_ridge(const Segment& s, const Hull& other, const Placed& placed,
   const bool answers = size > noise && beyond((nearest + 1) % other.count) &&
                        beyond((nearest + other.count - 1) % other.count) && s.may_push_at_end(gap / size);
   return answers ? nearest : -1;
-}
-
-/// True if what is below this line is wholly in front of a neighbour's face, beyond a sharp ridge: then it is
-/// inside of nothing.
-bool is_clear_of_neighbour(const Segment& s, const Hull& other, const Placed& placed) {
-  const auto is_in_front = [&](Vec2 normal, Vec2 ridge) {
-    for (int i = 0; i < other.count; ++i)
-      if (dot(normal, placed.v[i] - ridge) < other.radius) return false;
-    return true;
-  };
-  return (s.has_previous && cross(s.previous, s.n[0]) < -kFlatSine && is_in_front(s.previous, s.v[1])) ||
-         (s.has_next && cross(s.n[0], s.next) < -kFlatSine && is_in_front(s.next, s.v[0]));
 }
 
 /// Of a rounded corner and the ridge at the end.
@@ -255,12 +262,18 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   }
   if (axis.index < 0 && at_start && s.has_previous)
     return from_ridge_before(s, other, placed, margin, kNoise * scale);
+  // Another edge is nearer to the corner of the ridge, which is not inside of the other shape: what is beside
+  // it is the next segment's concern, but what sank in through this face is that of the face.
+  if (axis.index < 0 && !at_start && nearest_to_end > std::max(axis.separation, 0.0) + kAxisBias * scale &&
+      corner_over_ridge(s, other, placed, kNoise * scale) < 0) {
+    if (behind || !(low < other.radius)) return none;
+    axis.separation = low;
+    axis.index = 0;
+    axis.n = n;
+    axis.support = lowest_corner;
+  }
   const bool from_ridge = axis.index < 0 && !at_start;
   if (behind && !from_ridge) return none;
-  // Another edge is nearer to the corner of the ridge: what is beside that is the next segment's concern.
-  if (from_ridge && nearest_to_end > axis.separation + kAxisBias * scale &&
-      corner_over_ridge(s, other, placed, kNoise * scale) < 0)
-    return none;
 
   const double noise = kNoise * scale, len = s.length;
   const Vec2 along = -perp(n), lowest = placed.v[axis.index >= 0 ? axis.support : 0];
@@ -320,7 +333,7 @@ SegmentContact meet_segment(const Segment& s, const Hull& other, const Transform
   if (kept == 0) return from_valley();
   double deepest = 0;
   for (int i = 0; i < m.count; ++i) deepest = std::min(deepest, m.points[i].separation);
-  if (deepest < -margin && is_clear_of_neighbour(s, other, placed)) return none;
+  if (deepest < -std::min(margin, kAsked) && is_nearer_to_neighbour(s, other, placed, -deepest)) return none;
   for (int i = 0; i < m.count; ++i) m.points[i].feature = users_feature(m.points[i].feature);
   return contact;
 }

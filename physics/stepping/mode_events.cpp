@@ -22,6 +22,8 @@ using State = AccelerationProblem::State;
 constexpr double kAtBound = 1e-8;
 // Corners this near to each other are one, and their points have other names [m].
 constexpr double kPassing = 1e-7;
+// Sine of the turn from a segment to the next below which they have no ridge between them.
+constexpr double kFlat = 1e-9;
 
 /// How far it is at least to a segment of a chain that reports nothing, up to the margin: a corner comes down
 /// on its face, or from beyond one of its ends over it [m].
@@ -126,19 +128,39 @@ bool ModeEvents::lingers(const Contact& contact, double elapsed) const {
   return false;
 }
 
-/// Smallest separation at these poses, closed points left out; the contact's margin if there is none.
-double ModeEvents::open_gap(std::size_t k, const Transform& a, const Transform& b) const {
-  const Contact& contact = contact_at(k);
+/// Smallest separation of two shapes at these poses, of a chain that of one segment, closed points left out;
+/// the contact's margin if there is none.
+double ModeEvents::open_gap(const Contact& contact, int child, const Transform& a, const Transform& b) const {
   const Manifold manifold =
-      contact_manifold(contact, state_.shapes[contact.shape_a].shape, a, state_.shapes[contact.shape_b].shape,
+      contact_manifold(child, state_.shapes[contact.shape_a].shape, a, state_.shapes[contact.shape_b].shape,
                        b, contact.margin, nullptr, nullptr);
+  const auto is_between = [&](const Contact& other) {
+    return other.shape_a == contact.shape_a && other.shape_b == contact.shape_b && other.child == child;
+  };
   double smallest = contact.margin;
   for (int i = 0; i < manifold.count; ++i) {
     const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
     const bool closed = std::any_of(mode_.points.begin(), mode_.points.end(), [&](const ModePoint& p) {
-      return p.closed && p.contact == k && p.feature == point.feature;
+      return p.closed && p.feature == point.feature && is_between(contact_at(p.contact));
     });
     if (!closed) smallest = std::min(smallest, point.separation);
+  }
+  return smallest;
+}
+
+/// The smallest one that the segments beyond the ridges of a chain's segment have: its corner goes over from
+/// one to the other as it closes, and is seen by neither when it has sunk in.
+double ModeEvents::open_gap_beside(const Contact& contact, const Transform& a, const Transform& b) const {
+  const Shape& chain = chain_side(state_, contact).chain;
+  const int segments = static_cast<int>(chain.normals.size());
+  const auto normal = [&](int child) { return chain.normals[static_cast<std::size_t>(child)]; };
+  double smallest = contact.margin;
+  for (const int way : {-1, 1}) {
+    int child = contact.child + way;
+    if (chain.closed) child = (child + segments) % segments;
+    if (child < 0 || child >= segments || child == contact.child) continue;
+    const bool ridge = way * cross(normal(contact.child), normal(child)) < -kFlat;
+    if (ridge) smallest = std::min(smallest, open_gap(contact, child, a, b));
   }
   return smallest;
 }
@@ -178,10 +200,10 @@ FlightEnd ModeEvents::end_of_flight(double elapsed, double length) const {
     if (lingers(contact, elapsed)) {
       const double tolerance = touch_tolerance(state_, state_.bodies.position[contact.body_b]);
       from = 1e-6 * end.length;
-      double gap = open_gap(k, a.at(from), b.at(from));
+      double gap = open_gap(contact, contact.child, a.at(from), b.at(from));
       while (std::abs(gap) <= tolerance && from < end.length) {
         from = std::min(2 * from, end.length);
-        gap = open_gap(k, a.at(from), b.at(from));
+        gap = open_gap(contact, contact.child, a.at(from), b.at(from));
       }
       if (gap < -tolerance) {
         end.length = from;
@@ -257,8 +279,8 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
       const BodyMotion m = problem_.motion(body, time, at);
       return Transform{m.p, m.q};
     };
-    const double now =
-        open_gap(k, pose_at(state_, contact.body_a, elapsed), pose_at(state_, contact.body_b, elapsed));
+    const double now = open_gap(contact, contact.child, pose_at(state_, contact.body_a, elapsed),
+                                pose_at(state_, contact.body_b, elapsed));
     // What comes to a side of a valley from beyond its end is not seen before, however near it is.
     const bool unseen = is_on_chain(state_, contact) && !(now < contact.margin);
     if (now > 1.5 * span * speed && !unseen) continue;
@@ -268,14 +290,15 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
         const int place = body == BodyId::kNone ? -1 : state_.local_index[body];
         if (place >= 0) method.at(t / method.length(), 6 * static_cast<std::size_t>(place), 3, y);
       }
-      return open_gap(k, pose(contact.body_a, method.begin() + t, y),
+      return open_gap(contact, contact.child, pose(contact.body_a, method.begin() + t, y),
                       pose(contact.body_b, method.begin() + t, y));
     };
     const bool chain = is_on_chain(state_, contact);
     const auto way = [&](double t, double value) {
       if (!chain || value < contact.margin) return value;
-      return way_to_segment(state_, contact, pose(contact.body_a, method.begin() + t, y),
-                            pose(contact.body_b, method.begin() + t, y));
+      const Transform a = pose(contact.body_a, method.begin() + t, y),
+                      b = pose(contact.body_b, method.begin() + t, y);
+      return std::min(way_to_segment(state_, contact, a, b), std::max(open_gap_beside(contact, a, b), 0.0));
     };
     const double tolerance = touch_tolerance(state_, state_.bodies.position[contact.body_b]);
     const std::optional<double> closes =

@@ -56,7 +56,8 @@ class ModeEvents {
   bool is_loaded(const Grip& grip) const;
   bool is_force(const ModeWatch& watch) const;
   bool lingers(const Contact& contact, double elapsed) const;
-  double open_gap(std::size_t k, const Transform& a, const Transform& b) const;
+  double open_gap(const Contact& contact, int child, const Transform& a, const Transform& b) const;
+  double open_gap_beside(const Contact& contact, const Transform& a, const Transform& b) const;
   double gap_speed(const Contact& contact, double elapsed, double h, const ModeForces& forces) const;
   bool find_roots(RungeKutta& method, const std::vector<ModeWatch>& watched, const ModeForces& begin,
                   const ModeForces& end, ModeEvent& event) const;

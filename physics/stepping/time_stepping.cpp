@@ -55,6 +55,8 @@ constexpr int kFewPieces = 4;
 // fourteenth of g h. That doubles every so many pieces, up to g h itself.
 constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
 constexpr double kBouncePiecesADoubling = 4;
+// Height of bounces [touch tolerances] that are none from then on where something turns.
+constexpr double kLowBounce = 16;
 // Ends of sliding that cut a step; further ones are of first order.
 constexpr int kMostStops = 4;
 // Limits of joints that cut a step, of islands with so many joints; fewer of those with more. Then limits
@@ -289,7 +291,13 @@ class IslandStep {
   double slowest_bounce(int piece, double h) const {
     if (piece <= kBouncingPieces || state_.config.accuracy) return 0;
     const double share = std::exp2((piece - kLowBouncePieces) / kBouncePiecesADoubling);
-    return std::min(1.0, share) * slow_speed(state_, island_, h);
+    // What turns is thrown against what it touches far harder than by gravity: its lowest bounces are
+    // shorter than what landings are found by.
+    double turning = 0;
+    for (const std::uint32_t i : island_.bodies)
+      turning = std::max(turning, state_.bodies.omega[i] * state_.bodies.omega[i] * state_.radius[i]);
+    const double low = std::sqrt(2 * turning * kLowBounce * state_.config.touch_tolerance);
+    return std::max(low, std::min(1.0, share) * slow_speed(state_, island_, h));
   }
 
   /// The length up to which a piece is stable under the forces that were found for it [s]; infinity where
