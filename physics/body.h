@@ -20,7 +20,7 @@ struct BodyDef {
   BodyType type = BodyType::Dynamic;
   Vec2 position{};               ///< origin of the frame in which the shapes are given, world frame [m]
   double angle = 0;              ///< [rad], counter-clockwise
-  Vec2 velocity{};               ///< of the centre of mass [m/s]
+  Vec2 velocity{};               ///< of the origin, from which shapes may move the centre of mass [m/s]
   double omega = 0;              ///< [rad/s]
   double gravity_scale = 1;      ///< 0: floats
   std::optional<double> mass{};  ///< [kg]; default: sum over the shapes of density * area

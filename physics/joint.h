@@ -21,7 +21,7 @@ enum class JointKind : std::uint8_t {
   Prismatic,  ///< b slides along the axis of a without turning against it
   Weld,       ///< the anchors coincide and the angle between the bodies stays
   Wheel,      ///< b's anchor moves along the axis of a only (suspension), and b turns freely
-  Pulley,     ///< |x_a - pulley_a| + ratio |x_b - pulley_b| = constant
+  Pulley,     ///< |x_a - pulley_a| + ratio |x_b - pulley_b| = constant; what reaches its wheel meets no stop
   Gear,       ///< angle_b + ratio angle_a = constant
   Rack,       ///< b's anchor moves by `ratio` [m] along the axis (fixed in the world) for each rad of a
   Motor,      ///< drives the angular velocity of b against a

@@ -15,6 +15,7 @@ struct Island {
   std::vector<std::uint32_t> bodies;    ///< dynamic bodies
   std::vector<std::uint32_t> contacts;  ///< indices into the contact table
   std::vector<std::uint32_t> joints;
+  bool alone = false;  ///< stepped by the rules of a small world, however large this one is
 
   friend bool operator==(const Island&, const Island&) = default;
 };

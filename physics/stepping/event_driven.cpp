@@ -10,6 +10,7 @@
 #include "physics/solver/contact_states.h"
 #include "physics/spare.h"
 #include "physics/stepping/flight_queue.h"
+#include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_backup.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_impact.h"
@@ -35,6 +36,8 @@ using State = AccelerationProblem::State;
 
 // More changes of the contact mode than this in a step are a case for time stepping.
 constexpr int kMaxEvents = 16;
+// Islands of no more bodies are stepped alike in worlds of any size.
+constexpr std::size_t kFewBodies = 30;
 // Local error of an inner step when no accuracy was asked for.
 constexpr double kFinest = 1e-13;
 // Forces that contacts share in nearly any way are found to 1e-11 or so only; then errors fall with the step,
@@ -514,13 +517,29 @@ class EventStep {
 
 }  // namespace
 
-void step_island_by_events(WorldState& state, const Island& island, double h, IslandResult& result) {
+namespace {
+
+void step_by_events_or_time(WorldState& state, const Island& island, double h, IslandResult& result) {
   // What tumbles on as in the last step has more events than a step may have.
   if (flows_on(state, island, h))
     result.fallbacks = 1;
   else if (try_island_by_events(state, island, h, std::numeric_limits<int>::max(), result))
     return;
   step_island_by_time_stepping(state, island, h, result);
+}
+
+}  // namespace
+
+void step_island_by_events(WorldState& state, const Island& island, double h, IslandResult& result) {
+  if (is_small(state, island) || island.bodies.size() > kFewBodies) {
+    step_by_events_or_time(state, island, h, result);
+    return;
+  }
+  // Its events have been paid for, and what is left of a small scene is no work to be shared by all.
+  Spare<Island> alone;
+  *alone = island;
+  alone->alone = true;
+  step_by_events_or_time(state, *alone, h, result);
 }
 
 bool try_island_by_events(WorldState& state, const Island& island, double h, int most_events,

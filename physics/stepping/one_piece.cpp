@@ -86,7 +86,7 @@ class OnePieceStep {
     slow_ = slow_speed(state, island, h_);
     const auto bodies = static_cast<double>(island.bodies.size());
     const double share = !was_in_flow(state, island)                 ? kExactWork
-                         : works_finely(state, island.joints.size()) ? kExactWorkInFlow
+                         : works_finely(state, island) ? kExactWorkInFlow
                                                                      : kExactWorkInLargeFlow;
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
@@ -209,7 +209,7 @@ class OnePieceStep {
 
   /// What an exact answer may cost where what goes without one flows.
   double exact_work() const {
-    const double left = is_small(state_) ? work_left_of_all(state_, result_) : 0;
+    const double left = is_small(state_, island_) ? work_left_of_all(state_, result_) : 0;
     return left > 0 ? std::min(exact_limit_, left) : exact_limit_;
   }
 
@@ -435,7 +435,7 @@ class OnePieceStep {
       const Velocity& v = after[static_cast<std::size_t>(k)];
       return h_ * (Vec2{v[0], v[1]} + v[2] * perp(where - state_.bodies.position[body]));
     };
-    const bool beside_joints = !island_.joints.empty() && !works_finely(state_, island_.joints.size());
+    const bool beside_joints = !island_.joints.empty() && !works_finely(state_, island_);
     return add_deep_points(state_, island_, beside_joints ? kMissedBesideJoints : kMissed, moves, points);
   }
 
@@ -644,7 +644,7 @@ void step_island_in_flow(WorldState& state, const Island& island, double from, d
       return std::ceil(std::clamp((to - at) / stable, 1.0, std::max(1.0, (few ? kFewPieces : most) - made)));
     };
     double pieces = wanted(kRodSwing * stable_length_of_rods(state, island), kMostPieces);
-    if (is_small(state)) {
+    if (is_small(state, island)) {
       const double stable = kHingeSwing * stable_length(state, island, (to - at) / kHingeSwing);
       pieces = std::max(pieces, wanted(stable, kMostForHinges));
     }

@@ -85,7 +85,7 @@ class OnePiecePositions {
 
   /// The world does, or heavy bodies among light ones have as much work.
   bool works_finely() const {
-    return skerry::works_finely(state_, island_.joints.size()) ||
+    return skerry::works_finely(state_, island_) ||
            (uneven_ && island_.joints.empty() &&
             work_ >= kFineWork * static_cast<double>(island_.bodies.size()));
   }

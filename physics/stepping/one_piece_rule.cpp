@@ -160,7 +160,7 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
   for (const std::uint32_t i : island.bodies) flow = std::max(flow, state.step_memory[i].flow);
   const bool must = flow == kMustFlow;
   const int usual = few_points(static_cast<int>(island.joints.size()));
-  const bool in_large = flow_serves(state) && !works_finely(state, island.joints.size());
+  const bool in_large = flow_serves(state) && !works_finely(state, island);
   const int fewest = in_large ? kFewestInLarge : kFewestPoints;
   const int few = in_large || (flow > 1 && !must) || !state.solver->exact ? fewest : usual;
   OnePieceRule rule;
@@ -250,7 +250,7 @@ int restlessness(const IslandResult& result) {
 }
 
 void wait_after_failure(const WorldState& state, const Island& island, StepMemory& memory) {
-  const bool in_large = may_flow(state) && island.joints.empty() && !works_finely(state, 0);
+  const bool in_large = may_flow(state) && island.joints.empty() && !works_finely(state, island);
   const int first = in_large ? kFirstWaitInLarge : kFirstWait;
   memory.light_wait = std::min(first << memory.light_failures, kLongestWait);
   if (memory.light_wait < kLongestWait) ++memory.light_failures;

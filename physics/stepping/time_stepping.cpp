@@ -221,7 +221,7 @@ class IslandStep {
       // a price, enough), and nothing where springs swing to and fro within it; nor what contacts do while a
       // body turns far, or beyond a corner.
       const auto is_of_whole = [&] {
-        return at_corner || (holds_ && is_small(state_)) || swings_fast(state_, island_, solved) ||
+        return at_corner || (holds_ && is_small(state_, island_)) || swings_fast(state_, island_, solved) ||
                (hit < kPart * solved && turns_far(solved, before, after));
       };
       for (int k = 0; k < kShorterPieces && hit < solved && is_of_whole(); ++k) {
@@ -355,7 +355,7 @@ class IslandStep {
 
   /// How many limits of joints may cut the step.
   static int most_limits(const WorldState& state, const Island& island) {
-    if (!is_small(state)) return 0;
+    if (!is_small(state, island)) return 0;
     const auto limited = [&](std::uint32_t slot) { return has_limits(state.joints[slot].def); };
     if (std::none_of(island.joints.begin(), island.joints.end(), limited)) return 0;
     return static_cast<int>(kMostLimits * kJointsWithLimits /

@@ -96,7 +96,7 @@ double overrun(const WorldState& state, std::uint32_t body) {
 }
 
 double little_overrun(const WorldState& state, std::uint32_t body) {
-  const bool finely = state.joints_of[body].empty() && works_finely(state, 0);
+  const bool finely = state.joints_of[body].empty() && works_finely(state);
   return (finely ? kFineOverrun / kOverrun : 1) * overrun(state, body);
 }
 
