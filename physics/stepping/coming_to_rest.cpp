@@ -38,6 +38,8 @@ constexpr double kClosed = 1e-4, kNearlyClosed = 5e-4;
 constexpr int kPatience = 96;
 // By so much joints may be off where they are held, of that size.
 constexpr double kJointed = 1e-2;
+// Overlaps that are no rest, of that size: they go away by shifts alone.
+constexpr double kPressed = 0.05;
 // Of what gaps are closed with, in steps of flow; and by so much joints are off then, of that size.
 constexpr double kClosingWork = 3, kJoined = 1e-8;
 // For so long an island has to be slow before it is stopped for that [s].
@@ -81,7 +83,7 @@ class ComingToRest {
       return RestLook::None;
     }
     if (meets_motion(state_, island_) || is_free(state_, island_)) return RestLook::None;
-    if (joints_are_off(state_, island_, 0, kJointed)) return RestLook::None;
+    if (joints_are_off(state_, island_, 0, kJointed) || is_pressed()) return RestLook::None;
     if (varying_) gravity_ = h_ * forces_of_rest();
     if (!(gravity_ > 0)) return RestLook::None;
     if (every == 0 && still_held()) return RestLook::Rests;
@@ -342,6 +344,18 @@ class ComingToRest {
     if (varying_) begin_at_rest();
     report(speed / gravity_);
     return true;
+  }
+
+  /// Bodies are so far in each other that they are still being pushed out, without any velocity.
+  bool is_pressed() const {
+    return std::any_of(island_.contacts.begin(), island_.contacts.end(), [&](std::uint32_t index) {
+      const Contact& contact = state_.contacts[index];
+      const double size =
+          std::min(size_in_island(state_, contact.body_a), size_in_island(state_, contact.body_b));
+      for (int i = 0; i < contact.manifold.count; ++i)
+        if (contact.manifold.points[static_cast<std::size_t>(i)].separation < -kPressed * size) return true;
+      return false;
+    });
   }
 
   /// They stand still already, and their forces act on.

@@ -38,6 +38,8 @@ constexpr int kFineSeparations = 2;
 // Sweeps that leave more than this of the overlaps have not found out where bodies can go to: in a deep crush
 // each is pushed out of its neighbours and into the next ones, and so is less of it, in proportion.
 constexpr double kAmiss = 0.2;
+// Shift, as a share of a body's radius, from which on its manifolds are made anew.
+constexpr double kFar = 0.05;
 // Masses that differ by more than this count as equal where bodies in flow are pushed out of each other.
 constexpr double kUneven = 100;
 // Rounds of taking them out where all is exact: corners that turn do not go along straight lines.
@@ -66,6 +68,7 @@ class OnePiecePositions {
       StageTimer timer(state_, result_, Stage::Narrow);
       result_.manifolds_reused += update_manifolds(state_, island_, to_, result_.narrow);
     } while (!rigid && separate() && goes_on(++round));
+    if (!exact_) look_again();
     if (!rigid) return;
     StageTimer timer(state_, result_, Stage::Apply);
     Spare<PositionRows> rows;
@@ -111,6 +114,7 @@ class OnePiecePositions {
       }
     });
     deep_ = deep;
+    farthest_ = 0;
     if (!any) return false;
     Spare<PositionRows> spare;
     std::optional<Spare<MorePositionRows>> more;
@@ -151,10 +155,12 @@ class OnePiecePositions {
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     std::atomic<double> farthest = 0;
+    far_->assign(shift.size(), 0);
     share_each(state_.island_threads, shift.size(), kItemsAPiece, [&](std::size_t k) {
       const std::uint32_t body = island_.bodies[k];
       const double way = length_of_shift(state_, body, shift[k]);
       raise_to(farthest, way / state_.radius[body]);
+      (*far_)[k] = way > kFar * state_.radius[body];
       shift_body(state_, body, shift[k]);
       if (uneven_ && !exact_ && !free && island_.joints.empty()) lose_what_was_taken_back(body, shift[k]);
       note_way(state_, body, way, !exact_);
@@ -300,6 +306,23 @@ class OnePiecePositions {
     return std::max(room, 0.0) + overrun(state_, body);
   }
 
+  /// Manifolds of what was shifted far do not follow it: what they say of who touches would be wrong.
+  void look_again() {
+    if (!(farthest_ > kFar)) return;
+    StageTimer timer(state_, result_, Stage::Narrow);
+    const auto is_far = [&](std::uint32_t body) {
+      const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
+      return k >= 0 && (*far_)[static_cast<std::size_t>(k)] != 0;
+    };
+    Spare<Island> shifted;
+    shifted->contacts.clear();
+    for (const std::uint32_t index : island_.contacts) {
+      const Contact& contact = state_.contacts[index];
+      if (is_far(contact.body_a) || is_far(contact.body_b)) shifted->contacts.push_back(index);
+    }
+    result_.manifolds_reused += update_manifolds(state_, *shifted, to_, result_.narrow);
+  }
+
   /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
   void follow(const Assembly& assembly, const std::vector<Velocity>& shift) {
     share_each(state_.island_threads, assembly.system.rows.size(), kItemsAPiece, [&](std::size_t i) {
@@ -321,6 +344,7 @@ class OnePiecePositions {
   IslandResult& result_;
   bool deep_ = false, uneven_ = false;  ///< overlaps of the last round, and masses
   double farthest_ = 0;                 ///< largest shift of the last round, as a share of the body's radius
+  Spare<std::vector<std::uint8_t>> far_;  ///< by body: shifted far in the last round
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "physics/narrowphase/queries.h"
 #include "physics/stepping/chain_side.h"
+#include "physics/stepping/island_rows.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
 
@@ -69,6 +70,7 @@ bool may_pass_walls(const WorldState& state, std::uint32_t body, double way) {
 
 void put_before_walls(WorldState& state, const Island& island, std::span<const Transform> start, double from,
                       double to, IslandResult& result) {
+  bool any = false;
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
     const bool a_moves = state.local_index[contact.body_a] >= 0;
@@ -91,7 +93,9 @@ void put_before_walls(WorldState& state, const Island& island, std::span<const T
     note_way(state, body, way, result.report.flowing);
     note_way_astray(state, body, way, result.report.flowing);
     result.overlap = std::max(result.overlap, way);
+    any = true;
   }
+  if (any) result.manifolds_reused += update_manifolds(state, island, to, result.narrow);
 }
 
 }  // namespace skerry

@@ -62,15 +62,18 @@ INSTANTIATE_TEST_SUITE_P(By, Crowds,
                          });
 
 TEST(CrowdOfDiscs, ACoincidentColumnOfDiscsIsNoRest) {
-  // Two hundred discs at one place stay in one vertical line, and their overlaps carry nothing.
-  World world;
-  add_ground(world, rough(make_disc(1), 0.5));
-  std::vector<BodyId> discs;
-  discs.reserve(200);
-  for (int k = 0; k < 200; ++k) discs.push_back(add(world, {0, 2}, rough(make_disc(0.5), 0.5)));
-  for (int i = 0; i < 300; ++i) world.step(kStep);
-  EXPECT_LT(world.report().worst_penetration, 1e-6);
-  for (const BodyId disc : discs) EXPECT_GT(world.position(disc).y, 0.49);
+  // Hundreds of discs at one place stay in one vertical line, and their overlaps carry nothing. What is
+  // pushed out of each other has no velocity: 300 fell asleep in each other after two seconds.
+  for (const int count : {200, 300}) {
+    World world;
+    add_ground(world, rough(make_disc(1), 0.5));
+    std::vector<BodyId> discs;
+    discs.reserve(static_cast<std::size_t>(count));
+    for (int k = 0; k < count; ++k) discs.push_back(add(world, {0, 2}, rough(make_disc(0.5), 0.5)));
+    for (int i = 0; i < 2 * count; ++i) world.step(kStep);
+    EXPECT_LT(world.report().worst_penetration, 1e-6) << count;
+    for (const BodyId disc : discs) EXPECT_GT(world.position(disc).y, 0.49);
+  }
 }
 
 }  // namespace crowd_test

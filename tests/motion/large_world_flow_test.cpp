@@ -279,7 +279,9 @@ std::vector<Vec2> fall_into_box(int seed, int others) {
   world.add_shape(box, floor);
   for (const double side : {-2.0, 2.0}) world.add_shape(box, test::rough(make_box({0.5, 4}, {side, 2}), 0.5));
   std::vector<BodyId> bodies;
-  for (int i = 0, count = 4 + draw.pick(6); i < count; ++i) {
+  const int count = 4 + draw.pick(6);
+  bodies.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
     const Vec2 size{draw.uniform(0.2, 0.6), draw.uniform(0.2, 0.6)};
     const Shape shape = draw.one_in(2) ? make_disc(0.5 * size.x) : make_box(size);
     bodies.push_back(
@@ -291,6 +293,7 @@ std::vector<Vec2> fall_into_box(int seed, int others) {
                     test::smooth(make_disc(0.4)));
   for (int i = 0; i < 60; ++i) world.step(kStep);
   std::vector<Vec2> places;
+  places.reserve(bodies.size());
   for (const BodyId body : bodies) places.push_back(world.position(body));
   return places;
 }

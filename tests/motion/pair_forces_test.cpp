@@ -153,7 +153,7 @@ TEST(PairForces, AreAmongThoseThatAreNamed) {
   EXPECT_NEAR(world.velocity(plus).x, 8 * kStep, 1e-12);
   EXPECT_NEAR(world.velocity(minus).x, -6.75 * kStep, 1e-12);
   EXPECT_EQ(world.velocity(other), Vec2{});
-  EXPECT_EQ(world.position(wall), Vec2(-1, 0));
+  EXPECT_EQ(world.position(wall), (Vec2{-1, 0}));
 
   world.destroy(minus);
   const double before = world.velocity(plus).x;
@@ -202,6 +202,7 @@ TEST(PairForces, RefuseWhatIsNoNumber) {
 TEST(PairForces, PressWhatTouches) {
   World world(test::weightless());
   std::vector<BodyId> discs;
+  discs.reserve(7);
   for (int i = 0; i < 7; ++i)
     discs.push_back(test::add(world, {1.3 * i - 4, 0.3 * (i % 2)}, test::rough(make_disc(0.5), 0.4), 1));
   PairForces forces({.strength = 5, .softening = 0.1});
