@@ -68,7 +68,11 @@ class OnePiecePositions {
       StageTimer timer(state_, result_, Stage::Narrow);
       result_.manifolds_reused += update_manifolds(state_, island_, to_, result_.narrow);
     } while (!rigid && separate() && goes_on(++round));
-    if (!exact_) look_again();
+    // Manifolds do not follow what was shifted far: what they say of who touches would be wrong.
+    if (!exact_ && farthest_ > kFar) {
+      StageTimer timer(state_, result_, Stage::Narrow);
+      result_.manifolds_reused += update_manifolds(state_, *shifted_, to_, result_.narrow);
+    }
     if (!rigid) return;
     StageTimer timer(state_, result_, Stage::Apply);
     Spare<PositionRows> rows;
@@ -169,6 +173,7 @@ class OnePiecePositions {
     farthest_ = farthest;
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(assembly, shift);
+    if (!exact_) note_shifted(assembly);
     give_spare(std::move(shift));
     give_spare(std::move(solution.lambda));
     return true;
@@ -306,21 +311,18 @@ class OnePiecePositions {
     return std::max(room, 0.0) + overrun(state_, body);
   }
 
-  /// Manifolds of what was shifted far do not follow it: what they say of who touches would be wrong.
-  void look_again() {
+  /// Notes the contacts with points among the rows of bodies that were shifted far.
+  void note_shifted(const Assembly& assembly) {
+    shifted_->contacts.clear();
     if (!(farthest_ > kFar)) return;
-    StageTimer timer(state_, result_, Stage::Narrow);
-    const auto is_far = [&](std::uint32_t body) {
-      const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
-      return k >= 0 && (*far_)[static_cast<std::size_t>(k)] != 0;
-    };
-    Spare<Island> shifted;
-    shifted->contacts.clear();
-    for (const std::uint32_t index : island_.contacts) {
-      const Contact& contact = state_.contacts[index];
-      if (is_far(contact.body_a) || is_far(contact.body_b)) shifted->contacts.push_back(index);
+    const auto is_far = [&](int body) { return body >= 0 && (*far_)[static_cast<std::size_t>(body)] != 0; };
+    for (std::size_t i = 0; i < assembly.system.rows.size(); ++i) {
+      const Row& row = assembly.system.rows[i];
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint || !(is_far(row.a) || is_far(row.b))) continue;
+      std::vector<std::uint32_t>& noted = shifted_->contacts;
+      if (noted.empty() || noted.back() != origin.index) noted.push_back(origin.index);
     }
-    result_.manifolds_reused += update_manifolds(state_, *shifted, to_, result_.narrow);
   }
 
   /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
@@ -345,6 +347,7 @@ class OnePiecePositions {
   bool deep_ = false, uneven_ = false;  ///< overlaps of the last round, and masses
   double farthest_ = 0;                 ///< largest shift of the last round, as a share of the body's radius
   Spare<std::vector<std::uint8_t>> far_;  ///< by body: shifted far in the last round
+  Spare<Island> shifted_;                 ///< contacts of those
 };
 
 }  // namespace
