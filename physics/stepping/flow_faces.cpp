@@ -20,11 +20,6 @@ constexpr double kFlush = 1e-4;
 constexpr double kTurn = 0.03;
 constexpr std::size_t kContactsAPiece = 256;
 
-bool is_hull(const Shape& shape) {
-  return shape.kind == ShapeKind::Polygon || shape.kind == ShapeKind::Capsule ||
-         shape.kind == ShapeKind::Disc;
-}
-
 /// A face that keeps two bodies apart until a time.
 struct Passage {
   Vec2 normal;        ///< from a to b

@@ -85,9 +85,9 @@ class OnePieceStep {
         result_(result) {
     slow_ = slow_speed(state, island, h_);
     const auto bodies = static_cast<double>(island.bodies.size());
-    const double share = !was_in_flow(state, island)                 ? kExactWork
+    const double share = !was_in_flow(state, island)   ? kExactWork
                          : works_finely(state, island) ? kExactWorkInFlow
-                                                                     : kExactWorkInLargeFlow;
+                                                       : kExactWorkInLargeFlow;
     exact_limit_ = share * usual_flow_work(state) * bodies * std::sqrt(std::max(1.0, bodies / kManyBodies));
     // Without flow, sweeps for positions still want a bound.
     double work = more * (may_flow(state) ? flow_work(state, island) : kUsualFlowWork);

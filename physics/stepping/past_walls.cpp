@@ -19,11 +19,6 @@ namespace {
 // of what points along it, and between normals of one side.
 constexpr double kLeastWay = 0.5, kAlongTheWay = 0.5, kSameSide = 0.9;
 
-bool is_hull(const Shape& shape) {
-  return shape.kind == ShapeKind::Polygon || shape.kind == ShapeKind::Capsule ||
-         shape.kind == ShapeKind::Disc;
-}
-
 /// Whether the shortest way out of a wall from a point in it goes along a straight way or back, or through
 /// the face by which it came: what is no deeper than its own half width and has it to the side passes there.
 bool is_in_the_way(const Shape& wall, Vec2 point, Vec2 way, Vec2 face, double half_width) {
@@ -44,7 +39,8 @@ struct Passage {
     const Vec2 middle = middle_of(shape);
     const Vec2 from = to_local(wall_before, to_world(before, middle)),
                to = to_local(wall_now, to_world(now, middle)), way = to - from;
-    if (!(length_squared(way) > kLeastWay * kLeastWay * own * own)) return {};
+    const double square = length_squared(way);
+    if (!(square > kLeastWay * kLeastWay * own * own && square < kInfinity)) return {};
     const std::optional<RayHit> in = ray_cast(wall, {}, {from, way, 1});
     if (!in || in->t == 0) return {};
     Vec2 deepest = to;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A step in one piece is of first order, and sweeps leave a part of what they should take: what turns fast, or
-// is pressed on by others, may be put into a wall by more than half of its thickness at once, and would be
+// A step in one piece is of first order, and sweeps leave a part of what they should take: what turns fast,
+// or is pressed on by others, may be put into a wall by more than half of its thickness at once, and would be
 // pushed out behind.
 #pragma once
 

@@ -47,6 +47,12 @@ inline double spring_energy(const WorldState& state, const JointRecord& joint) {
   return sum;
 }
 
+/// Neither endless nor a chain.
+inline bool is_hull(const Shape& shape) {
+  return shape.kind == ShapeKind::Polygon || shape.kind == ShapeKind::Capsule ||
+         shape.kind == ShapeKind::Disc;
+}
+
 /// Gaps up to this count as closed: the world's tolerance, or what rounding leaves of coordinates this large
 /// [m].
 inline double touch_tolerance(const WorldState& state, Vec2 where) {
