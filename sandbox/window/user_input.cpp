@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace skerry::sandbox {
 namespace {
@@ -137,10 +138,14 @@ bool is_loose(const World& world, BodyId body, std::span<const UserInput> inputs
 
 BodyId pick_body(const World& world, Vec2 point, double slack, std::span<const UserInput> inputs) {
   BodyId best{};
-  const auto offer = [&](ShapeId shape) {
-    const BodyId body = world.shapes()[shape.index].body;
-    // Drawn later lies above.
-    if ((!best || body.index > best.index) && is_loose(world, body, inputs)) best = body;
+  bool solid = false;
+  const auto offer = [&](ShapeId id) {
+    const ShapeRecord& shape = world.shapes()[id.index];
+    // Drawn later lies above; sensors are seen through.
+    const bool above = !best || std::pair(!shape.sensor, shape.body.index) > std::pair(solid, best.index);
+    if (!above || !is_loose(world, shape.body, inputs)) return;
+    best = shape.body;
+    solid = !shape.sensor;
   };
   for (const ShapeId shape : world.shapes_at(point)) offer(shape);
   if (best || !(slack > 0)) return best;

@@ -389,6 +389,16 @@ TEST(Hand, HoldsABodyUnderItsGripAndIsNotInfinitelyStrong) {
   EXPECT_FALSE(hand.holds());
 }
 
+TEST(Pick, SeesThroughSensors) {
+  World world;
+  const BodyId box = world.create_body({.position = {0, 1}});
+  world.add_shape(box, {.shape = make_disc(0.5)});
+  const BodyId zone = world.create_body({.position = {0, 1}});
+  world.add_shape(zone, {.shape = make_disc(2), .sensor = true});
+  EXPECT_EQ(pick_body(world, {0, 1}, 0), box);
+  EXPECT_EQ(pick_body(world, {1, 1}, 0), zone);
+}
+
 TEST(Pick, FindsTheTopmostDynamicBodyAndSmallOnesNearby) {
   World world;
   const BodyId ground = world.create_body({.type = BodyType::Static});
