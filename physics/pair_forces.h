@@ -33,8 +33,9 @@ struct PairLaw {
 /// They act over a step as they are in the middle of it, where the bodies get to with the velocities of its
 /// beginning: for what moves freely the leapfrog of drift, kick, drift [Verlet 1967; Hairer, Lubich & Wanner
 /// 2003, section 1.4], of second order, which keeps momentum and angular momentum to rounding and whose error
-/// of energy does not grow. Steps have to be short against the time in which two bodies pass each other. The
-/// work is that of all pairs. Bodies on which they act never rest or sleep.
+/// of energy does not grow. Steps have to be short against the time in which two bodies pass each other;
+/// `WorldConfig::accuracy` does not know what they leave. The work is that of all pairs. Bodies on which they
+/// act never rest or sleep.
 class PairForces {
  public:
   /// Between all dynamic bodies of a world, with their masses as weights, until some are named.

@@ -57,8 +57,13 @@ int attract(lua_State* L) {
   if (weighed && weights.size() != bodies.size())
     throw std::invalid_argument("attract: weights expected one for each of " + std::to_string(bodies.size()) +
                                 " bodies, got " + std::to_string(weights.size()));
-  for (std::size_t i = 0; i < bodies.size(); ++i)
-    forces.set_weight(bodies[i], weighed ? weights[i] : script.world->mass(bodies[i]));
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const double weight = weighed ? weights[i] : script.world->mass(bodies[i]);
+    if (!weighed && weight == 0)
+      throw std::invalid_argument("attract: bodies[" + std::to_string(i + 1) +
+                                  "] is not dynamic and has no mass; give weights");
+    forces.set_weight(bodies[i], weight);
+  }
   script.attractions.push_back({std::move(forces), script_place(L)});
   *static_cast<std::size_t*>(lua_newuserdatauv(L, sizeof(std::size_t), 0)) = script.attractions.size() - 1;
   luaL_setmetatable(L, kAttractionType);
@@ -111,6 +116,8 @@ int attraction_newindex(lua_State* L) {
     law.strength = number_argument(L, 3, "attraction", key);
   else if (key == "power")
     law.power = number_argument(L, 3, "attraction", key);
+  else if (key == "softening" && number_argument(L, 3, "attraction", key) < 0)
+    throw std::invalid_argument("attraction: softening must be at least 0, got " + describe(L, 3));
   else if (key == "softening")
     law.softening = number_argument(L, 3, "attraction", key);
   else

@@ -154,7 +154,11 @@ std::uint32_t known_categories(lua_State* L, int index, const Script& script, co
   std::uint32_t mask = ~std::uint32_t{0};
   for (const std::string& name : read_names(L, index, whose)) {
     const auto found = std::find(script.categories.begin(), script.categories.end(), name);
-    if (found == script.categories.end()) refuse_unknown(whose, name, script.categories);
+    if (found == script.categories.end()) {
+      // What there is none of yet is nowhere to be found; a slip is near to a name that there is.
+      if (!suggestion(name, script.categories).empty()) refuse_unknown(whose, name, script.categories);
+      continue;
+    }
     mask &= ~(2u << static_cast<unsigned>(found - script.categories.begin()));
   }
   return mask;

@@ -47,6 +47,8 @@ double falling_root(F&& f, double low, double f_low, double high, double f_high)
 
 // A gap that is no rounding of none [m or rad].
 constexpr double kParted = 1e-14;
+// A time of which there is no millionth part [s].
+constexpr double kNoTime = 1e-200;
 
 /// First time in (0, h] at which a gap closes, or none. The gap changes by at most `speed` a second.
 /// @param armed  the gap must have been wider than this before it can close; closer starts count as open
@@ -55,6 +57,7 @@ constexpr double kParted = 1e-14;
 /// @param way  way(t, gap): how far it is to close at least, where it was measured at t
 template <class Gap, class Way>
 std::optional<double> closing_time(Gap&& gap, Way&& way, double speed, double h, double armed) {
+  if (!(h > kNoTime)) return std::nullopt;
   double t = 0, value = gap(0.0);
   if (value <= armed) {
     // The start is a contact that parts: look where it has.

@@ -76,7 +76,7 @@ void analyse_bodies(const Demo& demo, bool pushed, Json& json, std::ostream& tex
   text << ")\n";
   std::vector<std::string> more;
   if (world.callbacks().field) more.emplace_back("the force field, as it acts on what rests");
-  if (pushed) more.emplace_back("the forces of on_step at this moment");
+  if (pushed) more.emplace_back("the forces of on_step and attract at this moment");
   json["loads_of_the_script"] = more;
   if (!more.empty()) text << "  among the loads: " << join(more, "; ") << '\n';
   double speed = 0;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
+#include "physics/stepping/root.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -83,6 +84,15 @@ TEST(EventFeatures, TwoPointsHoldWhatResistsRolling) {
     EXPECT_NEAR(world.angle(body), 0, 1e-14) << resistance;
     EXPECT_EQ(world.velocity(body).x, 0) << resistance;
   }
+}
+
+/// Where sixty contacts of a cluster closed at once, each a millionth of the time before the one before, the
+/// time that was left had no millionth, and the search for the next one no end.
+TEST(EventFeatures, ATimeWithoutParts) {
+  const auto sunk = [](double) { return -1e-10; };
+  EXPECT_FALSE(closing_time(sunk, 1, 3e-323, 1e-14));
+  EXPECT_FALSE(closing_time(sunk, 1, 0, 1e-14));
+  EXPECT_TRUE(closing_time(sunk, 1, 1e-30, 1e-14));
 }
 
 }  // namespace event_features_test

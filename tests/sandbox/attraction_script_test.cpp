@@ -91,6 +91,13 @@ TEST_F(AttractionScript, SaysWhatIsWrong) {
             "arch.lua:2: attract: weights expected one for each of 0 bodies, got 2");
   EXPECT_EQ(error_of(two + "attract{ strength = 1, softening = -1 }"),
             "arch.lua:2: attract: softening must be at least 0, got -1");
+  EXPECT_EQ(
+      error_of(
+          two +
+          "local s = disc{ radius = 1, type = 'static', mass = 9 } attract{ strength = 1, bodies = {a, s} }"),
+      "arch.lua:2: attract: bodies[2] is not dynamic and has no mass; give weights");
+  EXPECT_EQ(error_of(two + "attract{ strength = 1 }.softening = -1"),
+            "arch.lua:2: attraction: softening must be at least 0, got the number -1");
   EXPECT_EQ(error_of(two + "attract{ strength = 1, mass = 2 }").substr(0, 33),
             "arch.lua:2: attract: no argument ");
   EXPECT_EQ(error_of(two + "attract{ strength = 1 }.charge = 3"),

@@ -230,7 +230,7 @@ TEST(Analyze, TheFieldAndWhatTheScriptPushesAreAmongTheLoads) {
   // 4.5 N of 4.905 N of friction.
   const std::string pushed = analysis("}\n" + block + "on_step(function() b:force(4.5, 0) end)");
   EXPECT_THAT(pushed, HasSubstr("stands"));
-  EXPECT_THAT(pushed, HasSubstr("among the loads: the forces of on_step at this moment"));
+  EXPECT_THAT(pushed, HasSubstr("among the loads: the forces of on_step and attract at this moment"));
   EXPECT_THAT(pushed, HasSubstr("91.7 % of its friction"));
   const std::string blown = analysis("}\n" + block + "field(function() return 4.5, 0 end)");
   EXPECT_THAT(blown, HasSubstr("among the loads: the force field, as it acts on what rests\n"));
