@@ -191,4 +191,23 @@ std::optional<BodyId> Args::body(const char* key) const {
   return value;
 }
 
+std::optional<std::vector<BodyId>> Args::bodies(const char* key) const {
+  if (lua_getfield(state_, index_, key) == LUA_TNIL) {
+    lua_pop(state_, 1);
+    return {};
+  }
+  const int list = lua_gettop(state_);
+  if (lua_type(state_, list) != LUA_TTABLE) fail(key, "a list of bodies", list);
+  std::vector<BodyId> found;
+  for (lua_Unsigned i = 1; i <= lua_rawlen(state_, list); ++i) {
+    lua_rawgeti(state_, list, static_cast<lua_Integer>(i));
+    const std::optional<BodyId> body = to_body(state_, -1);
+    if (!body) fail((std::string(key) + '[' + std::to_string(i) + ']').c_str(), "a body", lua_gettop(state_));
+    found.push_back(*body);
+    lua_pop(state_, 1);
+  }
+  lua_pop(state_, 1);
+  return found;
+}
+
 }  // namespace skerry::sandbox

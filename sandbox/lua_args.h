@@ -52,6 +52,8 @@ class Args {
   /// A function, kept in the registry; 0 when absent.
   int callback(const char* key) const;
   std::optional<BodyId> body(const char* key) const;
+  /// A list of them.
+  std::optional<std::vector<BodyId>> bodies(const char* key) const;
 
   const std::string& function() const { return function_; }
   int index() const { return index_; }

@@ -14,20 +14,6 @@ namespace {
 
 constexpr const char* kAttractionType = "attraction";
 
-/// { ball, moon }
-std::vector<BodyId> read_bodies(lua_State* L, const Args& args, int value) {
-  if (lua_type(L, value) != LUA_TTABLE) args.fail("bodies", "a list of bodies", value);
-  std::vector<BodyId> bodies;
-  for (lua_Unsigned i = 1; i <= lua_rawlen(L, value); ++i) {
-    lua_rawgeti(L, value, static_cast<lua_Integer>(i));
-    const std::optional<BodyId> body = to_body(L, -1);
-    if (!body) args.fail(("bodies[" + std::to_string(i) + "]").c_str(), "a body", lua_gettop(L));
-    bodies.push_back(*body);
-    lua_pop(L, 1);
-  }
-  return bodies;
-}
-
 /// { 1, -1 }
 std::vector<double> read_weights(lua_State* L, const Args& args, int value) {
   if (lua_type(L, value) != LUA_TTABLE) args.fail("weights", "a list of numbers", value);
@@ -47,11 +33,11 @@ int attract(lua_State* L) {
   PairForces forces({.strength = args.required_number("strength"),
                      .power = args.number("power", 2),
                      .softening = args.number_from("softening", 0).value_or(0)});
-  const bool named = lua_getfield(L, args.index(), "bodies") != LUA_TNIL;
-  const std::vector<BodyId> bodies = named ? read_bodies(L, args, lua_gettop(L)) : std::vector<BodyId>{};
+  const std::optional<std::vector<BodyId>> named = args.bodies("bodies");
+  const std::vector<BodyId> bodies = named.value_or(std::vector<BodyId>{});
   const bool weighed = lua_getfield(L, args.index(), "weights") != LUA_TNIL;
   const std::vector<double> weights = weighed ? read_weights(L, args, lua_gettop(L)) : std::vector<double>{};
-  lua_pop(L, 2);
+  lua_pop(L, 1);
   if (named && bodies.size() < 2)
     throw std::invalid_argument("attract: bodies expected two or more, got " + std::to_string(bodies.size()));
   if (weighed && weights.size() != bodies.size())

@@ -47,13 +47,7 @@ std::vector<BodyId> read_skipped(lua_State* L, const Args& args) {
     bodies.push_back(*single);
   } else if (type != LUA_TNIL) {
     if (type != LUA_TTABLE) args.fail("skip", "a body or a list of bodies", value);
-    for (lua_Unsigned i = 1; i <= lua_rawlen(L, value); ++i) {
-      lua_rawgeti(L, value, static_cast<lua_Integer>(i));
-      const std::optional<BodyId> body = to_body(L, -1);
-      if (!body) args.fail(("skip[" + std::to_string(i) + "]").c_str(), "a body", lua_gettop(L));
-      bodies.push_back(*body);
-      lua_pop(L, 1);
-    }
+    bodies = args.bodies("skip").value_or(bodies);
   }
   lua_pop(L, 1);
   return bodies;
