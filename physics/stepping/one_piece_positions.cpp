@@ -68,8 +68,10 @@ class OnePiecePositions {
       StageTimer timer(state_, result_, Stage::Narrow);
       result_.manifolds_reused += update_manifolds(state_, island_, to_, result_.narrow);
     } while (!rigid && separate() && goes_on(++round));
-    // Manifolds do not follow what was shifted far: what they say of who touches would be wrong.
-    if (!exact_ && farthest_ > kFar) {
+    // Manifolds do not follow what was shifted far: what they say of who touches would be wrong. Beside
+    // joints the next step's forces begin elsewhere then, and of 260 random mechanisms two threw a body off
+    // at 130 m/s.
+    if (!exact_ && island_.joints.empty() && farthest_ > kFar) {
       StageTimer timer(state_, result_, Stage::Narrow);
       result_.manifolds_reused += update_manifolds(state_, *shifted_, to_, result_.narrow);
     }
@@ -173,7 +175,7 @@ class OnePiecePositions {
     farthest_ = farthest;
     if (free) give_spin(state_, island_, momentum - rigid_motion(state_, island_).momentum);
     follow(assembly, shift);
-    if (!exact_) note_shifted(assembly);
+    if (!exact_ && island_.joints.empty()) note_shifted(assembly);
     give_spare(std::move(shift));
     give_spare(std::move(solution.lambda));
     return true;
