@@ -188,6 +188,8 @@ struct StepReport {
   // Accuracy.
   double worst_residual = 0;  ///< over the islands, relative
   double error_estimate = 0;  ///< largest of the islands' (see `IslandReport`)
+  /// That have no exact answer, or whose joints or contacts an exact step left off by more than 1e-5 of a
+  /// body; asleep or not.
   int inexact_islands = 0;
   /// Deepest overlap at the end of the step [m], >= 0; of islands in flow at its beginning, too: what met
   /// unforeseen in the step before is known only then.

@@ -14,6 +14,7 @@
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/projection.h"
+#include "physics/stepping/squeezed.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
 #include "physics/world_state.h"
@@ -137,7 +138,8 @@ class OnePiecePositions {
       options.work_limit = std::max(options.work_limit, work_of_sweeps(spare->system, kLeastShiftSweeps));
     Solution solution = find_shift(*points, *spare, more, options);
     result_.work += solution.work;
-    if (!exact_ && island_.joints.empty() && solution.residual > kAmiss) {
+    const bool crushed = !exact_ && island_.joints.empty() && solution.residual > kAmiss;
+    if (crushed) {
       for (double& impulse : solution.lambda) impulse *= kAmiss / solution.residual;
     }
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
@@ -156,6 +158,7 @@ class OnePiecePositions {
       }
     });
     const bool free = is_off_ground(state_, island_);
+    if (crushed) step_aside(state_, assembly, shift);
     if (limited) limit_shift(*most, shift);
     if (free && (limited || uneven_)) keep_centre(shift);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.

@@ -96,6 +96,21 @@ bool has_parted(const WorldState& state, const Island& island, double elapsed) {
   return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
 }
 
+/// Whether contacts are deeper in each other than exact steps leave them: what is wedged has no place to go
+/// to.
+bool has_overlaps(const WorldState& state, const Island& island) {
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    const double size =
+        std::min(size_in_island(state, contact.body_a), size_in_island(state, contact.body_b));
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
+      if (-point.separation > std::max(kApart * size, touch_tolerance(state, point.position))) return true;
+    }
+    return false;
+  });
+}
+
 struct PointCounts {
   int points = 0, fast = 0, strikes = 0, landings = 0;
   int stirring = 0;     ///< that are not calm
@@ -238,9 +253,12 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
 
 void note_parted(const WorldState& state, const Island& island, double h, IslandResult& result) {
   // What will be made again has not moved yet.
-  if (result.unmoved || !has_parted(state, island, h)) return;
+  if (result.unmoved) return;
+  const bool exact = !result.report.flowing;
+  const bool parted = has_parted(state, island, h);
+  if (!parted && !(exact && has_overlaps(state, island))) return;
   note_status(result, SolveStatus::Inexact, 0);
-  if (!result.report.flowing) result.step_memory.flow = kParted;
+  if (exact && parted) result.step_memory.flow = kParted;
 }
 
 int restlessness(const IslandResult& result) {

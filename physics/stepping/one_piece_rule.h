@@ -65,8 +65,9 @@ bool flows_on(const WorldState& state, const Island& island, double h);
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 
-/// Reports an island inexact whose joints a step of `h` [s] left off by more than 1e-5 of a body's size;
-/// after an exact step its bodies are `kParted`.
+/// Reports an island inexact whose joints a step of `h` [s] left off by more than 1e-5 of a body's size, or,
+/// if it was exact, whose contacts are so deep in each other; with such joints its bodies are `kParted` after
+/// an exact step.
 void note_parted(const WorldState& state, const Island& island, double h, IslandResult& result);
 
 /// How often an exact step was cut, as `StepMemory::flow` of the next one: 0 seldom, 1 often, 2 very often.

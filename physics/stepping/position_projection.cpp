@@ -9,6 +9,7 @@
 #include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/projection_rows.h"
+#include "physics/stepping/squeezed.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
 
@@ -29,6 +30,8 @@ constexpr double kShorter = 0.25;
 constexpr int kShorterShifts = 3;
 // Errors above this that a solve leaves are no rounding [m or rad].
 constexpr double kContradiction = 1e-6;
+// What went aside has to be no better at once, and is allowed so many times the error.
+constexpr double kMoreAside = 1.1;
 // Sweeps for a shift where no answer is found.
 constexpr double kSweptShift = 40;
 // Contacts, or joints, and rows that a thread takes at a time.
@@ -184,7 +187,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
                            IslandResult& result) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
-  bool held_back = false, pulls = true;
+  bool held_back = false, pulls = true, went_aside = false;
   int shorter = 0;
   Spare<PositionScratch> scratch;
   std::vector<Velocity>& shift = scratch->shift;
@@ -208,7 +211,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       extent = std::max({extent, std::abs(all.position[body].x), std::abs(all.position[body].y)});
     }
     const double error = position_error(state, assembly), floor = position_floor(state, {extent, extent});
-    if (error > last && error > kContradiction) {
+    if (error > (went_aside ? kMoreAside : 1) * last && error > kContradiction) {
       // Rows that contradict each other, or bodies that turn far: what made it worse is undone.
       go_back(state, island, scratch->before);
       if (shorter == kShorterShifts) {
@@ -244,8 +247,10 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       continue;
     }
     // Nor is there any shift that takes all of it out, where it is wedged, or none is found in a crowd.
-    if (!pulls && leaves_errors(assembly, shift, error))
+    if (!pulls && leaves_errors(assembly, shift, error)) {
       sweep_rows(state, island, assembly.system, result, scratch->lambda, shift);
+      went_aside = step_aside(state, assembly, shift);
+    }
     const double share = share_of_shifts(state, island, shift, error);
     if (share < 1 && !held_back && let_go_of_held_back(state, assembly, scratch->lambda)) {
       held_back = true;
