@@ -358,9 +358,20 @@ double IslandEnergy::unexplained_gain(const WorldState& state, const Island& isl
          std::max(0.0, drive.kinetic - kinetic_) - drive.work;
 }
 
+bool IslandEnergy::has_more(const WorldState& state, const Island& island, double h) const {
+  const BodyArrays& all = state.bodies;
+  double available = kinetic_;
+  for (const std::uint32_t i : island.bodies)
+    available += h * all.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
+  return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t i) {
+    return length_squared(all.velocity[i]) > 2 * available * all.inverse_mass[i];
+  });
+}
+
 void IslandEnergy::slow_down(WorldState& state, const Island& island, double told, double h,
                              double more) const {
   if (told == 0) return;
+  const double lever = island.joints.empty() ? impact::kWedge : kLever;
   const BodyArrays& all = state.bodies;
   double available = kinetic_ + more + springs_ + most_of_motors(state, island, h);
   for (const std::uint32_t i : island.bodies)
@@ -368,7 +379,7 @@ void IslandEnergy::slow_down(WorldState& state, const Island& island, double tol
   double share = 1;
   for (const std::uint32_t i : island.bodies) {
     const double speed = length(all.velocity[i]);
-    const double limit = std::max(kLever * told, std::sqrt(2 * available * all.inverse_mass[i]));
+    const double limit = std::max(lever * told, std::sqrt(2 * available * all.inverse_mass[i]));
     if (speed > limit) share = std::min(share, limit / speed);
   }
   if (share < 1) InnerMotion(state, island).scale(state, island, share);
@@ -385,9 +396,13 @@ void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) 
 
 void IslandEnergy::take_push(WorldState& state, const Island& island, double h) const {
   if (is_unknown(state)) return;
-  const Drive drive(state, island, impact::kWedge / kLever * told_speed(state, island, h), h);
-  const double gained = gain(state, island, known_) - drive.kinetic - drive.work;
+  const double all = gain(state, island, known_);
+  if (!(all > 0) && !has_more(state, island, h)) return;
+  const double told = told_speed(state, island, h);
+  const Drive drive(state, island, impact::kWedge / kLever * told, h);
+  const double gained = all - drive.kinetic - drive.work;
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
+  slow_down(state, island, told, h, 0);
 }
 
 void IslandEnergy::take_much(WorldState& state, const Island& island, double h, double brought,
@@ -418,18 +433,22 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
                          std::vector<Velocity>& after) const {
   if (is_unknown(state)) return;
   const BodyArrays& all = state.bodies;
-  const double told = told_speed(state, island, h);
-  const Drive drive(state, island, told, h);
-  double available = std::max(kinetic_, drive.kinetic) + springs_ + most_of_motors(state, island, h);
-  double kinetic = 0;
+  const bool jointed = !island.joints.empty();
+  double kinetic = 0, forces = 0;
   for (std::size_t k = 0; k < after.size(); ++k) {
     const std::uint32_t i = island.bodies[k];
     const Vec2 v{after[k][0], after[k][1]};
     const double omega = after[k][2];
     kinetic += 0.5 * (all.mass[i] * length_squared(v) + all.inertia[i] * omega * omega);
-    available += h * (all.mass[i] * dot(state.acceleration[i], v) +
-                      all.inertia[i] * state.angular_acceleration[i] * omega);
+    forces += h * (all.mass[i] * dot(state.acceleration[i], v) +
+                   all.inertia[i] * state.angular_acceleration[i] * omega);
   }
+  // What is told to move costs a look at all contacts.
+  if (!jointed && kinetic <= kWild * (kinetic_ + forces)) return;
+  const double told = told_speed(state, island, h);
+  const Drive drive(state, island, jointed ? told : impact::kWedge / kLever * told, h);
+  const double available =
+      std::max(kinetic_, drive.kinetic) + springs_ + most_of_motors(state, island, h) + forces;
   const bool wild = kinetic > kWild * available;
   if (!wild && told == 0) return;
   Spare<std::vector<Velocity>> before;

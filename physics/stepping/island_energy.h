@@ -48,7 +48,8 @@ class IslandEnergy {
   /// @param h  time since then [s]
   void take_gain(WorldState& state, const Island& island, double h) const;
   /// The same of contacts alone, on ground that moves: what that squeezes may have been given what makes
-  /// every body 32 times as fast as it is. Without a bound what is crushed gets faster with each step.
+  /// every body 32 times as fast as it is, and no body is faster than that by it. Without a bound what is
+  /// crushed gets faster with each step.
   void take_push(WorldState& state, const Island& island, double h) const;
   /// As `take_gain`, where it is more than a hundredth of the energy that moved: pieces of a step are of
   /// second order, and what they are off by comes and goes.
@@ -59,8 +60,9 @@ class IslandEnergy {
   bool gained_much(const WorldState& state, const Island& island, double h) const;
   /// Bounds velocities with which bodies are to move on for a time `h` [s], where they have far more energy
   /// than there is: that of the motion and of springs, and the work of external forces on the way and of
-  /// motors. Joints that contradict each other, or are far from where they were, may want any. By one factor,
-  /// as in `take_gain`.
+  /// motors, and what is told to move makes of it, as in `take_gain` and `take_push`. Joints that contradict
+  /// each other, or are far from where they were, may want any, and so may contacts that are squeezed. By one
+  /// factor.
   void bound(WorldState& state, const Island& island, double h, std::vector<Velocity>& after) const;
   /// Gives a projection that was small against the motion the energy from before it and the `work` of its
   /// friction [J], in the same way but in both directions: the midpoint rule keeps the energy of what does
@@ -78,8 +80,11 @@ class IslandEnergy {
   double unexplained_gain(const WorldState& state, const Island& island, double h, double told) const;
   /// True for more than a hundredth of the energy that moved.
   bool is_much(const WorldState& state, const Island& island, double h, double gained) const;
-  /// Beside joints nothing gets faster than four times what is told to move, or than with all energy that
-  /// there was: a light body would take what a heavy one might have been given.
+  /// True if a body without joints has more energy after a time `h` [s] than all had, but for what is told
+  /// to move.
+  bool has_more(const WorldState& state, const Island& island, double h) const;
+  /// Nothing gets faster than four times what is told to move (32 times without joints), or than with all
+  /// energy that there was: a light body would take what a heavy one might have been given.
   /// @param more  energy that came since then [J]
   void slow_down(WorldState& state, const Island& island, double told, double h, double more) const;
   /// True if forces do work that is not known.

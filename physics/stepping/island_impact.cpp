@@ -202,11 +202,15 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     welded->spread(impact.velocity, bodies);
     impact.velocity = std::move(bodies);
   }
-  // Joints that contradict each other may want any velocity. Fields do no work in no time.
+  // Joints that contradict each other may want any velocity, and so may what is squeezed. Fields do no work
+  // in no time.
+  const bool jointed = !island.joints.empty();
   std::optional<IslandEnergy> energy;
-  if (!island.joints.empty() && !state.impact_law->may_create_energy) energy.emplace(state, island, true);
+  if ((jointed || may_be_given_energy(state, island)) && !state.impact_law->may_create_energy)
+    energy.emplace(state, island, true);
   store_velocities(state, island, impact.velocity);
-  if (energy) {
+  if (energy && !jointed) energy->take_push(state, island, 0);
+  if (energy && jointed) {
     const bool solved = impact.status == SolveStatus::Solved;
     double passed = 0;
     energy->take_much(state, island, 0, solved ? work_of_drive(assembly, impact.lambda) : 0, passed);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "physics/stepping/touching.h"
 #include "physics/text.h"
 #include "physics/world_state.h"
 
@@ -20,6 +21,10 @@ constexpr double kPoints[8] = {0,
                                0.81174490092936676522,
                                0.95048443395120956312,
                                1};
+
+// How far what moves as prescribed may stray from what is foretold, as a share of the thinner of two bodies,
+// and how often a time is halved for that.
+constexpr double kStray = 0.05, kForeseenPieces = 64;
 
 }  // namespace
 
@@ -109,6 +114,36 @@ KinematicState kinematic_state(const WorldState& state, std::uint32_t body, doub
           all.omega[body],
           {},
           0};
+}
+
+double foreseeable_length(const WorldState& state, const Island& island, double elapsed, double left) {
+  double most = left;
+  const auto look = [&](std::uint32_t told, std::uint32_t other) {
+    if (told == BodyId::kNone || !state.prescribed[told]) return;
+    // Chains have no thickness.
+    double thin = kInfinity;
+    for (const std::uint32_t body : {told, other})
+      if (const double own = state.thickness[body]; own > 0) thin = std::min(thin, own);
+    const double far =
+        length(state.bodies.position[other] - state.bodies.position[told]) + state.radius[other];
+    const KinematicState now = kinematic_state(state, told, elapsed);
+    const double most_off =
+        std::max(kStray * std::min(thin, state.paths[told].extent() + state.paths[told].turn() * far),
+                 touch_tolerance(state, now.p));
+    const auto strays = [&](double t) {
+      const KinematicState there = kinematic_state(state, told, elapsed + t);
+      const Vec2 way = there.p - (now.p + t * (now.v + (0.5 * t) * now.a));
+      const double turn = there.angle - (now.angle + t * (now.omega + 0.5 * t * now.alpha));
+      return length(way) + std::abs(turn) * far > most_off;
+    };
+    while (most > left / kForeseenPieces && (strays(most) || strays(0.5 * most))) most *= 0.5;
+  };
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    look(contact.body_a, contact.body_b);
+    look(contact.body_b, contact.body_a);
+  }
+  return most;
 }
 
 PathPiece kinematic_path(const WorldState& state, std::uint32_t body, double h) {

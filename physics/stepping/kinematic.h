@@ -48,10 +48,15 @@ class MotionPath {
   double extent_ = 0, turn_ = 0;
 };
 
+struct Island;
 struct WorldState;
 
 /// The motion of a kinematic (or fixed) body, `elapsed` after the beginning of the step [s].
 KinematicState kinematic_state(const WorldState& state, std::uint32_t body, double elapsed);
+/// How much of a time `left` [s] from `elapsed` on what an island may meet, and moves as prescribed, stays
+/// where its velocity and acceleration foretell it, as landings are looked for along such parabolas: the
+/// whole, or a half, a quarter ... of it.
+double foreseeable_length(const WorldState& state, const Island& island, double elapsed, double left);
 /// The whole step `h` [s] of a kinematic body that is at its end.
 PathPiece kinematic_path(const WorldState& state, std::uint32_t body, double h);
 

@@ -132,7 +132,8 @@ class OnePieceStep {
     result_.report.flowing = !exact_;
     result_.one_piece = exact_;
     const IslandEnergy energy(state_, island_, true);
-    if (!island_.joints.empty() && !exact_) energy.bound(state_, island_, h_, after);
+    if (!exact_ && (!island_.joints.empty() || may_be_given_energy(state_, island_)))
+      energy.bound(state_, island_, h_, after);
     if (varying_) take_drag_of_impulses(state_, island_, h_, before, after, *damping_);
     std::vector<PathEnd> start;
     if (state_.observe.paths) {

@@ -145,22 +145,21 @@ class OnePiecePositions {
     const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
     const IslandSystem& system = assembly.system;
     std::vector<Velocity> shift = take_spare<std::vector<Velocity>>();
-    const bool limited = !island_.joints.empty() || !exact_;
     Spare<std::vector<double>> most;
     share(state_.island_threads, 2, 1, [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
         if (i == 0) {
           shift.assign(island_.bodies.size(), Velocity{});
           apply_impulses(system, solution.lambda, shift);
-        } else if (limited) {
+        } else {
           find_limits(assembly, *most);
         }
       }
     });
     const bool free = is_off_ground(state_, island_);
     if (crushed) step_aside(state_, assembly, shift);
-    if (limited) limit_shift(*most, shift);
-    if (free && (limited || uneven_)) keep_centre(shift);
+    limit_shift(*most, shift);
+    if (free) keep_centre(shift);
     // Moving bodies changes their angular momentum; a free island gets it back as a common rotation.
     const double momentum = free ? rigid_motion(state_, island_).momentum : 0;
     std::atomic<double> farthest = 0;
@@ -313,7 +312,7 @@ class OnePiecePositions {
     double room = state_.reach[body] - state_.travelled[body];
     if (state_.flight[body] == FlightKind::Fast)
       room = std::min(room, state_.allowance[body] - state_.strayed[body]);
-    return std::max(room, 0.0) + overrun(state_, body);
+    return std::clamp(room, 0.0, state_.radius[body]) + overrun(state_, body);
   }
 
   /// Notes the contacts with points among the rows of bodies that were shifted far.

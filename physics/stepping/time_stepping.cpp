@@ -19,6 +19,7 @@
 #include "physics/stepping/joint_limits.h"
 #include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/joint_stability.h"
+#include "physics/stepping/kinematic.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/next_corner.h"
 #include "physics/stepping/one_piece.h"
@@ -34,6 +35,8 @@
 namespace skerry {
 namespace {
 
+// Visits in vain after which what is squeezed flows, some 20 ms.
+constexpr double kVainOfSqueezed = 2e6;
 // Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
 // s.
 constexpr double kStablePieces = 256;
@@ -83,6 +86,18 @@ struct StepVectors {
   Assembly rows;
 };
 
+/// Whether what moves as told may squeeze an island without joints, which may flow instead.
+bool may_be_squeezed(const WorldState& state, const Island& island) {
+  return island.joints.empty() && may_flow(state) && !state.config.accuracy &&
+         may_be_given_energy(state, island);
+}
+
+/// Whether exact answers for such an island are too much in vain to go on with: where it is wedged each piece
+/// of a step has none.
+bool is_squeezed_in_vain(const WorldState& state, const Island& island, const IslandResult& result) {
+  return result.vain > kVainOfSqueezed && may_be_squeezed(state, island);
+}
+
 class IslandStep {
  public:
   /// @param rule  impacts of what is large are solved together with the forces of the rest of the step
@@ -126,6 +141,7 @@ class IslandStep {
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
     while (elapsed_ < to) {
       if (rule_.vain_limit > 0 && result_.vain > rule_.vain_limit) return elapsed_;
+      if (is_squeezed_in_vain(state_, island_, result_)) return elapsed_;
       if (rule_.most_pieces > 0 && piece > rule_.most_pieces) return elapsed_;
       const bool out_of_work = is_spent(state_, result_);
       // A gas goes from impact to impact, and no impact costs a piece.
@@ -160,11 +176,12 @@ class IslandStep {
                          {.normal_acceleration = {}, .work_limit = rule_.work_limit, .slow = slow}, result_);
         if (impact.spent && rule_.work_limit > 0) return elapsed_;
       }
-      // Joints that shake light bodies get shorter pieces, which are not cuts.
+      // Joints that shake light bodies, and ground that shakes, get shorter pieces, which are not cuts.
       const double left = to - elapsed_;
-      const double stable = std::max(
-          std::min(stable_length(state_, island_, left), stable_length_of_turns(state_, island_, to - from)),
-          (to - from) / kStablePieces);
+      const double foreseen = told_ ? foreseeable_length(state_, island_, elapsed_, left) : left;
+      const double stable = std::max(std::min({stable_length(state_, island_, left),
+                                               stable_length_of_turns(state_, island_, to - from), foreseen}),
+                                     (to - from) / kStablePieces);
       bool whole = to - elapsed_ <= stable || out_of_work;
       double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
@@ -249,6 +266,7 @@ class IslandStep {
       const std::optional<IslandEnergy> energy =
           last || jointed || pushed ? std::optional<IslandEnergy>(std::in_place, state_, island_, true)
                                     : std::nullopt;
+      if (pushed) energy->bound(state_, island_, solved, after);
       advance(hit, solved, before, after, last);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
@@ -587,8 +605,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   result.bounces_well = rule.bounces_well;
   // Exact forces of what hangs together, or is large, cost most where they are not found.
   const bool dear = rule.large || !island.joints.empty();
-  const bool waits =
-      dear && (rule.work_limit > 0 || rule.vain_limit > 0) && result.step_memory.light_wait > 0;
+  const bool waits = result.step_memory.light_wait > 0 &&
+                     (dear ? rule.work_limit > 0 || rule.vain_limit > 0 : may_be_squeezed(state, island));
   if (rule.light && step_island_lightly(state, island, h, result)) return;
   if (waits && !rule.light) --result.step_memory.light_wait;
   const bool flows = rule.flows || waits || (rule.light && rule.large);
@@ -607,7 +625,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   result.step_memory.flow = std::max(cut, result.report.flowing ? 1 : 0);
   if (there < h) step_island_in_flow(state, island, there, h, result);
   if (!result.report.flowing) result.step_memory.near_rest = 0;
-  if (dear && result.report.flowing) wait_after_failure(state, island, result.step_memory);
+  if (result.report.flowing && (dear || is_squeezed_in_vain(state, island, result)))
+    wait_after_failure(state, island, result.step_memory);
 }
 
 void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {

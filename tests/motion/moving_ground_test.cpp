@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -213,6 +214,121 @@ TEST_P(MovingGroundBy, APressOnARoughHeapStaysWithinTheNumbers) {
   WorldConfig config = by(GetParam());
   config.impact_law = "poisson";
   EXPECT_LT(fastest_under_a_press(config, 47, 0.5, 0), 200);
+}
+
+/// Landings are looked for along parabolas: what swings through a radian in a step is nowhere near its own.
+/// Nearly all discs in a box that is shaken at 29 Hz were outside of it after two seconds.
+TEST_P(MovingGroundBy, ABoxThatIsShakenHoldsWhatIsInIt) {
+  constexpr double kInner = 1, kWall = 0.1;
+  const Shape shapes[] = {make_disc(0.1), make_box({0.2, 0.14}), make_capsule({-0.1, 0}, {0.1, 0}, 0.05)};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(0, 1);
+  for (const double angle : {1.0, 2.0, 3.0}) {  // [rad a step]
+    int lost = 0;
+    for (int run = 0; run < 12; ++run) {
+      World world(by(GetParam()));
+      const BodyId box = world.create_body({.type = BodyType::Kinematic});
+      const double friction = any(random), phase = 6 * any(random), swing = 0.1 + 0.4 * any(random);
+      for (int side = 0; side < 4; ++side) {
+        const Rot turn = Rot::from_angle(0.5 * kPi * side);
+        const Shape wall = make_box({2 * kInner + 2 * kWall, kWall}, rotate(turn, {0, kInner + 0.5 * kWall}),
+                                    0.5 * kPi * side);
+        world.add_shape(box, test::rough(wall, friction));
+      }
+      world.set_motion(box, [=](double t) {
+        const double x = std::sin(60 * angle * t + phase) - std::sin(phase);
+        return Placement{{0.3 * x, 0}, swing * (std::sin(54 * angle * t + phase) - std::sin(phase))};
+      });
+      const BodyId body =
+          test::add(world, {any(random) - 0.5, any(random) - 0.5}, test::rough(shapes[run % 3], friction));
+      for (int step = 0; step < 120; ++step) world.step(kStep);
+      const Vec2 place =
+          inverse_rotate(Rot::from_angle(world.angle(box)), world.position(body) - world.position(box));
+      lost += std::max(std::abs(place.x), std::abs(place.y)) > kInner;
+    }
+    EXPECT_EQ(lost, 0) << angle << " rad a step";
+  }
+}
+
+/// Speed of a part on a table that swings along 30 degrees, with a peak of 1.5 g upwards: it slides on, and
+/// flies, a little in each swing [m/s].
+double speed_on_a_feeder(const char* stepper, double frequency, double h) {
+  constexpr double kTime = 4, kStart = -10;
+  World world(by(stepper));
+  const BodyId table = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(table, test::rough(make_box({40, 1}), 0.4));
+  const double omega = 2 * kPi * frequency, amplitude = 1.5 * 9.81 / (0.5 * omega * omega);
+  world.set_motion(table, [=](double t) {
+    const double s = amplitude * std::sin(omega * t);
+    return Placement{{s * std::cos(kPi / 6), 0.5 * s}, 0};
+  });
+  const BodyId part = test::add(world, {kStart, 0.525}, test::rough(make_box({0.1, 0.05}), 0.4));
+  for (int k = 0; k < std::lround(kTime / h); ++k) world.step(h);
+  return (world.position(part).x - kStart) / kTime;
+}
+
+TEST(Feeder, CarriesPartsAsFastInWholeStepsAsByEvents) {
+  for (const double frequency : {5.0, 16.0, 25.0, 50.0}) {
+    const double known = speed_on_a_feeder("event_driven", frequency, kStep);
+    EXPECT_NEAR(speed_on_a_feeder("time_stepping", frequency, kStep), known, 0.03 * known)
+        << frequency << " Hz";
+  }
+}
+
+/// Five bodies between a wall that comes at 5 m/s and one that stands.
+struct Squeeze {
+  World world;
+  BodyId wall;
+  std::vector<BodyId> bodies;
+  double room = 0;  ///< [m^2]
+
+  Squeeze(const char* stepper, unsigned seed) : world(by(stepper)) {
+    test::Draw draw(seed);
+    const BodyId ground = world.create_body({.type = BodyType::Static});
+    world.add_shape(ground, test::rough(make_half_plane({0, 0}, {0, 1}), 0.5));
+    world.add_shape(ground, test::rough(make_box({0.2, 6}, {2.1, 3}), 0.5));
+    wall = world.create_body({.type = BodyType::Kinematic, .position = {-2.1, 3}, .velocity = {5, 0}});
+    world.add_shape(wall, test::rough(make_box({0.2, 5.98}), 0.5));
+    for (int k = 0; k < 5; ++k) {
+      const double size = draw.uniform(0.2, 0.4), density = std::pow(10, draw.uniform(1, 5));
+      const Shape shape =
+          draw.one_in(2) ? make_disc(0.5 * size) : make_box({size, size * draw.uniform(0.4, 1)});
+      const BodyId body = world.create_body({.position = {-1.6 + 0.6 * k, 0.5 * size + 0.01}});
+      const double friction = draw.uniform(0, 1);
+      world.add_shape(body, {.shape = shape, .density = density, .material = {.friction = friction}});
+      bodies.push_back(body);
+      room += size * size;
+    }
+  }
+
+  const StepReport& step() {
+    if (world.position(wall).x > 1.5 - room) world.set_velocity(wall, {}, 0);
+    return world.step(kStep);
+  }
+};
+
+/// Where they jam, each of dozens of pieces of a step had impacts and forces without an answer, to the end of
+/// the work that a step may cost: a second. Light ones took what heavy ones might have been given, and flew
+/// off at 300 m/s.
+TEST_P(MovingGroundBy, WhatIsSqueezedCostsLittleAndStays) {
+  double fastest = 0, most = 0;
+  for (const unsigned seed : {5u, 31u, 55u, 72u, 139u, 171u}) {
+    Squeeze squeeze(GetParam(), seed);
+    for (int step = 0; step < 60; ++step) {
+      most = std::max(most, squeeze.step().work.visits);
+      for (const BodyId body : squeeze.bodies)
+        fastest = std::max(fastest, length(squeeze.world.velocity(body)));
+    }
+    for (const BodyId body : squeeze.bodies) {
+      const Vec2 place = squeeze.world.position(body);
+      EXPECT_GT(place.y, 0) << seed;
+      EXPECT_TRUE(place.y > 5.9 || (place.x < 2 && place.x > squeeze.world.position(squeeze.wall).x)) << seed;
+    }
+  }
+  EXPECT_LT(most, 3e7);
+  if (std::string(GetParam()) == "time_stepping") {
+    EXPECT_LT(fastest, 33 * 5);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(By, MovingGroundBy, testing::Values("time_stepping", "event_driven"),
