@@ -266,7 +266,7 @@ class IslandStep {
       const std::optional<IslandEnergy> energy =
           last || jointed || pushed ? std::optional<IslandEnergy>(std::in_place, state_, island_, true)
                                     : std::nullopt;
-      if (pushed) energy->bound(state_, island_, solved, after);
+      if (pushed) bound_what_is_pushed(*energy, hit, solved, before, after);
       advance(hit, solved, before, after, last);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
@@ -337,6 +337,23 @@ class IslandStep {
     if (step_island_exactly(state_, island_, elapsed_, to, result_)) return true;
     if (may_flow(state_)) step_island_in_flow(state_, island_, elapsed_, to, result_);
     return may_flow(state_);
+  }
+
+  /// Bounds the velocities with which a piece ends at `hit` of `length` [s]. Beyond that, as where sliding
+  /// stops, they are nothing.
+  void bound_what_is_pushed(const IslandEnergy& energy, double hit, double length,
+                            const std::vector<Velocity>& before, std::vector<Velocity>& after) const {
+    const double share = hit / length;
+    Spare<std::vector<Velocity>> end, bounded;
+    *end = before;
+    for (std::size_t k = 0; k < before.size(); ++k)
+      for (std::size_t c = 0; c < 3; ++c) (*end)[k][c] += share * (after[k][c] - before[k][c]);
+    *bounded = *end;
+    energy.bound(state_, island_, hit, *bounded);
+    if (*bounded == *end || !(share > 0)) return;
+    for (std::size_t k = 0; k < before.size(); ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        after[k][c] = before[k][c] + ((*bounded)[k][c] - before[k][c]) / share;
   }
 
   void obey() {
