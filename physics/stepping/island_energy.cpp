@@ -286,12 +286,22 @@ bool may_be_given_energy(const WorldState& state, const Island& island) {
 
 IslandEnergy::IslandEnergy(const WorldState& state, const Island& island, bool known) : known_(known) {
   const BodyArrays& all = state.bodies;
+  note_places(state, island, *start_);
   for (const std::uint32_t i : island.bodies) {
-    start_->push_back({all.position[i], all.angle[i]});
     kinetic_ += 0.5 * all.mass[i] * length_squared(all.velocity[i]) +
                 0.5 * all.inertia[i] * all.omega[i] * all.omega[i];
   }
   springs_ = energy_of_springs(state, island);
+}
+
+void IslandEnergy::note_places(const WorldState& state, const Island& island, std::vector<Place>& places) {
+  places.clear();
+  for (const std::uint32_t i : island.bodies)
+    places.push_back({state.bodies.position[i], state.bodies.angle[i]});
+}
+
+void IslandEnergy::end_motion(const WorldState& state, const Island& island) {
+  note_places(state, island, *end_);
 }
 
 double IslandEnergy::gain(const WorldState& state, const Island& island, bool drag) const {
@@ -309,8 +319,9 @@ double IslandEnergy::gain(const WorldState& state, const Island& island, bool dr
       a = {applied[0], applied[1]};
       alpha = applied[2];
     }
-    gain -= m * dot(a, all.position[i] - (*start_)[k].position) +
-            inertia * alpha * (all.angle[i] - (*start_)[k].angle);
+    const Place now = end_->empty() ? Place{all.position[i], all.angle[i]} : (*end_)[k];
+    gain -=
+        m * dot(a, now.position - (*start_)[k].position) + inertia * alpha * (now.angle - (*start_)[k].angle);
   }
   gain += kinetic;
   return std::abs(gain) > 1e-15 * kinetic ? gain : 0;

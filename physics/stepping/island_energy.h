@@ -41,6 +41,8 @@ class IslandEnergy {
  public:
   /// @param known  the work of fields and drag is: by `take_forces` and `take_drag_of_impulses`
   IslandEnergy(const WorldState& state, const Island& island, bool known = false);
+  /// From here on bodies only leave what they are in: forces have done their work.
+  void end_motion(const WorldState& state, const Island& island);
   /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
   /// the motion of the bodies against each other (against the ground, if they touch it), by one factor for
   /// all of them. What is told to move (ground, motors without limit) may have brought what makes every body
@@ -94,7 +96,9 @@ class IslandEnergy {
     Vec2 position;
     double angle;
   };
-  Spare<std::vector<Place>> start_;
+  static void note_places(const WorldState& state, const Island& island, std::vector<Place>& places);
+
+  Spare<std::vector<Place>> start_, end_;
   double kinetic_ = 0, springs_ = 0;
   bool known_;
 };

@@ -157,7 +157,7 @@ class OnePieceStep {
 
   /// Points whose gap would close within the step if nothing acted, or nearly so, or as the last round moved
   /// them; for an exact answer all near ones, which are the same from step to step. In flow the deepest
-  /// overlap is noted.
+  /// overlap at the beginning of the step is noted.
   void choose_points(std::vector<std::uint8_t>& points) {
     points.assign(island_.contacts.size(), 0);
     std::atomic<double> deepest = 0;
@@ -166,7 +166,7 @@ class OnePieceStep {
       for (std::size_t k = from; k < to; ++k) points[k] = near_points(island_.contacts[k], least);
       raise_to(deepest, -least);
     });
-    if (!exact_) result_.overlap = std::max(result_.overlap, deepest.load());
+    if (!exact_ && from_ == 0) result_.overlap = std::max(result_.overlap, deepest.load());
   }
 
   /// The points of one contact, a bit each. @param least  becomes the least separation, where it is less

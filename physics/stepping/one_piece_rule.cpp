@@ -96,19 +96,10 @@ bool has_parted(const WorldState& state, const Island& island, double elapsed) {
   return !island.joints.empty() && joints_are_off(state, island, elapsed, kApart);
 }
 
-/// Whether contacts are deeper in each other than exact steps leave them: what is wedged has no place to go
-/// to.
+/// What is wedged has no place to go to.
 bool has_overlaps(const WorldState& state, const Island& island) {
-  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
-    const Contact& contact = state.contacts[island.contacts[k]];
-    const double size =
-        std::min(size_in_island(state, contact.body_a), size_in_island(state, contact.body_b));
-    for (int i = 0; i < contact.manifold.count; ++i) {
-      const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
-      if (-point.separation > std::max(kApart * size, touch_tolerance(state, point.position))) return true;
-    }
-    return false;
-  });
+  return any_of(state.island_threads, island.contacts.size(), kContactsAPiece,
+                [&](std::size_t k) { return is_deep(state, state.contacts[island.contacts[k]], kApart); });
 }
 
 struct PointCounts {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/past_chains.h"
 
-#include <algorithm>
 #include <array>
 
 #include "physics/stepping/chain_side.h"
@@ -100,7 +99,6 @@ void put_in_front_of_chains(WorldState& state, const Island& island, double h, I
     const std::array<double, 3> shift{back.x, back.y, 0};
     shift_body(state, body, shift);
     note_shift(state, body, shift);
-    result.overlap = std::max(result.overlap, length(back));
     any = true;
   }
   if (any) result.manifolds_reused += update_manifolds(state, island, h, result.narrow);

@@ -88,7 +88,6 @@ void put_before_walls(WorldState& state, const Island& island, std::span<const T
     shift_body(state, body, std::array<double, 3>{back.x, back.y, 0});
     note_way(state, body, way, result.report.flowing);
     note_way_astray(state, body, way, result.report.flowing);
-    result.overlap = std::max(result.overlap, way);
     any = true;
   }
   if (any) result.manifolds_reused += update_manifolds(state, island, to, result.narrow);

@@ -35,6 +35,8 @@
 namespace skerry {
 namespace {
 
+// What is deeper in others than this share of it was made there.
+constexpr double kMadeInside = 0.01;
 // Visits in vain after which what is squeezed flows, some 20 ms.
 constexpr double kVainOfSqueezed = 2e6;
 // Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
@@ -263,24 +265,30 @@ class IslandStep {
       const double start = elapsed_;
       const bool jointed = !island_.joints.empty();
       const bool pushed = !jointed && may_be_given_energy(state_, island_);
-      const std::optional<IslandEnergy> energy =
-          last || jointed || pushed ? std::optional<IslandEnergy>(std::in_place, state_, island_, true)
-                                    : std::nullopt;
+      std::optional<IslandEnergy> energy;
+      if (last || jointed || pushed) energy.emplace(state_, island_, true);
       if (pushed) bound_what_is_pushed(*energy, hit, solved, before, after);
       advance(hit, solved, before, after, last);
+      if (pushed && !last) energy->end_motion(state_, island_);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
       if (hit < length || whole) ++piece;
       refresh_manifolds();
       {
         StageTimer timer(state_, result_, Stage::Apply);
+        // What was made in others is lifted out of them at nobody's expense.
+        const bool deep =
+            !jointed && std::any_of(island_.contacts.begin(), island_.contacts.end(), [&](std::uint32_t k) {
+              return is_deep(state_, state_.contacts[k], kMadeInside);
+            });
         const std::optional<IslandEnergy> carried =
-            forces.moving ? std::optional<IslandEnergy>(std::in_place, state_, island_) : std::nullopt;
+            forces.moving && !deep ? std::optional<IslandEnergy>(std::in_place, state_, island_)
+                                   : std::nullopt;
         Assembly& rows = vectors->rows;
         const bool hold = project_positions(state_, island_, elapsed_, result_, rows);
         VelocityShift shift;
         // Motors would pay for what joints take, beyond their largest force, or for ever: they come after it
         // was given back.
-        const bool motors = carried && has_motors(state_, island_);
+        const bool motors = forces.moving && has_motors(state_, island_);
         if (forces.moving)
           shift =
               project_velocities(state_, island_, elapsed_, solved, result_, hold ? &rows : nullptr, !motors);

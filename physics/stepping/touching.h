@@ -78,6 +78,17 @@ inline double size_in_island(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && state.local_index[body] >= 0 ? state.radius[body] : kInfinity;
 }
 
+/// Whether a point of a contact of the island at hand is in deeper than a share of the smaller body.
+inline bool is_deep(const WorldState& state, const Contact& contact, double share) {
+  const double size =
+      std::min(size_in_island(state, contact.body_a), size_in_island(state, contact.body_b));
+  for (int i = 0; i < contact.manifold.count; ++i) {
+    const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
+    if (-point.separation > std::max(share * size, touch_tolerance(state, point.position))) return true;
+  }
+  return false;
+}
+
 /// Velocity of the material point of `body` at `where`, world frame [m/s].
 inline Vec2 point_velocity(const WorldState& state, std::uint32_t body, Vec2 where, double elapsed) {
   const JointEnd end = joint_end(state, body, elapsed);

@@ -250,6 +250,23 @@ TEST_P(MovingGroundBy, ABoxThatIsShakenHoldsWhatIsInIt) {
   }
 }
 
+/// A box that turns is made 3 cm in a floor, and a disc flies 4 mm beside it: to be lifted out costs the disc
+/// nothing. It lost a tenth of its speed.
+TEST_P(MovingGroundBy, WhatIsLiftedOutOfTheGroundBrakesNothingElse) {
+  for (const BodyType type : {BodyType::Static, BodyType::Kinematic}) {
+    World world(by(GetParam()));
+    const BodyId floor = world.create_body({.type = type});
+    world.add_shape(floor, {.shape = make_box({10, 1}, {0, -0.5})});
+    const BodyId box = world.create_body({.position = {0, 0.22}, .velocity = {1, 0}, .omega = 2});
+    world.add_shape(box, {.shape = make_box({0.5, 0.5})});
+    const BodyId disc = world.create_body({.position = {0.504, 0.6}, .velocity = {1, -1}});
+    world.add_shape(disc, {.shape = make_disc(0.25)});
+    world.step(kStep);
+    EXPECT_NEAR(world.velocity(disc).x, 1, 1e-12);
+    EXPECT_NEAR(world.velocity(disc).y, -1 - 9.81 * kStep, 1e-12);
+  }
+}
+
 /// Speed of a part on a table that swings along 30 degrees, with a peak of 1.5 g upwards: it slides on, and
 /// flies, a little in each swing [m/s].
 double speed_on_a_feeder(const char* stepper, double frequency, double h) {
