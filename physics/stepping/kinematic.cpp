@@ -116,27 +116,48 @@ KinematicState kinematic_state(const WorldState& state, std::uint32_t body, doub
           0};
 }
 
+namespace {
+
+/// How far what moves as prescribed is from where it is foretold to be, after a time and after half of it.
+struct Stray {
+  std::uint32_t body = BodyId::kNone;
+  double time = 0;                           ///< [s]
+  double way[2] = {0, 0}, turn[2] = {0, 0};  ///< [m], [rad]
+
+  Stray() = default;
+  Stray(const WorldState& state, std::uint32_t told, double elapsed, double t) : body(told), time(t) {
+    const KinematicState now = kinematic_state(state, told, elapsed);
+    for (int k = 0; k < 2; ++k, t *= 0.5) {
+      const KinematicState there = kinematic_state(state, told, elapsed + t);
+      way[k] = length(there.p - (now.p + t * (now.v + (0.5 * t) * now.a)));
+      turn[k] = std::abs(there.angle - (now.angle + t * (now.omega + 0.5 * t * now.alpha)));
+    }
+  }
+  /// Of a point that far from its centre [m].
+  double at(double far) const { return std::max(way[0] + turn[0] * far, way[1] + turn[1] * far); }
+};
+
+}  // namespace
+
 double foreseeable_length(const WorldState& state, const Island& island, double elapsed, double left) {
   double most = left;
+  // Many lie on one table.
+  Stray stray;
   const auto look = [&](std::uint32_t told, std::uint32_t other) {
     if (told == BodyId::kNone || !state.prescribed[told]) return;
     // Chains have no thickness.
     double thin = kInfinity;
     for (const std::uint32_t body : {told, other})
       if (const double own = state.thickness[body]; own > 0) thin = std::min(thin, own);
-    const double far =
-        length(state.bodies.position[other] - state.bodies.position[told]) + state.radius[other];
-    const KinematicState now = kinematic_state(state, told, elapsed);
+    const Vec2 middle = state.bodies.position[told];
+    const double far = length(state.bodies.position[other] - middle) + state.radius[other];
     const double most_off =
         std::max(kStray * std::min(thin, state.paths[told].extent() + state.paths[told].turn() * far),
-                 touch_tolerance(state, now.p));
-    const auto strays = [&](double t) {
-      const KinematicState there = kinematic_state(state, told, elapsed + t);
-      const Vec2 way = there.p - (now.p + t * (now.v + (0.5 * t) * now.a));
-      const double turn = there.angle - (now.angle + t * (now.omega + 0.5 * t * now.alpha));
-      return length(way) + std::abs(turn) * far > most_off;
-    };
-    while (most > left / kForeseenPieces && (strays(most) || strays(0.5 * most))) most *= 0.5;
+                 touch_tolerance(state, middle));
+    for (;; most *= 0.5) {
+      if (stray.body != told || stray.time != most) stray = Stray(state, told, elapsed, most);
+      if (!(most > left / kForeseenPieces) || !(stray.at(far) > most_off)) return;
+    }
   };
   for (const std::uint32_t index : island.contacts) {
     const Contact& contact = state.contacts[index];
