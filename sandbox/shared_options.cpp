@@ -77,10 +77,11 @@ void add_shared_options(OptionTable& table, SharedOptions& options, DemoCount co
       .non_negative()
       .group(group);
   table
-      .add("--flow-work", demo.flow_work,
-           "Work a body and step of piles that flow, in row visits of some 10 ns (default 400; without joints "
-           "1000 in worlds of fewer than 1000 bodies; in a small world more, whose bodies share 4e5; 0: as "
-           "exact as the rest)")
+      .add(
+          "--flow-work", demo.flow_work,
+          "Work a body and step of piles that flow, in row visits of some 10 ns (default 400; without joints "
+          "1000 in worlds of fewer than 1000 bodies; in a small world more, whose bodies share 4e5; 0: as "
+          "exact as the rest)")
       .non_negative()
       .group(group);
   table

@@ -299,6 +299,7 @@ std::vector<Vec2> places_on(BodyType type, const char* stepper, unsigned seed) {
   const BodyId floor = world.create_body({.type = type});
   world.add_shape(floor, test::rough(make_half_plane({0, 0}, {0, 1}), draw.uniform(0.2, 0.8)));
   std::vector<BodyId> bodies;
+  bodies.reserve(4);
   for (int k = 0; k < 4; ++k) {
     const double size = draw.uniform(0.2, 0.4);
     const Shape shape = draw.one_in(2) ? make_disc(0.5 * size) : make_box({size, size});
@@ -306,8 +307,9 @@ std::vector<Vec2> places_on(BodyType type, const char* stepper, unsigned seed) {
                                test::rough(shape, draw.one_in(3) ? 0 : draw.uniform(0.1, 1)),
                                draw.uniform(0.5, 2), {draw.uniform(-2, 2), 0}));
   }
-  std::vector<Vec2> places;
   for (int step = 0; step < 40; ++step) world.step(kStep);
+  std::vector<Vec2> places;
+  places.reserve(bodies.size());
   for (const BodyId body : bodies) places.push_back(world.position(body));
   return places;
 }

@@ -20,7 +20,6 @@ namespace skerry {
 namespace reach_test {
 
 using test::add;
-using test::add_ground;
 using test::rough;
 using test::smooth;
 
@@ -155,7 +154,8 @@ TEST(Reach, MissesNothingInSwarmsThatStrikeObstacles) {
       const Vec2 at{uniform(-2, 2) - 0.05 * v.x, 2.5 - 0.05 * v.y + 3 * swarm};
       const double pitch = 0.3 + uniform(0, 0.1);
       for (int i = 0; i < 9; ++i) {
-        twins.place({.position = at + Vec2{pitch * (i % 3), pitch * (i / 3)},
+        const int row = i / 3;
+        twins.place({.position = at + Vec2{pitch * (i % 3), pitch * row},
                      .velocity = v + Vec2{uniform(-0.1, 0.1), 0},
                      .mass = 1.0},
                     i % 2 == 0 ? make_disc(0.14) : make_box({0.2, 0.2}));
@@ -197,7 +197,8 @@ TEST(Reach, MissesNothingBesideLongBodiesAtASlant) {
                   make_box({0.2, 7}));
     }
     for (int i = 0; i < 40; ++i) {
-      const Vec2 at{(i % 8 - 3.5) * 1.3, (i / 8 - 2) * 1.3};
+      const int row = i / 8;
+      const Vec2 at{(i % 8 - 3.5) * 1.3, (row - 2) * 1.3};
       const Shape shape = i % 2 == 0 ? make_disc(0.12) : make_box({0.2, 0.2});
       if (twins.strikes_an_obstacle(make_disc(0.3), at)) continue;
       twins.place({.position = at,
@@ -228,7 +229,8 @@ std::vector<BodyId> add_block(World& world, int side, Vec2 at, Vec2 velocity) {
   std::uniform_real_distribution<double> noise(-1, 1);
   std::vector<BodyId> bodies;
   for (int i = 0; i < side * side; ++i) {
-    const Vec2 place = at + 0.43 * Vec2{static_cast<double>(i % side), static_cast<double>(i / side)};
+    const int row = i / side, column = i % side;
+    const Vec2 place = at + 0.43 * Vec2{static_cast<double>(column), static_cast<double>(row)};
     const Vec2 v = velocity + 3.0 * Vec2{noise(random), noise(random)};
     bodies.push_back(add(world, place, rough(make_box({0.4, 0.4}), 0.5), 1, v, noise(random)));
   }
