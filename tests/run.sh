@@ -2,7 +2,7 @@
 # Installs what is missing, builds, and runs every test through CTest: everything in Release, each in a process of its
 # own; under the address and undefined-behaviour sanitizers all but the longest scenes, with a quarter of the random
 # ones, a folder in eight processes (CMakePresets.json; all of them: ctest --test-dir build/asan-ubsan). Ends with
-# CTest's summaries.
+# a line of what passed and what did not.
 #
 #   tests/run.sh            everything
 #   tests/run.sh release    Release only
@@ -16,6 +16,8 @@ install_missing $SKERRY_BUILD_PACKAGES $SKERRY_TEST_PACKAGES
 
 presets=${1:-release asan-ubsan}
 status=0
+passed=
+failed=
 for preset in $presets; do
   case $preset in
   release | asan-ubsan) ;;
@@ -24,6 +26,13 @@ for preset in $presets; do
   configure "$preset"
   build "$preset"
   say "testing build/$preset"
-  ctest --preset "$preset" --parallel "$(nproc)" || status=$?
+  if ctest --preset "$preset" --parallel "$(nproc)"; then
+    passed="$passed $preset ($(ctest --preset "$preset" --show-only | sed -n 's/^Total Tests: //p') tests)"
+  else
+    status=$?
+    failed="$failed $preset"
+  fi
 done
+[ -z "$passed" ] || say "passed:$passed"
+[ -z "$failed" ] || say "FAILED:$failed"
 exit $status
