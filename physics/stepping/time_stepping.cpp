@@ -138,6 +138,11 @@ class IslandStep {
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
     // The manifolds of the beginning are those by which the island was found.
     int piece = 1;
+    // What was made in others is lifted out of them, in the first piece, at nobody's expense.
+    bool deep = from == 0 && island_.joints.empty() &&
+                std::any_of(island_.contacts.begin(), island_.contacts.end(), [&](std::uint32_t k) {
+                  return is_deep(state_, state_.contacts[k], kMadeInside);
+                });
     int flights = 0;
     Spare<StepVectors> vectors;
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
@@ -275,15 +280,11 @@ class IslandStep {
       refresh_manifolds();
       {
         StageTimer timer(state_, result_, Stage::Apply);
-        // What was made in others is lifted out of them at nobody's expense.
-        const bool deep =
-            !jointed && std::any_of(island_.contacts.begin(), island_.contacts.end(), [&](std::uint32_t k) {
-              return is_deep(state_, state_.contacts[k], kMadeInside);
-            });
         const std::optional<IslandEnergy> carried =
             forces.moving && !deep ? std::optional<IslandEnergy>(std::in_place, state_, island_)
                                    : std::nullopt;
         Assembly& rows = vectors->rows;
+        deep = false;
         const bool hold = project_positions(state_, island_, elapsed_, result_, rows);
         VelocityShift shift;
         // Motors would pay for what joints take, beyond their largest force, or for ever: they come after it
