@@ -18,6 +18,8 @@ constexpr int kFewRows = 100;
 constexpr double kFirstLook = 1e8;
 // Rows that contradict each other give by so much of their own part of W, so that the impulses are bounded.
 constexpr double kGive = 1e-2;
+// What rounding may add to an energy.
+constexpr double kRounding = 1e-9;
 
 /// Tolerance, and what is left of the work; a sixteenth of it at least, so that every sub-problem is looked
 /// at. @param spent  visits so far
@@ -132,9 +134,10 @@ double energy_of_drive(const ImpactProblem& problem) {
 double most_of_bounce(const ImpactProblem& problem) {
   const double drive = energy_of_drive(problem);
   if (drive == 0) return kInfinity;
-  // A bounce off the ground changes a velocity by twice the ground's.
+  // A bounce off the ground changes a velocity by twice the ground's, which is all of that where nothing is
+  // lost.
   const double root = std::sqrt(kinetic_energy(problem.system, problem.velocity)) + 2 * std::sqrt(drive);
-  return root * root;
+  return (1 + kRounding) * root * root;
 }
 
 double most_of_push(const ImpactProblem& problem, double times) {

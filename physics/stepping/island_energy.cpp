@@ -163,6 +163,24 @@ double size_of(const WorldState& state, std::uint32_t i) {
   return std::max(state.radius[i], mass > 0 ? std::sqrt(state.bodies.inertia[i] / mass) : 0);
 }
 
+/// The fastest that a kinematic body is in the step, whenever in it something is asked: what begins from rest
+/// may strike before it ends.
+struct ToldMotion {
+  std::uint32_t body = BodyId::kNone;
+  double speed = 0, turning = 0;  ///< [m/s], [rad/s]
+
+  ToldMotion() = default;
+  ToldMotion(const WorldState& state, std::uint32_t told) : body(told) {
+    constexpr int kTimes = 8;
+    const double step = state.prescribed[told] ? state.paths[told].piece().length : 0;
+    for (int k = 0; k <= (step > 0 ? kTimes : 0); ++k) {
+      const KinematicState now = kinematic_state(state, told, step * k / kTimes);
+      speed = std::max(speed, length(now.v));
+      turning = std::max(turning, std::abs(now.omega));
+    }
+  }
+};
+
 /// Fastest that anything of an island is told to move: ground, conveyors, motors without limit, bodies whose
 /// turning nothing changes [m/s].
 double told_speed(const WorldState& state, const Island& island, double h) {
@@ -179,35 +197,38 @@ double told_speed(const WorldState& state, const Island& island, double h) {
   const double radius = 0.5 * length(box.upper - box.lower);
   // What turns takes along what is far away from it, but no farther than bodies, and joints, reach: these may
   // be torn.
-  const auto speed_of = [&](std::uint32_t body, double joint) {
+  const auto speed_of = [&](std::uint32_t body, double joint, ToldMotion& told) {
     if (body == BodyId::kNone || all.type[body] != BodyType::Kinematic) return 0.0;
+    if (told.body != body) told = ToldMotion(state, body);
     double most = 0;
     for (const double time : {0.0, h}) {
       const KinematicState now = kinematic_state(state, body, time);
       const double arm =
           std::min(length(now.p - middle) + radius + largest, state.radius[body] + longest + joint);
-      most = std::max(most, length(now.v) + std::abs(now.omega) * arm);
+      most = std::max(most, told.speed + told.turning * arm);
     }
     return most;
   };
   const auto fastest_of = [&](std::size_t from, std::size_t to) {
     double most = 0;
+    ToldMotion told;
     for (std::size_t k = from; k < to; ++k) {
       const Contact& contact = state.contacts[island.contacts[k]];
       most = std::max(most, std::abs(contact.surface_velocity));
       if (!state.kinematic.empty())
-        most = std::max({most, speed_of(contact.body_a, 0), speed_of(contact.body_b, 0)});
+        most = std::max({most, speed_of(contact.body_a, 0, told), speed_of(contact.body_b, 0, told)});
     }
     return most;
   };
   double most = std::max(
       turning, largest_of(state.island_threads, island.contacts.size(), kContactsAPiece, fastest_of));
+  ToldMotion motion;
   for (const std::uint32_t i : island.joints) {
     const JointRecord& joint = state.joints[i];
     const JointDef& def = joint.def;
     const double span = state.kinematic.empty() ? 0 : span_of(state, joint);
-    most = std::max({most, speed_of(def.a.index, span + length(joint.local_a)),
-                     speed_of(def.b.index, span + length(joint.local_b))});
+    most = std::max({most, speed_of(def.a.index, span + length(joint.local_a), motion),
+                     speed_of(def.b.index, span + length(joint.local_b), motion)});
     if (!def.motor_speed || def.motor_limit < kInfinity) continue;
     double arm = 1;
     if (def.kind == JointKind::Revolute || def.kind == JointKind::Wheel || def.kind == JointKind::Motor) {
@@ -245,6 +266,13 @@ double most_of_motors(const WorldState& state, const Island& island, double h) {
 /// Of any point of a body [m/s].
 double speed_of(const WorldState& state, std::uint32_t i) {
   return length(state.bodies.velocity[i]) + std::abs(state.bodies.omega[i]) * state.radius[i];
+}
+
+/// An energy, and the most that the forces on bodies as fast as these bring in a time `h` [J].
+double with_work_of_forces(const WorldState& state, const Island& island, double h, double energy) {
+  for (const std::uint32_t i : island.bodies)
+    energy += h * state.bodies.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
+  return energy;
 }
 
 /// The motion of bodies against each other; against the ground, if they touch it. When it is scaled all
@@ -371,9 +399,7 @@ double IslandEnergy::unexplained_gain(const WorldState& state, const Island& isl
 
 bool IslandEnergy::has_more(const WorldState& state, const Island& island, double h) const {
   const BodyArrays& all = state.bodies;
-  double available = kinetic_;
-  for (const std::uint32_t i : island.bodies)
-    available += h * all.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
+  const double available = with_work_of_forces(state, island, h, kinetic_);
   return std::any_of(island.bodies.begin(), island.bodies.end(), [&](std::uint32_t i) {
     return length_squared(all.velocity[i]) > 2 * available * all.inverse_mass[i];
   });
@@ -384,9 +410,8 @@ void IslandEnergy::slow_down(WorldState& state, const Island& island, double tol
   if (told == 0) return;
   const double lever = island.joints.empty() ? impact::kWedge : kLever;
   const BodyArrays& all = state.bodies;
-  double available = kinetic_ + more + springs_ + most_of_motors(state, island, h);
-  for (const std::uint32_t i : island.bodies)
-    available += h * all.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
+  const double available =
+      with_work_of_forces(state, island, h, kinetic_ + more + springs_ + most_of_motors(state, island, h));
   double share = 1;
   for (const std::uint32_t i : island.bodies) {
     const double speed = length(all.velocity[i]);

@@ -247,6 +247,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
       continue;
     }
     // Nor is there any shift that takes all of it out, where it is wedged, or none is found in a crowd.
+    went_aside = false;
     if (!pulls && leaves_errors(assembly, shift, error)) {
       sweep_rows(state, island, assembly.system, result, scratch->lambda, shift);
       went_aside = step_aside(state, assembly, shift);

@@ -64,13 +64,17 @@ inline bool is_touching(const WorldState& state, const ManifoldPoint& point) {
   return point.separation <= touch_tolerance(state, point.position);
 }
 
-/// Whether a point of a contact is farther in than rounding explains.
-inline bool overlaps(const WorldState& state, const Contact& contact) {
+/// Whether a point of a contact is farther in than `depth` [m], and than rounding explains.
+inline bool is_deeper(const WorldState& state, const Contact& contact, double depth) {
   for (int i = 0; i < contact.manifold.count; ++i) {
     const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
-    if (point.separation < -touch_tolerance(state, point.position)) return true;
+    if (-point.separation > std::max(depth, touch_tolerance(state, point.position))) return true;
   }
   return false;
+}
+
+inline bool overlaps(const WorldState& state, const Contact& contact) {
+  return is_deeper(state, contact, 0);
 }
 
 /// Size of a body of the island at hand; infinite for others [m].
@@ -80,13 +84,9 @@ inline double size_in_island(const WorldState& state, std::uint32_t body) {
 
 /// Whether a point of a contact of the island at hand is in deeper than a share of the smaller body.
 inline bool is_deep(const WorldState& state, const Contact& contact, double share) {
-  const double size =
-      std::min(size_in_island(state, contact.body_a), size_in_island(state, contact.body_b));
-  for (int i = 0; i < contact.manifold.count; ++i) {
-    const ManifoldPoint& point = contact.manifold.points[static_cast<std::size_t>(i)];
-    if (-point.separation > std::max(share * size, touch_tolerance(state, point.position))) return true;
-  }
-  return false;
+  return is_deeper(
+      state, contact,
+      share * std::min(size_in_island(state, contact.body_a), size_in_island(state, contact.body_b)));
 }
 
 /// Velocity of the material point of `body` at `where`, world frame [m/s].
