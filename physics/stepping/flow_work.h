@@ -23,6 +23,11 @@ inline bool may_flow(const WorldState& state) {
   return usual_flow_work(state) > 0;
 }
 
+/// Whether what flows may be left to it: with an accuracy asked for it is not.
+inline bool flow_serves(const WorldState& state) {
+  return may_flow(state) && !state.config.accuracy;
+}
+
 // Work of a body with which what sweeps leave is small, an interior point fits in behind them, and overlaps
 // that come from elsewhere count.
 constexpr double kFineWork = 1000;

@@ -67,10 +67,6 @@ int few_points(int joints) {
   return std::max(kFewPoints - joints, kFewestPoints);
 }
 
-bool flow_serves(const WorldState& state) {
-  return may_flow(state) && !state.config.accuracy;
-}
-
 /// Points of the island, or 0 where they are too few to flow.
 /// @param fewest  that are too few @param bounce  set to the largest restitution of any of them
 int points_that_flow(const WorldState& state, const Island& island, int fewest, double& bounce) {

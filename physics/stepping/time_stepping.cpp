@@ -90,8 +90,7 @@ struct StepVectors {
 
 /// Whether what moves as told may squeeze an island without joints, which may flow instead.
 bool may_be_squeezed(const WorldState& state, const Island& island) {
-  return island.joints.empty() && may_flow(state) && !state.config.accuracy &&
-         may_be_given_energy(state, island);
+  return island.joints.empty() && flow_serves(state) && may_be_given_energy(state, island);
 }
 
 /// Whether exact answers for such an island are too much in vain to go on with: where it is wedged each piece
