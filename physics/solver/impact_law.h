@@ -22,6 +22,7 @@ struct ImpactProblem {
       velocity;                         ///< of each body before the impact (vx, vy, omega) [m/s, rad/s]
   std::vector<double> drive;            ///< per row: velocity that moving ground adds to J v [m/s]
   std::vector<double> restitution;      ///< per row, 0 to 1; read for Normal rows
+  double ground_speed = 0;              ///< fastest that anything is told to move, along rows or not [m/s]
   double rest_speed = 1e-6;             ///< slower approaches do not bounce [m/s]
   const SolverEntry* solver = nullptr;  ///< for the plastic and frictional sub-problems
   double work_limit = 0;     ///< of the solver, over all sub-problems (`SolveOptions::work_limit`); 0: none

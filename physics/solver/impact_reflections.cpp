@@ -395,16 +395,20 @@ Plastic stop(const ImpactProblem& problem, ImpactResult& result) {
   return out;
 }
 
-/// Draws the answer towards the plastic one until it keeps the share of the energy that the largest e allows.
+/// Draws the answer towards the plastic one until it keeps the share of the energy that the largest e allows,
+/// as seen from ground that moves.
 void limit_energy(const ImpactProblem& problem, const Plastic& plastic, double e_max, ImpactResult& result) {
   const IslandSystem& system = problem.system;
   const double before = kinetic_energy(system, problem.velocity);
-  const double lowest = kinetic_energy(system, plastic.velocity);
+  const double lowest = energy_but_for_ground(problem, plastic.velocity, plastic.lambda);
   const double allowed = lowest + e_max * (before - lowest);
-  if (kinetic_energy(system, result.velocity) <= allowed * (1 + 1e-14)) return;
+  const double rounding = 1e-14 * (std::abs(lowest) + e_max * std::abs(before - lowest));
+  if (energy_but_for_ground(problem, result.velocity, result.lambda) <= allowed + rounding) return;
   // Largest s in [0, 1] with E(v0 + s (v - v0)) = allowed.
   Velocities d = result.velocity;
   double linear = 0;
+  for (std::size_t i = 0; i < result.lambda.size(); ++i)
+    linear += problem.drive[i] * (result.lambda[i] - plastic.lambda[i]);
   for (std::size_t k = 0; k < d.size(); ++k) {
     for (std::size_t c = 0; c < 3; ++c) {
       d[k][c] -= plastic.velocity[k][c];
@@ -468,7 +472,7 @@ ImpactResult apply_reflections(const ImpactProblem& problem) {
   }
   add_friction(problem, result);
   end_approach(problem, result);
-  if (ground_at_rest(problem)) limit_energy(problem, plastic, e_max, result);
+  limit_energy(problem, plastic, e_max, result);
   return result;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "physics/spare.h"
 
@@ -113,36 +114,57 @@ double kinetic_energy(const IslandSystem& system, const Velocities& v) {
   return energy;
 }
 
+double energy_but_for_ground(const ImpactProblem& problem, const Velocities& v,
+                             const std::vector<double>& lambda) {
+  return kinetic_energy(problem.system, v) +
+         std::inner_product(lambda.begin(), lambda.end(), problem.drive.begin(), 0.0);
+}
+
 bool ground_at_rest(const ImpactProblem& problem) {
   return std::all_of(problem.drive.begin(), problem.drive.end(), [](double u) { return u == 0; });
 }
 
 namespace {
 
-/// Energy of the bodies if all of them were as fast as the fastest of what is told to move [J].
-double energy_of_drive(const ImpactProblem& problem) {
+/// Fastest that ground comes or goes [m/s].
+double fastest_drive(const ImpactProblem& problem) {
   double fastest = 0;
   for (int i = 0; i < problem.system.size(); ++i) {
     if (problem.system.rows[i].kind == RowKind::Normal)
       fastest = std::max(fastest, std::abs(problem.drive[i]));
   }
-  return kinetic_energy(problem.system, Velocities(problem.velocity.size(), {fastest, 0, 0}));
+  return fastest;
+}
+
+/// Energy of the bodies if all of them had that speed [J].
+double energy_at(const ImpactProblem& problem, double speed) {
+  return kinetic_energy(problem.system, Velocities(problem.velocity.size(), {speed, 0, 0}));
+}
+
+/// The most that bodies of some energy have when something of that speed turned them round, or took them
+/// along [J]: in its frame they stay as fast as they were.
+double turned_round(const ImpactProblem& problem, double energy, double speed) {
+  const double root = std::sqrt(energy) + 2 * std::sqrt(energy_at(problem, speed));
+  return root * root;
 }
 
 }  // namespace
 
 double most_of_bounce(const ImpactProblem& problem) {
-  const double drive = energy_of_drive(problem);
+  const double drive = fastest_drive(problem);
   if (drive == 0) return kInfinity;
-  // A bounce off the ground changes a velocity by twice the ground's, which is all of that where nothing is
-  // lost.
-  const double root = std::sqrt(kinetic_energy(problem.system, problem.velocity)) + 2 * std::sqrt(drive);
-  return (1 + kRounding) * root * root;
+  // Where nothing is lost a bounce is all of that.
+  return (1 + kRounding) * turned_round(problem, kinetic_energy(problem.system, problem.velocity),
+                                        std::max(drive, problem.ground_speed));
 }
 
 double most_of_push(const ImpactProblem& problem, double times) {
-  const double drive = energy_of_drive(problem);
-  return drive == 0 ? kInfinity : kinetic_energy(problem.system, problem.velocity) + times * times * drive;
+  const double drive = fastest_drive(problem);
+  if (drive == 0) return kInfinity;
+  const double pushed =
+      kinetic_energy(problem.system, problem.velocity) + times * times * energy_at(problem, drive);
+  // Ground that comes slowly may go fast along itself.
+  return problem.ground_speed > drive ? turned_round(problem, pushed, problem.ground_speed) : pushed;
 }
 
 std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<int>& rows,

@@ -22,6 +22,10 @@ void apply_row(const IslandSystem& system, int i, double impulse, Velocities& v)
 /// Inverse effective mass of row `i`.
 double inverse_mass(const IslandSystem& system, int i);
 double kinetic_energy(const IslandSystem& system, const Velocities& v);
+/// Kinetic energy less the work of ground that moves, by the impulses that led there [J]: seen from the
+/// ground it must not grow.
+double energy_but_for_ground(const ImpactProblem& problem, const Velocities& v,
+                             const std::vector<double>& lambda);
 /// True when no ground moves, so that the kinetic energy of the island must not grow.
 bool ground_at_rest(const ImpactProblem& problem);
 

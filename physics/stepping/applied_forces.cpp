@@ -188,6 +188,27 @@ void take_forces(WorldState& state, const Island& island, double elapsed, double
   }
 }
 
+bool field_swings_fast(const WorldState& state, const Island& island, double elapsed, double h,
+                       const std::vector<Velocity>& before, const std::vector<Velocity>& after) {
+  constexpr double kFast = 0.7;
+  if (!state.field) return false;
+  const BodyArrays& all = state.bodies;
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const std::uint32_t body = island.bodies[k];
+    const JointEnd now{
+        all.position[body], all.rotation[body], all.angle[body], {before[k][0], before[k][1]}, before[k][2]};
+    const std::array<double, 3> first = applied_acceleration(state, body, now, elapsed);
+    const Vec2 change = state.acceleration[body] - Vec2{first[0], first[1]};
+    const Vec2 way = 0.25 * h * Vec2{before[k][0] + after[k][0], before[k][1] + after[k][1]};
+    const double turn = 0.25 * h * (before[k][2] + after[k][2]);
+    const double more = state.angular_acceleration[body] - first[2];
+    if (h * h * length(change) > kFast * kFast * length(way) ||
+        h * h * std::abs(more) > kFast * kFast * std::abs(turn))
+      return true;
+  }
+  return false;
+}
+
 void damp(IslandSystem& system, const std::vector<InverseMass>& damping) {
   for (std::size_t k = 0; k < system.bodies.size(); ++k) {
     system.bodies[k].linear *= damping[k].linear;

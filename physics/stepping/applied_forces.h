@@ -66,6 +66,12 @@ void take_forces(WorldState& state, const Island& island, double elapsed, double
                  const std::vector<Velocity>& before, const std::vector<Velocity>& after,
                  std::vector<InverseMass>& damping);
 
+/// Whether the field swings a body of the island faster than a piece of such length can follow where it is
+/// cut again and again, w h > 0.7, as what it does half-way (by `take_forces`) tells against what it does
+/// now.
+bool field_swings_fast(const WorldState& state, const Island& island, double elapsed, double h,
+                       const std::vector<Velocity>& before, const std::vector<Velocity>& after);
+
 /// Makes that drag part of the inertia of a system.
 void damp(IslandSystem& system, const std::vector<InverseMass>& damping);
 

@@ -181,8 +181,8 @@ struct ToldMotion {
   }
 };
 
-/// Fastest that anything of an island is told to move: ground, conveyors, motors without limit, bodies whose
-/// turning nothing changes [m/s].
+}  // namespace
+
 double told_speed(const WorldState& state, const Island& island, double h) {
   const BodyArrays& all = state.bodies;
   Aabb box{all.position[island.bodies.front()], all.position[island.bodies.front()]};
@@ -244,6 +244,19 @@ double told_speed(const WorldState& state, const Island& island, double h) {
   return most;
 }
 
+bool ground_is_steady(const WorldState& state, const Island& island) {
+  if (state.kinematic.empty()) return true;
+  const auto is_steady = [&](std::uint32_t body) {
+    return !is_kinematic(state, body) || (!state.prescribed[body] && state.bodies.omega[body] == 0);
+  };
+  return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    return !is_steady(contact.body_a) || !is_steady(contact.body_b);
+  });
+}
+
+namespace {
+
 /// In the springs of an island [J].
 double energy_of_springs(const WorldState& state, const Island& island) {
   if (state.springs == 0) return 0;
@@ -275,12 +288,32 @@ double with_work_of_forces(const WorldState& state, const Island& island, double
   return energy;
 }
 
+/// The motion of ground that touches the island or pushes it: nothing where it is not all the same, and
+/// straight.
+RigidMotion motion_of_ground(const WorldState& state, const Island& island) {
+  RigidMotion ground;
+  if (state.kinematic.empty() || !island.joints.empty() || !ground_is_steady(state, island)) return ground;
+  bool first = true;
+  for (const std::uint32_t index : island.contacts) {
+    const Contact& contact = state.contacts[index];
+    for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+      if (body == BodyId::kNone || state.local_index[body] >= 0) continue;
+      if (!pushes(contact) && !touches(state, contact)) continue;
+      const Vec2 v = state.bodies.velocity[body];
+      if (!first && v != ground.v) return {};
+      ground.v = v;
+      first = false;
+    }
+  }
+  return ground;
+}
+
 /// The motion of bodies against each other; against the ground, if they touch it. When it is scaled all
 /// contacts keep their velocity zero or opening, joints hold, and a free island keeps its momenta. What turns
 /// with an infinite moment of inertia goes on as it does.
 struct InnerMotion {
   InnerMotion(const WorldState& state, const Island& island)
-      : rigid(is_off_ground(state, island) ? rigid_motion(state, island) : RigidMotion{}) {
+      : rigid(is_off_ground(state, island) ? rigid_motion(state, island) : motion_of_ground(state, island)) {
     const BodyArrays& all = state.bodies;
     for (const std::uint32_t i : island.bodies) {
       const Vec2 v = all.velocity[i] - rigid.at(all.position[i]);
@@ -415,28 +448,33 @@ void IslandEnergy::slow_down(WorldState& state, const Island& island, double tol
   double share = 1;
   for (const std::uint32_t i : island.bodies) {
     const double speed = length(all.velocity[i]);
-    const double limit = std::max(lever * told, std::sqrt(2 * available * all.inverse_mass[i]));
+    const double turned = h > 0 ? 0 : 2 * told;
+    const double limit = std::max(lever * told, std::sqrt(2 * available * all.inverse_mass[i]) + turned);
     if (speed > limit) share = std::min(share, limit / speed);
   }
   if (share < 1) InnerMotion(state, island).scale(state, island, share);
 }
 
-void IslandEnergy::take_gain(WorldState& state, const Island& island, double h) const {
+void IslandEnergy::take_gain(WorldState& state, const Island& island, double h,
+                             std::optional<double> brought) const {
   const bool jointed = !island.joints.empty();
-  if (!jointed && ground_moves(state, island)) return take_push(state, island, h);
+  if (!jointed && ground_moves(state, island)) return take_push(state, island, h, brought);
   const double told = jointed ? told_speed(state, island, h) : 0;
   const double gained = unexplained_gain(state, island, h, told);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
   slow_down(state, island, told, h, 0);
 }
 
-void IslandEnergy::take_push(WorldState& state, const Island& island, double h) const {
+void IslandEnergy::take_push(WorldState& state, const Island& island, double h,
+                             std::optional<double> brought) const {
   if (is_unknown(state)) return;
   const double all = gain(state, island, known_);
-  if (!(all > 0) && !has_more(state, island, h)) return;
+  const double most = brought.value_or(kInfinity);
+  if (!(all > std::min(0.0, most)) && !has_more(state, island, h)) return;
   const double told = told_speed(state, island, h);
   const Drive drive(state, island, impact::kWedge / kLever * told, h);
-  const double gained = all - drive.kinetic - drive.work;
+  const double turned = h > 0 ? 0 : most_of_turn(state, island, told, kinetic_);
+  const double gained = all - std::min(most, drive.kinetic + turned + drive.work);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
   slow_down(state, island, told, h, 0);
 }

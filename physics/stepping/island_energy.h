@@ -3,6 +3,7 @@
 // Energy and momentum of one island, for what must not change them.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "physics/islands/island_builder.h"
@@ -24,6 +25,14 @@ bool is_unpushed(const WorldState& state, const Island& island);
 
 /// True if moving ground, motors or springs may bring an island energy.
 bool may_be_given_energy(const WorldState& state, const Island& island);
+
+/// Fastest that anything of an island is told to move in a time `h` [s]: ground, conveyors, motors without
+/// limit, bodies whose turning nothing changes [m/s].
+double told_speed(const WorldState& state, const Island& island, double h);
+
+/// Whether ground of the island that is told to move goes straight on at one velocity: impulses tell then
+/// what it does.
+bool ground_is_steady(const WorldState& state, const Island& island);
 
 /// Motion of an island as if it were one body.
 struct RigidMotion {
@@ -48,11 +57,12 @@ class IslandEnergy {
   /// all of them. What is told to move (ground, motors without limit) may have brought what makes every body
   /// four times as fast as that, and lifts them at such a speed; without joints as in `take_push`.
   /// @param h  time since then [s]
-  void take_gain(WorldState& state, const Island& island, double h) const;
+  /// @param brought  work of all ground that is told to move [J], where it is known and there are no joints
+  void take_gain(WorldState& state, const Island& island, double h, std::optional<double> brought = {}) const;
   /// The same of contacts alone, on ground that moves: what that squeezes may have been given what makes
-  /// every body 32 times as fast as it is, and no body is faster than that by it. Without a bound what is
-  /// crushed gets faster with each step.
-  void take_push(WorldState& state, const Island& island, double h) const;
+  /// every body 32 times as fast as it is, and no body is faster than that by it; an impact (`h` = 0) also
+  /// what turns all of them round. Without a bound what is crushed gets faster with each step.
+  void take_push(WorldState& state, const Island& island, double h, std::optional<double> brought = {}) const;
   /// As `take_gain`, where it is more than a hundredth of the energy that moved: pieces of a step are of
   /// second order, and what they are off by comes and goes.
   /// @param brought  work of what is told to move, where the forces that did it are an answer [J]

@@ -142,6 +142,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   }
 
   problem.drive = assembly.drive;
+  problem.ground_speed = may_be_given_energy(state, island) ? told_speed(state, island, 0) : 0;
   problem.rest_speed = state.config.rest_speed;
   problem.solver = state.solver;
   problem.threads = state.island_threads;

@@ -149,7 +149,7 @@ class OnePieceStep {
       take_overlaps_out(state_, island_, from_, from_ + h_, exact_, limit_, result_);
       if (far_) put_before_walls(state_, island_, *start_, from_, from_ + h_, result_);
       StageTimer timer(state_, result_, Stage::Apply);
-      energy.take_gain(state_, island_, h_);
+      energy.take_gain(state_, island_, h_, brought_);
       if (state_.observe.paths) record_hermite(state_, island_.bodies, from_, h_, start, result_);
     }
     ++result_.substeps;
@@ -238,7 +238,8 @@ class OnePieceStep {
     Solution solution = answer();
     // What bounces goes its new way for all of the piece, through whatever nobody foresaw there.
     const bool strays = bounced_ && exact_ && meets_more(spare->system, solution.lambda, after, *points);
-    if (strays || (bounced_ && gains_energy((more ? **more : *spare).system, solution.lambda, after))) {
+    const auto all_rows = [&]() -> const Assembly& { return more ? **more : *spare; };
+    if (strays || (bounced_ && gains_energy(all_rows(), solution.lambda, after))) {
       // What is squeezed does not bounce.
       bounces_ = false;
       more.reset();
@@ -249,7 +250,7 @@ class OnePieceStep {
       solution = answer();
       solution.work += bouncing;
     }
-    const Assembly& assembly = more ? static_cast<Assembly&>(**more) : *spare;
+    const Assembly& assembly = all_rows();
     const IslandSystem& system = assembly.system;
     result_.work += solution.work;
     if (exact_ && solution.status != SolveStatus::Solved && solution.residual > kAlmost) {
@@ -264,6 +265,8 @@ class OnePieceStep {
         if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
       }
     });
+    if (island_.joints.empty() && ground_is_steady(state_, island_))
+      brought_ = work_of_drive(assembly, solution.lambda);
     if (!island_.joints.empty()) {
       keep_spin(before, after);
       bind_jointed(state_, island_, h_, pushed, *lag_);
@@ -357,16 +360,20 @@ class OnePieceStep {
     return std::max(-gap / h_, std::sqrt(std::max(0.0, square)) - weight);
   }
 
-  /// True if impulses leave more energy than the free motion `free` has. Those of Coulomb's law without
-  /// bounces take some, or nothing; where several bounce at once, one of them may be driven by the others.
-  bool gains_energy(const IslandSystem& system, const std::vector<double>& lambda,
+  /// True if impulses leave more energy than the free motion `free` has and ground that moves brings. Those
+  /// of Coulomb's law without bounces take some, or nothing; where several bounce at once, one of them may be
+  /// driven by the others.
+  bool gains_energy(const Assembly& rows, const std::vector<double>& lambda,
                     const std::vector<Velocity>& free) const {
-    if (may_be_given_energy(state_, island_)) return false;
+    const bool given = may_be_given_energy(state_, island_);
+    if (given && !island_.joints.empty()) return false;
     Spare<std::vector<Velocity>> after;
     *after = free;
-    apply_impulses(system, lambda, *after);
+    apply_impulses(rows.system, lambda, *after);
     const double most = exact_ ? kRoundedGain : kWildGain;
-    return impact::kinetic_energy(system, *after) > most * impact::kinetic_energy(system, free);
+    const double brought = given ? work_of_drive(rows, lambda) : 0;
+    return impact::kinetic_energy(rows.system, *after) - brought >
+           most * impact::kinetic_energy(rows.system, free);
   }
 
   Solution solve_exactly(const IslandSystem& system, std::span<const double> warm,
@@ -602,12 +609,13 @@ class OnePieceStep {
   mutable std::atomic<bool> bounced_ = false;  ///< something did
   double more_pieces_;
   IslandResult& result_;
-  double slow_ = 0;               ///< what approaches no faster is shaken by the forces of a step [m/s]
-  double exact_limit_ = 0;        ///< work for an exact answer
-  double limit_ = 0;              ///< work of the step in flow
-  SweepEnd sweep_end_;            ///< of those of velocities
-  Spare<std::vector<Vec2>> lag_;  ///< by body of islands with joints: see `bind_jointed`
-  bool far_ = false;              ///< a body goes so far that it may pass a wall
+  double slow_ = 0;                ///< what approaches no faster is shaken by the forces of a step [m/s]
+  double exact_limit_ = 0;         ///< work for an exact answer
+  double limit_ = 0;               ///< work of the step in flow
+  SweepEnd sweep_end_;             ///< of those of velocities
+  Spare<std::vector<Vec2>> lag_;   ///< by body of islands with joints: see `bind_jointed`
+  std::optional<double> brought_;  ///< work of ground [J], where it is known
+  bool far_ = false;               ///< a body goes so far that it may pass a wall
   Spare<std::vector<Transform>> start_;      ///< by body, where the piece began
   Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
 };

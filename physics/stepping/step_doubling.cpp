@@ -130,6 +130,8 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
   double elapsed = 0, last_error = kInfinity;
   int tries = 0, in_vain = 0;
   bool gave_up = false;
+  const bool told = meets_prescribed_motion(state, island);
+  std::vector<double> ends;
   const double most_work = kTryShare * state.config.solve.work_limit;
   const auto parts =
       static_cast<double>(island.bodies.size() + island.contacts.size() + island.joints.size());
@@ -145,17 +147,18 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     const bool all = wanted >= left || (gave_up && is_spent(state, result));
     const double length = all ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
     const double to = length < left ? elapsed + length : h;
-    const double middle = elapsed + 0.5 * (to - elapsed);
 
     const IslandBackup backup(state, island);
     const std::vector<double> before = state_of(state, island);
     IslandResult whole;
     begin_from(result, whole);
-    advance_island(state, island, elapsed, to, whole);
+    ends.clear();
+    advance_island(state, island, elapsed, to, whole, &ends);
     const std::vector<double> once = state_of(state, island);
     book_work(whole, result);
-    // Flight between contacts that do not act is exact, and so is rest.
-    if ((whole.report.rows == 0 && whole.impacts == 0 && !has_varying_forces(state, island)) ||
+    // Flight between contacts that do not act is exact, unless it passed ground that moves as told; and so is
+    // rest.
+    if ((whole.report.rows == 0 && whole.impacts == 0 && !has_varying_forces(state, island) && !told) ||
         once == before) {
       keep(whole, result);
       ++result.inner_steps;
@@ -167,11 +170,17 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     backup.restore(state, island);
     IslandResult halves;
     begin_from(result, halves);
-    advance_island(state, island, elapsed, middle, halves);
-    const std::vector<PointForce> forces = point_forces(state, island);
-    advance_island(state, island, middle, to, halves);
+    // Whatever cuts a step cuts it in the same places in both ways: what lies between is halved.
+    double pulled = 0, from = elapsed;
+    for (const double end : ends) {
+      const double middle = from + 0.5 * (end - from);
+      advance_island(state, island, from, middle, halves);
+      const std::vector<PointForce> forces = point_forces(state, island);
+      advance_island(state, island, middle, end, halves);
+      pulled = std::max(pulled, pulled_velocity(state, island, forces, end - from));
+      from = end;
+    }
     book_work(halves, result);
-    const double pulled = pulled_velocity(state, island, forces, to - elapsed);
     const std::vector<double> twice = state_of(state, island);
     const double error = std::max(largest_difference(once, twice) / 3, pulled);
     const bool eventful = halves.mode_changes > 0 || halves.impacts > 0 || pulled > 0;

@@ -52,6 +52,11 @@ constexpr double kTooShort = 1e-6;
 // [rad].
 constexpr double kPart = 0.7, kFarTurn = 0.1;
 
+// How often a landing on ground that moves as told is looked for, and what of the piece it may be off by
+// then.
+constexpr int kMostAims = 8;
+constexpr double kAimed = 1e-13;
+
 // Contact points, summed over the pieces of a step, after which landings are plastic; but so many pieces
 // always.
 constexpr int kPieceBudget = 512;
@@ -111,7 +116,10 @@ class IslandStep {
         varying_(has_varying_forces(state, island)),
         told_(meets_prescribed_motion(state, island)),
         holds_(std::any_of(island.joints.begin(), island.joints.end(),
-                           [&](std::uint32_t slot) { return holds_always(state.joints[slot].def); })),
+                           [&](std::uint32_t slot) {
+                             const JointDef& def = state.joints[slot].def;
+                             return holds_always(def) || def.stiffness > 0;
+                           })),
         limits_(take_spare<std::vector<std::uint8_t>>()),
         limits_left_(most_limits(state, island)) {
     resting_.resize(island.contacts.size());
@@ -129,7 +137,8 @@ class IslandStep {
   /// Brings the island from one time of the step to another [s]. @return where it came to: it gives up where
   /// the forces cost more than they may (`IslandResult::work_limit`), where nothing is left to find them
   /// with, a large one finds no exact impact, or it was cut too often (`OnePieceRule::most_pieces`)
-  double run(double from, double to) {
+  /// @param ends  if given, when its pieces ended is added [s]
+  double run(double from, double to, std::vector<double>* ends = nullptr) {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
     // fewer: a heap of 100 contacts is cut 5 times, a row of balls or a gas as often as its bounces want.
@@ -146,6 +155,7 @@ class IslandStep {
     Spare<StepVectors> vectors;
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
     while (elapsed_ < to) {
+      if (ends && elapsed_ > from) ends->push_back(elapsed_);
       if (rule_.vain_limit > 0 && result_.vain > rule_.vain_limit) return elapsed_;
       if (is_squeezed_in_vain(state_, island_, result_)) return elapsed_;
       if (rule_.most_pieces > 0 && piece > rule_.most_pieces) return elapsed_;
@@ -212,11 +222,13 @@ class IslandStep {
                    by_limits ? &limits_ : nullptr,
                    elapsed_ == 0 && !obeyed_};
         do {
+          aim_ = solved;
           forces = solve_piece(state_, island_, part, before, after, result_);
           if (forces.disobeyed) return false;
           lost = !forces.given_up && are_lost(state_, island_, after);
           if (forces.given_up || lost) return false;
           hit = last ? solved : next_hit(solved, before, after);
+          if (told_ && !last) hit = aimed_hit(solved, before, after, hit);
         } while (sinking_);
         at_limit = by_limits && next_limit(solved, before, after, hit);
         at_corner = by_corners && next_corner(solved, before, after, hit);
@@ -245,6 +257,8 @@ class IslandStep {
       // body turns far, or beyond a corner.
       const auto is_of_whole = [&] {
         return at_corner || (holds_ && is_small(state_, island_)) || swings_fast(state_, island_, solved) ||
+               (varying_ && is_small(state_, island_) &&
+                !field_swings_fast(state_, island_, elapsed_, solved, before, after)) ||
                (hit < kPart * solved && turns_far(solved, before, after));
       };
       for (int k = 0; k < kShorterPieces && hit < solved && is_of_whole(); ++k) {
@@ -426,7 +440,13 @@ class IslandStep {
                    const std::vector<Velocity>& after) const {
     Motion m = free_flight(state_, body, elapsed_);
     const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
-    if (k < 0) return m;
+    if (k < 0) {
+      if (!(aim_ > 0) || body == BodyId::kNone || !state_.prescribed[body]) return m;
+      const KinematicState there = kinematic_state(state_, body, elapsed_ + aim_);
+      m.v = (there.p - m.p0) / aim_ - (0.5 * aim_) * m.a;
+      m.omega = (there.angle - m.angle0) / aim_ - 0.5 * aim_ * m.alpha;
+      return m;
+    }
     m.v = {before[k][0], before[k][1]};
     m.omega = before[k][2];
     m.a = Vec2{after[k][0] - before[k][0], after[k][1] - before[k][1]} / h;
@@ -499,6 +519,18 @@ class IslandStep {
       }
     }
     return first;
+  }
+
+  /// The same where ground moves as told: seen along parabolas that are right where they begin, and where it
+  /// was found to land.
+  double aimed_hit(double h, const std::vector<Velocity>& before, const std::vector<Velocity>& after,
+                   double hit) {
+    for (int k = 0; k < kMostAims && hit < h && !sinking_; ++k) {
+      aim_ = hit;
+      hit = next_hit(h, before, after);
+      if (std::abs(hit - aim_) <= kAimed * h) break;
+    }
+    return hit;
   }
 
   /// Beside the segment of a contact, on which it rests.
@@ -601,7 +633,7 @@ class IslandStep {
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
 
-  bool holds_;                        ///< a joint of the island holds something wherever its bodies are
+  bool holds_;                        ///< a joint of the island acts wherever its bodies are
   std::vector<std::uint8_t> limits_;  ///< per joint of the island: bits of the limits in the force solve
   int limits_left_;                   ///< that may cut the step
   int corners_left_ = kMostCorners;   ///< that may cut the step
@@ -609,6 +641,7 @@ class IslandStep {
   bool obeyed_ = false;               ///< joints were asked to hold at the beginning of the step
   double passed_ = 0;                 ///< energy that nothing explains, in the step so far [J]
   double elapsed_ = 0;                ///< since the beginning of the step [s]
+  double aim_ = 0;                    ///< when ground is where it is told to be, within the piece [s]
   bool sinking_ = false;              ///< `next_hit` found points that the solve has to hold
   std::vector<PathEnd> start_;        ///< of the piece, for the paths
 };
@@ -654,24 +687,10 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     wait_after_failure(state, island, result.step_memory);
 }
 
-void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result) {
-  IslandStep(state, island, {}, result).run(from, to);
-}
-
-bool is_in_flight(const WorldState& state, const Island& island) {
-  return state.config.skips.flight && island.contacts.empty() && island.joints.empty() &&
-         !has_varying_forces(state, island);
-}
-
-bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result) {
-  if (!is_in_flight(state, island)) return false;
-  std::vector<PathEnd> start;
-  if (state.observe.paths) start = path_ends(state, island.bodies);
-  for (const std::uint32_t body : island.bodies) fly(state, body, 0, h);
-  if (state.observe.paths) record_hermite(state, island.bodies, 0, h, start, result);
-  result.in_flight = true;
-  result.substeps = 1;
-  return true;
+void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result,
+                    std::vector<double>* ends) {
+  IslandStep(state, island, {}, result).run(from, to, ends);
+  if (ends && (ends->empty() || ends->back() < to)) ends->push_back(to);
 }
 
 }  // namespace skerry

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 #include "physics/stepping/stepper.h"
 
 namespace skerry {
@@ -22,6 +24,8 @@ namespace skerry {
 void step_island_by_time_stepping(WorldState& state, const Island& island, double h, IslandResult& result);
 
 /// The method itself: from one time of the step to another [s], without error control.
-void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result);
+/// @param ends  if given, when its pieces ended is added [s]
+void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result,
+                    std::vector<double>* ends = nullptr);
 
 }  // namespace skerry

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Accuracy on request: the error of scenes with known answers is of the order that was asked for.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include "physics/stepping/stepper.h"
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -202,6 +204,100 @@ TEST(Accuracy, IsThatOfASecondForAnyNumberOfInnerSteps) {
         EXPECT_LE(estimate, wanted * (1 + 1e-9));
       }
     }
+  }
+}
+
+/// Place and velocity of a body, and what its steps said of their errors.
+struct Outcome {
+  Vec2 p, v;
+  double angle = 0, omega = 0, estimate = 0;
+};
+
+double difference(const Outcome& x, const Outcome& y) {
+  return std::max(
+      {length(x.p - y.p), length(x.v - y.v), std::abs(x.angle - y.angle), std::abs(x.omega - y.omega)});
+}
+
+Outcome after_a_second(World& world, BodyId body) {
+  double estimate = 0;
+  for (int k = 0; k < 60; ++k) estimate += world.step(kStep).error_estimate;
+  return {world.position(body), world.velocity(body), world.angle(body), world.omega(body), estimate};
+}
+
+TEST(Accuracy, CountsForWhatIsCutForItsOwnSake) {
+  // Steps are cut where bars turn fast, in the same places however they are made.
+  for (const double omega : {30.0, 60.0, 100.0}) {
+    for (const double accuracy : {1e-3, 1e-5}) {
+      WorldConfig config = test::weightless();
+      config.stepper = "time_stepping";
+      config.accuracy = accuracy;
+      World world(config);
+      const BodyId bar = world.create_body({.position = {0.5, 0},
+                                            .velocity = {0, 0.5 * omega},
+                                            .omega = omega,
+                                            .mass = 1.0,
+                                            .inertia = 1.0 / 12});
+      world.create_joint({.kind = JointKind::Revolute, .b = bar, .anchor_a = {0, 0}});
+      const Outcome out = after_a_second(world, bar);
+      EXPECT_NEAR(out.angle, omega, 10 * accuracy) << omega << " rad/s, asked for " << accuracy;
+      EXPECT_LE(out.estimate, 2 * accuracy);
+    }
+  }
+}
+
+/// A box that comes to rest by bouncing on its corners.
+Outcome bounces(std::string_view stepper, double accuracy, unsigned seed, double higher) {
+  test::Draw draw(seed);
+  WorldConfig config;
+  config.stepper = stepper;
+  if (accuracy > 0) config.accuracy = accuracy;
+  World world(config);
+  add_ground(world, rough(make_disc(1), 0.4, 0.8));
+  const double angle = draw.uniform(-0.3, 0.3), speed = draw.uniform(-1, 1), omega = draw.uniform(-1, 1);
+  const Vec2 size{draw.uniform(0.3, 1), draw.uniform(0.3, 1)};
+  const BodyId box =
+      add(world, {0, 1 + higher}, rough(make_box(size), 0.4, 0.8), size.x * size.y, {speed, 0}, omega, angle);
+  return after_a_second(world, box);
+}
+
+TEST(Accuracy, CountsForWhatBouncesToRest) {
+  int asked = 0;
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const Outcome known = bounces("event_driven", 0, seed, 0);
+    const double growth = difference(known, bounces("event_driven", 0, seed, 1e-9)) / 1e-9;
+    if (growth > 100) continue;
+    ++asked;
+    for (const double accuracy : {1e-4, 1e-6})
+      EXPECT_LE(difference(known, bounces("time_stepping", accuracy, seed, 0)),
+                10 * accuracy * std::max(1.0, growth))
+          << "seed " << seed << ", asked for " << accuracy;
+  }
+  EXPECT_GT(asked, 40);
+}
+
+/// A block on a plate that shakes: it slides, leaves the plate and lands on it in each swing.
+Outcome shaken(std::string_view stepper, double accuracy, double frequency) {
+  WorldConfig config;
+  config.stepper = stepper;
+  if (accuracy > 0) config.accuracy = accuracy;
+  World world(config);
+  const BodyId plate = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(plate, rough(make_box({40, 1}), 0.4));
+  const double omega = 2 * kPi * frequency, wide = 0.1 / frequency, high = 0.05 / frequency;
+  world.set_motion(plate, [=](double t) {
+    return Placement{{wide * std::sin(omega * t), -0.5 + high * (std::sin(omega * t + 1) - std::sin(1.0))},
+                     0};
+  });
+  const BodyId block = add(world, {0, 0.25}, rough(make_box({0.5, 0.5}), 0.4));
+  return after_a_second(world, block);
+}
+
+TEST(Accuracy, CountsForWhatLiesOnGroundThatShakes) {
+  for (const double frequency : {5.0, 10.0, 20.0}) {
+    const Outcome known = shaken("event_driven", 0, frequency);
+    for (const double accuracy : {1e-4, 1e-6})
+      EXPECT_LE(length(shaken("time_stepping", accuracy, frequency).p - known.p), 10 * accuracy)
+          << frequency << " Hz, asked for " << accuracy;
   }
 }
 

@@ -14,6 +14,7 @@ namespace impact_energy_test {
 using test::add;
 using test::add_ground;
 using test::rough;
+using test::smooth;
 using test::weightless;
 
 TEST(ImpactWithFriction, RodsThatHitARoughFloorNeverGainEnergy) {
@@ -133,6 +134,59 @@ TEST(ImpactWithFriction, OfWhatIsSqueezedStaysBounded) {
         EXPECT_TRUE(squeezed) << law << ' ' << stepper << " e " << e;
       }
     }
+  }
+}
+
+/// Share of the energy that a disc has after 5 s in which it is thrown against a wall again and again, by
+/// what pulls it to where the wall's surface is, or a little behind that.
+double left_by_bounces(const char* stepper, bool by_field, double frequency, double behind) {
+  WorldConfig config = weightless();
+  config.stepper = stepper;
+  World world(config);
+  const BodyId wall = world.create_body({.type = BodyType::Static});
+  world.add_shape(wall, smooth(make_half_plane({-0.2 - behind, 0}, {1, 0}), 1));
+  const BodyId disc = add(world, {0, 0}, smooth(make_disc(0.2), 1), 1, {1, 0});
+  const double stiffness = std::pow(2 * kPi * frequency, 2);
+  if (by_field)
+    world.set_force_field([=](const FieldSample& sample) {
+      return Wrench{{-stiffness * sample.position.x, 0}, 0};
+    });
+  else
+    world.create_joint({.kind = JointKind::Spring,
+                        .b = disc,
+                        .anchor_a = {-2, 0},
+                        .anchor_b = {0, 0},
+                        .length = 2.0,
+                        .stiffness = stiffness});
+  const auto energy = [&] {
+    const double x = world.position(disc).x;
+    return world.kinetic_energy() + 0.5 * stiffness * x * x;
+  };
+  const double first = energy();
+  int impacts = 0;
+  for (int k = 0; k < 300; ++k) impacts += world.step(1.0 / 60).impacts;
+  EXPECT_GT(impacts, 4 * frequency);
+  return energy() / first;
+}
+
+TEST(ImpactBesideASpring, KeepsTheEnergy) {
+  // A piece that a bounce ends has the forces of its own middle.
+  for (const char* stepper : {"time_stepping", "event_driven"}) {
+    for (const double frequency : {1.0, 2.0, 4.8}) {
+      for (const double behind : {0.0, 0.1 / frequency}) {
+        EXPECT_NEAR(left_by_bounces(stepper, false, frequency, behind), 1, 1e-3)
+            << stepper << ", " << frequency << " Hz";
+        // Fields are of second order, and their errors come and go.
+        EXPECT_NEAR(left_by_bounces(stepper, true, frequency, behind), 1, 0.03)
+            << stepper << ", " << frequency << " Hz, field";
+      }
+    }
+  }
+}
+
+TEST(ImpactUnderAField, GainsNothingWhereTheFieldSwingsTooFastForTheStep) {
+  for (const double frequency : {8.0, 10.0, 14.0}) {
+    EXPECT_LE(left_by_bounces("time_stepping", true, frequency, 0), 1.1) << frequency << " Hz";
   }
 }
 
