@@ -146,6 +146,7 @@ class OnePieceStep {
     result_.unmoved = foresee(before, after, pushed);
     if (!result_.unmoved) {
       advance(before, after, pushed);
+      if (!exact_ || island_.joints.empty()) turn_by_forces(state_, island_, h_, *start_);
       take_overlaps_out(state_, island_, from_, from_ + h_, exact_, limit_, result_);
       if (far_) put_before_walls(state_, island_, *start_, from_, from_ + h_, result_);
       StageTimer timer(state_, result_, Stage::Apply);

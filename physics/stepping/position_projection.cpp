@@ -294,4 +294,23 @@ void give_spin(WorldState& state, const Island& island, double momentum) {
   }
 }
 
+void turn_by_forces(WorldState& state, const Island& island, double h, const std::vector<Transform>& start) {
+  constexpr double kRounding = 1e-9;
+  const BodyArrays& all = state.bodies;
+  Vec2 moved, force;
+  double mass = 0, moment = 0, size = 0;
+  for (std::size_t k = 0; k < start.size(); ++k) {
+    const std::uint32_t i = island.bodies[k];
+    const Vec2 half = 0.5 * (all.position[i] - start[k].p), push = all.mass[i] * state.acceleration[i];
+    moved += all.mass[i] * half;
+    force += push;
+    mass += all.mass[i];
+    moment += cross(half, push);
+    size += length(half) * length(push);
+  }
+  moment -= cross(moved / mass, force);
+  // A uniform field has none.
+  if (std::abs(moment) > kRounding * size && is_unpushed(state, island)) give_spin(state, island, h * moment);
+}
+
 }  // namespace skerry

@@ -26,6 +26,11 @@ bool project_positions(WorldState& state, const Island& island, double elapsed, 
 /// Adds angular momentum [kg m^2/s] to an island as a common rotation, which no contact within it feels.
 void give_spin(WorldState& state, const Island& island, double momentum);
 
+/// Forces on an island are those of the middle of a time `h` [s], but act where it begins: if nothing else
+/// pushed it, it gets the angular momentum that this took, the moment of the forces about where they act.
+/// @param start  by body of the island, where it was; it has moved since
+void turn_by_forces(WorldState& state, const Island& island, double h, const std::vector<Transform>& start);
+
 /// What a projection of velocities did.
 struct VelocityShift {
   double friction = 0;  ///< work of the friction that belongs to it [J]

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -112,6 +113,31 @@ INSTANTIATE_TEST_SUITE_P(Steppers, PairForcesBy, testing::Values("time_stepping"
                          [](const testing::TestParamInfo<const char*>& each) {
                            return std::string(each.param);
                          });
+
+TEST_P(PairForcesBy, AHeapThatTurnsKeepsItsAngularMomentum) {
+  // Discs that fall together while they turn about each other, and go on turning as one.
+  for (const int count : {9, 20}) {
+    for (const bool by_field : {false, true}) {
+      if (count > 9 && GetParam() == std::string("event_driven")) continue;
+      test::Draw draw(1);
+      World world = make_world();
+      const int side = static_cast<int>(std::ceil(std::sqrt(count)));
+      for (int i = 0; i < count; ++i) {
+        const Vec2 place{(i % side - 0.5 * (side - 1)) * 1.3, (i / side - 0.5 * (side - 1)) * 1.3};
+        const double radius = draw.uniform(0.3, 0.6), mass = 1000 * kPi * radius * radius;
+        test::add(world, place, test::rough(make_disc(radius), 0.5), mass, 0.6 * perp(place), 0.6);
+      }
+      if (by_field)
+        world.set_force_field([](const FieldSample& sample) {
+          return Wrench{-6 * sample.mass * sample.position, 0};
+        });
+      const double first = world.angular_momentum();
+      advance(world, PairForces({.strength = by_field ? 0 : 0.005}), 1.0 / 60, 360);
+      EXPECT_NEAR(world.angular_momentum() / first, 1, by_field ? 0.03 : 0.003)
+          << count << " discs" << (by_field ? ", by a field" : "");
+    }
+  }
+}
 
 TEST(PairForces, AreTheSlopeOfTheirPotential) {
   for (const double power : {-1.0, 0.0, 0.5, 1.0, 2.0, 2.5, 3.0, 6.0}) {
