@@ -89,7 +89,8 @@ TEST(ImpactWithFriction, RandomHeapsLoseEnergyAndKeepMomentum) {
     const int side = 2 + trial % 3;
     for (int i = 0; i < side * side; ++i) {
       const double e = trial % 3 == 0 ? 0 : trial % 3 == 1 ? 0.5 : unit(random);
-      const Vec2 at{static_cast<double>(i % side), static_cast<double>(i / side)};
+      const int column = i % side, row = i / side;
+      const Vec2 at{1.0 * column, 1.0 * row};
       add(world, at, i % 2 == 0 ? rough(make_box({1, 1}), mu, e) : rough(make_disc(0.5), mu, e),
           std::pow(10.0, 2 * unit(random) - 1), {2 * unit(random) - 1, 2 * unit(random) - 1},
           2 * unit(random) - 1);

@@ -120,6 +120,7 @@ double worst_gain(const char* stepper, Floor kind, unsigned seed) {
   world.add_shape(floor, ground);
   std::vector<BodyId> bodies;
   const int count = 1 + draw.pick(3);
+  bodies.reserve(count + 1);
   for (int i = 0; i < count; ++i)
     bodies.push_back(add(world, {0.15 * (i - 0.5 * (count - 1)), 0.05 + draw.uniform(0, 0.03)},
                          rough(make_disc(0.05), friction, bounce), light[draw.pick(3)], speed));
@@ -189,8 +190,10 @@ TEST(PileInFlow, GainsNoEnergyFromAFloorThatMoves) {
       world.add_shape(floor, def);
     }
     std::vector<BodyId> bodies;
+    bodies.reserve(120);
     for (int i = 0; i < 120; ++i) {
-      const Vec2 place{-1.6 + 0.35 * (i % 10), 0.3 + 0.35 * (i / 10)};
+      const int row = i / 10;
+      const Vec2 place{-1.6 + 0.35 * (i % 10), 0.3 + 0.35 * row};
       bodies.push_back(add(world, place, rough(i % 2 ? make_disc(0.15) : make_box({0.25, 0.25}), 0.3, 0.9),
                            std::pow(10, draw.uniform(-1, 1)), speed + Vec2{draw.uniform(-1, 1), -6}));
     }

@@ -123,7 +123,8 @@ TEST_P(PairForcesBy, AHeapThatTurnsKeepsItsAngularMomentum) {
       World world = make_world();
       const int side = static_cast<int>(std::ceil(std::sqrt(count)));
       for (int i = 0; i < count; ++i) {
-        const Vec2 place{(i % side - 0.5 * (side - 1)) * 1.3, (i / side - 0.5 * (side - 1)) * 1.3};
+        const int row = i / side;
+        const Vec2 place{(i % side - 0.5 * (side - 1)) * 1.3, (row - 0.5 * (side - 1)) * 1.3};
         const double radius = draw.uniform(0.3, 0.6), mass = 1000 * kPi * radius * radius;
         test::add(world, place, test::rough(make_disc(radius), 0.5), mass, 0.6 * perp(place), 0.6);
       }
