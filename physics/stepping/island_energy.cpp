@@ -244,17 +244,6 @@ double told_speed(const WorldState& state, const Island& island, double h) {
   return most;
 }
 
-bool ground_is_steady(const WorldState& state, const Island& island) {
-  if (state.kinematic.empty()) return true;
-  const auto is_steady = [&](std::uint32_t body) {
-    return !is_kinematic(state, body) || (!state.prescribed[body] && state.bodies.omega[body] == 0);
-  };
-  return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
-    const Contact& contact = state.contacts[island.contacts[k]];
-    return !is_steady(contact.body_a) || !is_steady(contact.body_b);
-  });
-}
-
 namespace {
 
 /// In the springs of an island [J].
@@ -286,6 +275,18 @@ double with_work_of_forces(const WorldState& state, const Island& island, double
   for (const std::uint32_t i : island.bodies)
     energy += h * state.bodies.mass[i] * length(state.acceleration[i]) * speed_of(state, i);
   return energy;
+}
+
+/// Whether ground of the island that is told to move goes straight on at one velocity.
+bool ground_is_steady(const WorldState& state, const Island& island) {
+  if (state.kinematic.empty()) return true;
+  const auto is_steady = [&](std::uint32_t body) {
+    return !is_kinematic(state, body) || (!state.prescribed[body] && state.bodies.omega[body] == 0);
+  };
+  return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
+    const Contact& contact = state.contacts[island.contacts[k]];
+    return !is_steady(contact.body_a) || !is_steady(contact.body_b);
+  });
 }
 
 /// The motion of ground that touches the island or pushes it: nothing where it is not all the same, and

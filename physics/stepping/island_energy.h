@@ -30,10 +30,6 @@ bool may_be_given_energy(const WorldState& state, const Island& island);
 /// limit, bodies whose turning nothing changes [m/s].
 double told_speed(const WorldState& state, const Island& island, double h);
 
-/// Whether ground of the island that is told to move goes straight on at one velocity: impulses tell then
-/// what it does.
-bool ground_is_steady(const WorldState& state, const Island& island);
-
 /// Motion of an island as if it were one body.
 struct RigidMotion {
   Vec2 centre, v;
@@ -57,7 +53,8 @@ class IslandEnergy {
   /// all of them. What is told to move (ground, motors without limit) may have brought what makes every body
   /// four times as fast as that, and lifts them at such a speed; without joints as in `take_push`.
   /// @param h  time since then [s]
-  /// @param brought  work of all ground that is told to move [J], where it is known and there are no joints
+  /// @param brought  the most that ground which is told to move did [J], where it is known and there are no
+  /// joints
   void take_gain(WorldState& state, const Island& island, double h, std::optional<double> brought = {}) const;
   /// The same of contacts alone, on ground that moves: what that squeezes may have been given what makes
   /// every body 32 times as fast as it is, and no body is faster than that by it; an impact (`h` = 0) also

@@ -362,6 +362,23 @@ double work_of_drive(const Assembly& assembly, const std::vector<double>& lambda
   return -std::inner_product(lambda.begin(), lambda.end(), assembly.drive.begin(), 0.0);
 }
 
+double most_of_drive(const WorldState& state, const Assembly& assembly, const std::vector<double>& lambda,
+                     double elapsed, double h) {
+  double most = work_of_drive(assembly, lambda);
+  for (std::size_t i = 0; i < lambda.size() && !state.kinematic.empty(); ++i) {
+    const RowOrigin& origin = assembly.origin[i];
+    if (lambda[i] == 0 || origin.joint) continue;
+    const Contact& contact = state.contacts[origin.index];
+    const Vec2 where = contact.manifold.points[static_cast<std::size_t>(origin.point)].position;
+    for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
+      if (state.local_index[body] >= 0 || state.bodies.type[body] != BodyType::Kinematic) continue;
+      const Vec2 now = point_velocity(state, body, where, elapsed);
+      most += std::abs(lambda[i]) * length(point_velocity(state, body, where + h * now, elapsed + h) - now);
+    }
+  }
+  return most;
+}
+
 int update_manifolds(WorldState& state, const Island& island, double elapsed, NarrowPhaseStats& stats) {
   // A few contacts are no batch.
   if (island.contacts.size() < kBatch) {

@@ -109,6 +109,10 @@ inline Vec2 push_on_b(const Row& row) {
 
 /// What kinematic bodies, conveyors and motors do with these impulses [J].
 double work_of_drive(const Assembly& assembly, const std::vector<double>& lambda);
+/// The most that it may be over a time `h` [s] [J]: rows have the velocities of ground from when they were
+/// made, `elapsed` [s] in the step, and it may turn, or change its speed.
+double most_of_drive(const WorldState& state, const Assembly& assembly, const std::vector<double>& lambda,
+                     double elapsed, double h);
 
 /// Brings the manifolds of the island's contacts to the current poses, each within its own margin.
 /// @param elapsed  since the beginning of the step [s], for kinematic bodies

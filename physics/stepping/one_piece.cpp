@@ -266,8 +266,7 @@ class OnePieceStep {
         if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
       }
     });
-    if (island_.joints.empty() && ground_is_steady(state_, island_))
-      brought_ = work_of_drive(assembly, solution.lambda);
+    if (island_.joints.empty()) brought_ = most_of_drive(state_, assembly, solution.lambda, from_, h_);
     if (!island_.joints.empty()) {
       keep_spin(before, after);
       bind_jointed(state_, island_, h_, pushed, *lag_);
@@ -372,7 +371,7 @@ class OnePieceStep {
     *after = free;
     apply_impulses(rows.system, lambda, *after);
     const double most = exact_ ? kRoundedGain : kWildGain;
-    const double brought = given ? work_of_drive(rows, lambda) : 0;
+    const double brought = given ? most_of_drive(state_, rows, lambda, from_, h_) : 0;
     return impact::kinetic_energy(rows.system, *after) - brought >
            most * impact::kinetic_energy(rows.system, free);
   }
@@ -615,7 +614,7 @@ class OnePieceStep {
   double limit_ = 0;               ///< work of the step in flow
   SweepEnd sweep_end_;             ///< of those of velocities
   Spare<std::vector<Vec2>> lag_;   ///< by body of islands with joints: see `bind_jointed`
-  std::optional<double> brought_;  ///< work of ground [J], where it is known
+  std::optional<double> brought_;  ///< the most that ground brings [J], without joints
   bool far_ = false;               ///< a body goes so far that it may pass a wall
   Spare<std::vector<Transform>> start_;      ///< by body, where the piece began
   Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
