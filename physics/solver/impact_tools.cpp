@@ -69,14 +69,26 @@ void give_way(const ImpactProblem& problem, IslandSystem& system, const ImpactRe
   solution.lambda = std::move(other.lambda);
 }
 
+/// Whether all that a sub-system is to change is rounding beside what approaches: a residual relative to that
+/// says nothing.
+bool is_of_rounding(const ImpactProblem& problem, const IslandSystem& system) {
+  constexpr double kNothing = 1e-12;
+  double wanted = 0, fastest = 0;
+  for (const double b : system.b) wanted = std::max(wanted, std::abs(b));
+  for (int i = 0; i < problem.system.size(); ++i)
+    fastest = std::max(fastest, std::abs(row_velocity(problem, i, problem.velocity)));
+  return wanted <= kNothing * fastest;
+}
+
 /// Solves the sub-system and books its work, status and residual.
 std::vector<double> solve(const ImpactProblem& problem, IslandSystem& system, ImpactResult& result) {
   Solution solution = answer(problem, system, result);
   give_way(problem, system, result, solution);
   result.work += solution.work;
-  result.residual = std::max(result.residual, solution.residual);
-  if (solution.status != SolveStatus::Solved && result.status == SolveStatus::Solved)
-    result.status = solution.status;
+  if (solution.status == SolveStatus::Solved || !is_of_rounding(problem, system)) {
+    result.residual = std::max(result.residual, solution.residual);
+    if (result.status == SolveStatus::Solved) result.status = solution.status;
+  }
   return std::move(solution.lambda);
 }
 
