@@ -123,6 +123,32 @@ double stable_length_of_turns(const WorldState& state, const Island& island, dou
   return fastest * h > kFarTurn ? kTurn / fastest : kInfinity;
 }
 
+double stable_length_of_springs(const WorldState& state, const Island& island) {
+  constexpr double kStretch = 0.2;
+  if (state.springs == 0) return kInfinity;
+  double fastest = 0;  // largest v w / l
+  for (const std::uint32_t slot : island.joints) {
+    const JointRecord& joint = state.joints[slot];
+    if (!(joint.def.stiffness > 0) || !is_rod(joint) || joint.def.kind == JointKind::Pulley) continue;
+    const JointEnd a = joint_end(state, joint.def.a.index), b = joint_end(state, joint.def.b.index);
+    const Vec2 arm_a = rotate(a.q, joint.local_a), arm_b = rotate(b.q, joint.local_b);
+    const Vec2 line = b.p + arm_b - a.p - arm_a;
+    const double l = length(line);
+    if (!(l > 0)) continue;
+    const Vec2 along = line / l;
+    const auto mobility = [&](BodyId body, Vec2 arm) {
+      if (!body) return 0.0;
+      const double lever = cross(arm, along);
+      return state.bodies.inverse_mass[body.index] + lever * lever * state.bodies.inverse_inertia[body.index];
+    };
+    const double past = std::abs(cross(along, b.v + b.omega * perp(arm_b) - a.v - a.omega * perp(arm_a)));
+    const double swing =
+        std::sqrt(joint.def.stiffness * (mobility(joint.def.a, arm_a) + mobility(joint.def.b, arm_b)));
+    fastest = std::max(fastest, past * swing / l);
+  }
+  return fastest > 0 ? std::sqrt(kStretch / fastest) : kInfinity;
+}
+
 bool swings_fast(const WorldState& state, const Island& island, double h) {
   const BodyArrays& all = state.bodies;
   return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {

@@ -28,6 +28,11 @@ double stable_length_of_rods(const WorldState& state, const Island& island);
 /// first moment on. And where free motion takes it half-way says nothing of where it goes.
 double stable_length_of_turns(const WorldState& state, const Island& island, double h);
 
+/// The length [s] in which springs turn so little that this does not stretch them much: along a chord a
+/// spring of length l that swings at w, and whose end goes past the other one at a speed v, is stretched by
+/// (v h)^2 / (2 l), for which a hundredth of the energy of that speed is spent at h^2 = 0.2 l / (v w).
+double stable_length_of_springs(const WorldState& state, const Island& island);
+
 /// Whether a spring of the island swings its bodies faster than a piece of length `h` [s] can follow: w h
 /// > 2.
 bool swings_fast(const WorldState& state, const Island& island, double h);

@@ -195,9 +195,10 @@ class IslandStep {
       // Joints that shake light bodies, and ground that shakes, get shorter pieces, which are not cuts.
       const double left = to - elapsed_;
       const double foreseen = told_ ? foreseeable_length(state_, island_, elapsed_, left) : left;
-      const double stable = std::max(std::min({stable_length(state_, island_, left),
-                                               stable_length_of_turns(state_, island_, to - from), foreseen}),
-                                     (to - from) / kStablePieces);
+      const double stable =
+          std::max(std::min({stable_length(state_, island_, left), stable_length_of_springs(state_, island_),
+                             stable_length_of_turns(state_, island_, to - from), foreseen}),
+                   (to - from) / kStablePieces);
       bool whole = to - elapsed_ <= stable || out_of_work;
       double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
