@@ -25,6 +25,15 @@ bool impulses_unchanged(const Contact& contact) {
   return true;
 }
 
+/// True if a joint holds on to something that moves by itself: a limit, or a slack rope, may be reached at
+/// any time.
+bool hangs_on_what_moves(const WorldState& s, const Island& island) {
+  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
+    const JointDef& def = s.joints[i].def;
+    return moves_as_told(s, def.a.index) || moves_as_told(s, def.b.index);
+  });
+}
+
 }  // namespace
 
 bool stood_still(const WorldState& s, const Island& island) {
@@ -82,7 +91,7 @@ std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
 
 bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& result) {
   if (s.resting.empty() || s.observe.systems || !s.config.reuse_resting) return false;
-  if (s.field || meets_prescribed_motion(s, island)) return false;
+  if (s.field || meets_prescribed_motion(s, island) || hangs_on_what_moves(s, island)) return false;
   for (const std::uint32_t index : island.contacts) {
     const Contact& c = s.contacts[index];
     // Other poses, of fixed bodies too, mean other geometry.
@@ -121,7 +130,7 @@ std::optional<RestingIsland> remember_resting(const WorldState& s, const Island&
   for (const std::uint32_t i : island.bodies)
     if (s.step_memory[i] != result.step_memory) return {};
   // A field, or what a joint holds on to, may be another one at the next time.
-  if (s.field || meets_prescribed_motion(s, island)) return {};
+  if (s.field || meets_prescribed_motion(s, island) || hangs_on_what_moves(s, island)) return {};
   for (const std::uint32_t index : island.contacts) {
     if (!impulses_unchanged(s.contacts[index])) return {};
   }

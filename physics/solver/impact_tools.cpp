@@ -153,10 +153,23 @@ double energy_at(const ImpactProblem& problem, double speed) {
   return kinetic_energy(problem.system, Velocities(problem.velocity.size(), {speed, 0, 0}));
 }
 
-/// The most that bodies of some energy have when something of that speed turned them round, or took them
-/// along [J]: in its frame they stay as fast as they were.
-double turned_round(const ImpactProblem& problem, double energy, double speed) {
-  const double root = std::sqrt(energy) + 2 * std::sqrt(energy_at(problem, speed));
+/// Energy of the least motion that goes with joints and with ground that comes or goes [J]; 0 without joints,
+/// and where there is none.
+double energy_of_hinged(const ImpactProblem& problem) {
+  if (rows_of(problem.system, RowKind::Joint).empty()) return 0;
+  const std::vector<int> rows = unilateral_rows(problem.system);
+  Velocities v(problem.velocity.size(), {0, 0, 0});
+  ImpactResult along;
+  const std::vector<double> lambda = unilateral(problem, rows, v, {}, along);
+  if (along.status != SolveStatus::Solved) return 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) apply_row(problem.system, rows[k], lambda[k], v);
+  return kinetic_energy(problem.system, v);
+}
+
+/// The most that bodies of some energy have when something turned them round, or took them along, that moves
+/// as fast as they would have with another one [J]: in its frame they stay as fast as they were.
+double turned_round(double energy, double of_ground) {
+  const double root = std::sqrt(energy) + 2 * std::sqrt(of_ground);
   return root * root;
 }
 
@@ -165,9 +178,11 @@ double turned_round(const ImpactProblem& problem, double energy, double speed) {
 double most_of_bounce(const ImpactProblem& problem) {
   const double drive = fastest_drive(problem);
   if (drive == 0) return kInfinity;
+  const double ground = energy_at(problem, std::max(drive, problem.ground_speed));
+  // What is hinged near where it is struck turns faster than the ground goes, within the reach of levers.
+  const double turned = std::clamp(energy_of_hinged(problem), ground, kWedge * kWedge * ground);
   // Where nothing is lost a bounce is all of that.
-  return (1 + kRounding) * turned_round(problem, kinetic_energy(problem.system, problem.velocity),
-                                        std::max(drive, problem.ground_speed));
+  return (1 + kRounding) * turned_round(kinetic_energy(problem.system, problem.velocity), turned);
 }
 
 double most_of_push(const ImpactProblem& problem, double times) {
@@ -176,7 +191,8 @@ double most_of_push(const ImpactProblem& problem, double times) {
   const double pushed =
       kinetic_energy(problem.system, problem.velocity) + times * times * energy_at(problem, drive);
   // Ground that comes slowly may go fast along itself.
-  return problem.ground_speed > drive ? turned_round(problem, pushed, problem.ground_speed) : pushed;
+  return problem.ground_speed > drive ? turned_round(pushed, energy_at(problem, problem.ground_speed))
+                                      : pushed;
 }
 
 std::vector<double> unilateral(const ImpactProblem& problem, const std::vector<int>& rows,

@@ -245,15 +245,7 @@ class EventStep {
       const double turn = std::abs(a[2]) * state_.radius[island_.bodies[k]];
       if (std::max({std::abs(a[0]), std::abs(a[1]), turn}) > nothing) return false;
     }
-    for (const std::uint32_t index : island_.contacts) {
-      const Contact& contact = state_.contacts[index];
-      for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
-        if (state_.bodies.type[body] == BodyType::Kinematic &&
-            (state_.bodies.velocity[body] != Vec2{} || state_.bodies.omega[body] != 0)) {
-          return false;
-        }
-      }
-    }
+    if (meets_motion(state_, island_)) return false;
     store_velocities(state_, island_, std::vector<Velocity>(island_.bodies.size(), Velocity{}));
     // What came to rest on its way strays from that from now on.
     for (const std::uint32_t i : island_.bodies) note_travel(state_, i, elapsed_, h_ - elapsed_, {}, {});
@@ -446,9 +438,34 @@ class EventStep {
       grip.sign = forces_.grip_force[watch.index] > 0 ? -1 : 1;
       // Static friction lets go: the force jumps, and everything else is to be decided anew.
       if (!(grip.hold > grip.mu)) continue;
+      // Where others hold the bodies all the same it does not slide, and goes on with what it held.
+      if (others_hold(watch.index)) {
+        grip.mu = grip.hold;
+        continue;
+      }
       onsets_.push_back({grip.contact, grip.rolling, grip.sign});
       keep_mode_ = false;
     }
+  }
+
+  /// True if the motion does not depend on how much a grip carries that has reached its bound.
+  bool others_hold(std::size_t k) const {
+    constexpr double kLess = 0.9, kNothing = 1e-9;
+    const State y = problem_.gather(mode_);
+    ContactMode trial = mode_;
+    ModeForces all, less;
+    trial.grips[k].mu = mode_.grips[k].hold;
+    if (!problem_.evaluate(trial, elapsed_, y, all)) return false;
+    trial.grips[k].mu = kLess * mode_.grips[k].hold;
+    if (!problem_.evaluate(trial, elapsed_, y, less)) return false;
+    double change = 0, largest = 0;
+    for (std::size_t i = 0; i < all.acceleration.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        change = std::max(change, std::abs(all.acceleration[i][c] - less.acceleration[i][c]));
+        largest = std::max(largest, std::abs(all.acceleration[i][c]));
+      }
+    }
+    return change <= kNothing * (external_bound() + largest);
   }
 
   void note_event(const ModeWatch& watch) {

@@ -119,12 +119,14 @@ bool ground_takes_along(const WorldState& state, const Island& island) {
   return any_of(state.island_threads, island.contacts.size(), kContactsAPiece,
                 [&](std::size_t k) {
                   const Contact& contact = state.contacts[island.contacts[k]];
-                  return ground_moves(state, contact) && (pushes(contact) || touches(state, contact));
+                  const bool moves = contact.surface_velocity != 0 || moves_as_told(state, contact.body_a) ||
+                                     moves_as_told(state, contact.body_b);
+                  return moves && (pushes(contact) || touches(state, contact));
                 }) ||
          any_of(state.island_threads, island.joints.size(), kContactsAPiece, [&](std::size_t k) {
            const std::uint32_t slot = island.joints[k];
            const JointDef& def = state.joints[slot].def;
-           return (is_kinematic(state, def.a.index) || is_kinematic(state, def.b.index)) &&
+           return (moves_as_told(state, def.a.index) || moves_as_told(state, def.b.index)) &&
                   (holds_always(def) || state.held_rows[slot] != 0);
          });
 }
@@ -483,7 +485,10 @@ void IslandEnergy::take_push(WorldState& state, const Island& island, double h,
 void IslandEnergy::take_much(WorldState& state, const Island& island, double h, double brought,
                              double& passed) const {
   const double told = told_speed(state, island, h);
-  const double more = std::clamp(brought, 0.0, most_of_turn(state, island, told, kinetic_));
+  // Levers and gears make bodies faster; an answer brings no more than its rows say.
+  const Drive levers(state, island, impact::kWedge / kLever * told, h);
+  const double most = std::max(most_of_turn(state, island, told, kinetic_), levers.kinetic + levers.work);
+  const double more = std::clamp(brought, 0.0, most);
   passed = std::max(0.0, passed + unexplained_gain(state, island, h, told) - more);
   if (is_much(state, island, h, passed))
     InnerMotion(state, island).take(state, island, std::exchange(passed, 0));
@@ -493,7 +498,8 @@ void IslandEnergy::take_much(WorldState& state, const Island& island, double h, 
 bool IslandEnergy::gained_much(const WorldState& state, const Island& island, double h) const {
   const double told = told_speed(state, island, h);
   return is_much(state, island, h,
-                 unexplained_gain(state, island, h, told) - most_of_turn(state, island, told, kinetic_));
+                 unexplained_gain(state, island, h, impact::kWedge / kLever * told) -
+                     most_of_turn(state, island, told, kinetic_));
 }
 
 bool IslandEnergy::is_much(const WorldState& state, const Island& island, double h, double gained) const {

@@ -105,6 +105,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   island_velocities(state, island, problem.velocity);
   bool approaching = false, driven = false;
   double fastest = 0;
+  std::vector<int> held;
   for (int i = 0; i < assembly.system.size(); ++i) {
     Row& row = assembly.system.rows[i];
     if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
@@ -113,6 +114,14 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
       driven |= assembly.drive[i] != 0;
     }
     const RowOrigin& origin = assembly.origin[i];
+    if (origin.kind == RowKind::Friction && !origin.joint) {
+      const Contact& contact = state.contacts[origin.index];
+      if (contact.static_friction > contact.friction &&
+          std::abs(row_velocity(assembly, i, problem.velocity)) <= state.config.rest_speed) {
+        row.mu = contact.static_friction;
+        held.push_back(i);
+      }
+    }
     const bool contact_row = row.kind == RowKind::Normal && !origin.joint;
     problem.restitution.push_back(contact_row ? state.contacts[origin.index].restitution : 0);
     const double u = row_velocity(assembly, i, problem.velocity);
@@ -175,6 +184,18 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     if (limit > 0) problem.work_limit = std::max(limit / 16, limit - impact.work.visits);
     instead(law(problem));
   };
+  // What static friction cannot hold slides, and rubs less.
+  while (!as_one && !held.empty()) {
+    const auto slips = [&](int i) {
+      return std::abs(impact::row_velocity(problem, i, impact.velocity)) > state.config.rest_speed;
+    };
+    const auto first = std::partition(held.begin(), held.end(), [&](int i) { return !slips(i); });
+    if (first == held.end()) break;
+    for (auto i = first; i != held.end(); ++i)
+      problem.system.rows[*i].mu = state.contacts[assembly.origin[*i].index].friction;
+    held.erase(first, held.end());
+    try_again(state.impact_law->apply);
+  }
   if (runs_away(impact::most_of_bounce(problem))) {
     // What is squeezed does not bounce.
     std::fill(problem.restitution.begin(), problem.restitution.end(), 0.0);

@@ -79,8 +79,9 @@ class ModeChoice {
       grip.mu = mu;
       grip.hold = hold;
       grip.surface = surface;
-      // What stuck before moves by rounding only.
-      const double limit = held ? 1e-9 : 0.1 * still_;
+      // What stuck before moves by rounding only; what static friction may hold is still below the speed that
+      // counts as rest.
+      const double limit = hold > mu ? state_.config.rest_speed : held ? 1e-9 : 0.1 * still_;
       grip.sign = std::abs(speed) <= limit ? 0 : speed > 0 ? 1 : -1;
       for (const Onset& onset : onsets_) {
         if (onset.contact == k && onset.rolling == rolling && grip.sign == 0) grip.sign = onset.sign;

@@ -58,6 +58,8 @@ constexpr double kContradicted = 5e-3, kWorkOfPieces = 3e7, kFewPieces = 4;
 // Energy in that of the free motion that an exact answer with bounces may have, by its rounding, and one of
 // sweeps, which are not at their end.
 constexpr double kRoundedGain = 1 + 1e-9, kWildGain = 1.5;
+// Speed of what stuck, in what forces change a velocity in the step, from which on it slides.
+constexpr double kSlides = 0.1;
 // Contacts or rows that a thread takes at a time.
 constexpr std::size_t kItemsAPiece = 256;
 
@@ -310,6 +312,7 @@ class OnePieceStep {
     warm.resize(system.rows.size());
     aim_joints(state_, from_, h_, after, assembly, warm);
     if (!exact_) steady_hinges(state_, h_, warm, assembly);
+    const double slides = kSlides * slow_;
     share_each(state_.island_threads, system.rows.size(), kItemsAPiece, [&](std::size_t i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint) return;
@@ -317,7 +320,8 @@ class OnePieceStep {
       const double target =
           origin.kind == RowKind::Normal ? least_speed(assembly, i, contact, before, after) : 0;
       system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
-      if (origin.kind == RowKind::Friction && contact.points[origin.point].sticking)
+      if (origin.kind == RowKind::Friction && contact.points[origin.point].sticking &&
+          std::abs(row_velocity(assembly, static_cast<int>(i), before)) <= slides)
         system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
       warm[i] = last_impulse(contact, origin, h_);
     });

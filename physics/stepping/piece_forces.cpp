@@ -36,6 +36,8 @@ constexpr double kPassing = 0.25;
 
 // A way [m or rad] below which geometry changes by less than rounding.
 constexpr double kStill = 1e-12;
+// Speed of what stuck that projections may leave, in what forces change a velocity in the piece.
+constexpr double kLeftOfSticking = 1e-3;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {
@@ -385,8 +387,12 @@ class PieceSolve {
       if (origin.joint || origin.kind != RowKind::Friction) continue;
       const Contact& contact = state_.contacts[origin.index];
       if (!(contact.static_friction > contact.friction)) continue;
-      const bool still = std::abs(row_velocity(start, i, before)) <= state_.config.rest_speed;
-      if (!still && !contact.points[origin.point].sticking) continue;
+      // What stuck moves by what projections leave; a blow, or the user, may have let it slide.
+      const double left = contact.points[origin.point].sticking
+                              ? kLeftOfSticking * piece_.h * largest_acceleration(state_, island_)
+                              : 0;
+      const double still = std::max(state_.config.rest_speed, left);
+      if (!(std::abs(row_velocity(start, i, before)) <= still)) continue;
       assembly.system.rows[i].mu = contact.static_friction;
       held.push_back(i);
     }

@@ -100,6 +100,79 @@ double flywheel_after(const char* stepper, unsigned seed) {
   return world.omega(wheel);
 }
 
+/// Gears and racks turn 1:10 from a wheel that is told to turn at once, or by a motor without limit.
+TEST_P(DrivenStops, GearsMakeBodiesFarFasterThanWhatIsTold) {
+  for (const bool motor : {false, true}) {
+    for (const bool rack : {false, true}) {
+      for (const double ratio : {5.0, 10.0}) {
+        WorldConfig config = config_for(GetParam());
+        config.gravity = {0, 0};
+        World world(config);
+        const BodyId wheel = motor ? world.create_body({.mass = 1.0, .inertia = 0.01})
+                                   : world.create_body({.type = BodyType::Kinematic, .omega = 0.5});
+        if (motor)
+          world.create_joint(
+              {.kind = JointKind::Revolute, .b = wheel, .anchor_a = {0, 0}, .motor_speed = 0.5});
+        const BodyId driven = world.create_body({.position = {3, 0}, .mass = 2.0, .inertia = 0.1});
+        if (rack) {
+          world.create_joint({.kind = JointKind::Prismatic, .b = driven, .anchor_a = {3, 0}, .axis = {1, 0}});
+          world.create_joint({.kind = JointKind::Rack,
+                              .a = wheel,
+                              .b = driven,
+                              .anchor_a = {0, 0},
+                              .anchor_b = {3, 0},
+                              .axis = {1, 0},
+                              .ratio = ratio});
+        } else {
+          world.create_joint({.kind = JointKind::Revolute, .b = driven, .anchor_a = {2, 0}});
+          world.create_joint({.kind = JointKind::Gear,
+                              .a = wheel,
+                              .b = driven,
+                              .anchor_a = {0, 0},
+                              .anchor_b = {2, 0},
+                              .ratio = -ratio});
+        }
+        for (int k = 0; k < 12; ++k) {
+          world.step(kStep);
+          const double speed = rack ? world.velocity(driven).x : world.omega(driven);
+          EXPECT_NEAR(std::abs(speed), 0.5 * ratio, 1e-6 * ratio)
+              << (motor ? "motor, " : "told, ") << (rack ? "rack 1:" : "gear 1:") << ratio << ", step " << k;
+        }
+      }
+    }
+  }
+}
+
+/// A slack rope to something that goes away, at a constant speed or as told, pulls once it is taut; whether
+/// the block it pulls slept makes no difference.
+TEST_P(DrivenStops, ASlackRopeWakesWhatItPulls) {
+  for (const JointKind kind : {JointKind::Rope, JointKind::Distance, JointKind::Wheel}) {
+    for (const bool told : {false, true}) {
+      for (const bool sleeps : {false, true}) {
+        WorldConfig config = config_for(GetParam());
+        config.sleep = sleeps;
+        World world(config);
+        test::add_ground(world, test::rough(make_disc(1), 0.3));
+        const BodyId block = test::add(world, {0, 0.2}, test::rough(make_box({2, 0.4}), 0.3), 2);
+        const BodyId winch = world.create_body(
+            {.type = BodyType::Kinematic, .position = {5, 0.2}, .velocity = told ? Vec2{} : Vec2{1, 0}});
+        if (told) world.set_motion(winch, [](double t) { return Placement{{5 + t, 0.2}, 0}; });
+        JointDef def{.kind = kind, .a = block, .b = winch, .anchor_a = {0, 0.2}, .anchor_b = {5, 0.2}};
+        if (kind == JointKind::Rope) def.length = 5.2;
+        if (kind == JointKind::Distance) def.upper = 5.2;
+        if (kind == JointKind::Wheel) {
+          def.axis = {1, 0};
+          def.upper = 0.2;
+        }
+        world.create_joint(def);
+        for (int k = 0; k < 60; ++k) world.step(kStep);
+        EXPECT_NEAR(world.position(block).x, 0.8, 1e-6)
+            << "joint " << static_cast<int>(kind) << (told ? ", told" : "");
+      }
+    }
+  }
+}
+
 TEST(DeadCentres, DoNotStopWhatRubsAndTurns) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const double events = flywheel_after("event_driven", seed), steps = flywheel_after("time_stepping", seed);

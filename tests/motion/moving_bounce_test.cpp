@@ -92,6 +92,25 @@ TEST_P(MovingBounce, ComesOutOfAGrooveThatMoves) {
   }
 }
 
+TEST_P(MovingBounce, OfADoorIsWholeWhereverItIsStruck) {
+  // A disc at 2 m/s that nothing stops strikes a bar of 1 m near its hinge, or far from it.
+  const auto& [stepper, law] = GetParam();
+  for (const double bounce : {0.3, 1.0}) {
+    for (const double far : {0.95, 0.6, 0.4, 0.2}) {
+      World world(by(stepper, law));
+      const BodyId bar = world.create_body({.position = {0.5, 0}, .mass = 1.0, .inertia = 1.0 / 12});
+      world.add_shape(bar, smooth(make_box({1, 0.02}), bounce));
+      world.create_joint({.kind = JointKind::Revolute, .b = bar, .anchor_a = {0, 0}});
+      const BodyId disc =
+          world.create_body({.type = BodyType::Kinematic, .position = {far, -0.12}, .velocity = {0, 2}});
+      world.add_shape(disc, smooth(make_disc(0.1), bounce));
+      while (world.step(kStep / 4).impacts == 0 && world.time() < 0.1) {
+      }
+      EXPECT_NEAR(far * world.omega(bar), 2 * (1 + bounce), 2e-3) << "struck at " << far << " m";
+    }
+  }
+}
+
 TEST_P(MovingBounce, OfABoxThatLandsFlatIsExact) {
   // It moves along with the ground: what friction has to change is rounding.
   const auto& [stepper, law] = GetParam();
@@ -265,6 +284,39 @@ TEST(MovingBounceOfSeveral, GainsNoEnergyAsSeenFromTheGround) {
       for (int k = 0; k < 10; ++k) world.step(kStep);
       EXPECT_LE(energy(), first * (1 + 1e-9))
           << "seed " << seed << ", ground at " << speed.x << ", " << speed.y;
+    }
+  }
+}
+
+/// A hinged chain that bounces about in a box without loss.
+Vec2 chain_in_a_box(const char* stepper, BodyType type, unsigned seed) {
+  Draw draw(seed);
+  World world(by(stepper));
+  const BodyId box = world.create_body({.type = type});
+  for (const Vec2 side : {Vec2{1, 0}, Vec2{-1, 0}, Vec2{0, 1}, Vec2{0, -1}})
+    world.add_shape(box, smooth(make_half_plane(-1.5 * side, side), 1));
+  BodyId last;
+  Vec2 joint{0, 0.3};
+  for (int i = 0; i < 3; ++i) {
+    const double angle = draw.uniform(-3, 3), half = draw.uniform(0.12, 0.2);
+    const Vec2 along{std::cos(angle), std::sin(angle)};
+    const BodyId link =
+        add(world, joint + half * along, smooth(make_capsule({-0.8 * half, 0}, {0.8 * half, 0}, 0.03), 1), 1,
+            {draw.uniform(-2, 2), draw.uniform(-2, 2)}, draw.uniform(-5, 5), angle);
+    if (i > 0) world.create_joint({.kind = JointKind::Revolute, .a = last, .b = link, .anchor_a = joint});
+    joint += 2 * half * along;
+    last = link;
+  }
+  for (int k = 0; k < 60; ++k) world.step(kStep);
+  return world.position(last);
+}
+
+TEST(GroundThatCouldMove, IsLikeGroundThatCannot) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    for (const char* stepper : {"time_stepping", "event_driven"}) {
+      EXPECT_EQ(chain_in_a_box(stepper, BodyType::Static, seed),
+                chain_in_a_box(stepper, BodyType::Kinematic, seed))
+          << stepper << ", seed " << seed;
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -129,6 +130,90 @@ TEST_P(StaticFriction, EqualToKineticChangesNothing) {
     hash[given] = world.state_hash();
   }
   EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST_P(StaticFriction, HoldsNothingThatIsSetGoing) {
+  // What stuck in the last step slides like anything else, however slowly it was sent off.
+  for (const double speed : {0.03, 0.1, 0.14, 1.0}) {
+    for (const bool pushed : {false, true}) {
+      World world(config());
+      add_ground(world, held(make_disc(1), 0.1, 0.9));
+      const BodyId block = add(world, {0, 0.2}, held(make_box({1, 0.4}), 0.1, 0.9), 2);
+      for (int k = 0; k < 10; ++k) world.step(1.0 / 60);
+      if (pushed)
+        world.apply_impulse(block, {2 * speed, 0}, world.position(block));
+      else
+        world.set_velocity(block, {speed, 0}, 0);
+      for (int k = 0; k < 90; ++k) world.step(1.0 / 60);
+      EXPECT_NEAR(world.position(block).x, speed * speed / (2 * 0.1 * kG), 1e-9) << speed << " m/s";
+    }
+  }
+}
+
+TEST(StaticFrictionInFlow, HoldsNothingThatIsSetGoing) {
+  // A slab that 60 discs roll about in, and whose island flows; they push it by less than a tenth of its
+  // weight.
+  World world;
+  add_ground(world, held(make_disc(1), 0.1, 0.9));
+  const BodyId slab = add(world, {0, 0.25}, held(make_box({10, 0.5}), 0.1, 0.9), 5000);
+  for (const double side : {-1, 1}) world.add_shape(slab, test::smooth(make_box({0.2, 2}, {4.9 * side, 1})));
+  test::Draw draw(1);
+  for (int i = 0; i < 60; ++i) {
+    const int row = i / 12;
+    add(world, {0.7 * (i % 12) - 3.9 + draw.uniform(-0.1, 0.1), 1 + 0.7 * row}, test::smooth(make_disc(0.25)),
+        0.2, {draw.uniform(-3, 3), draw.uniform(-1, 1)});
+  }
+  for (int k = 0; k < 40; ++k) world.step(1.0 / 60);
+  world.set_velocity(slab, {0.14, 0}, 0);
+  int flowing = 0;
+  for (int k = 0; k < 5; ++k) flowing += world.step(1.0 / 60).islands_in_flow;
+  EXPECT_GT(flowing, 3);
+  EXPECT_NEAR(world.velocity(slab).x, 0.14 - 0.1 * kG * 5 / 60, 3e-3);
+}
+
+TEST_P(StaticFriction, HoldsByAllContactsTogether) {
+  // A belt that climbs a row of tiles as fast as it turns rests on several of them, and how they share the
+  // load is nobody's choice: it holds as long as all together can.
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    test::Draw draw(seed);
+    const double angle = draw.uniform(0.1, 0.5), speed = draw.uniform(0.2, 2), width = draw.uniform(0.3, 2);
+    const double kinetic = std::tan(angle) * draw.uniform(0.3, 0.95),
+                 still = std::tan(angle) * draw.uniform(1.05, 1.6);
+    const Vec2 along{std::cos(angle), std::sin(angle)}, up{-std::sin(angle), std::cos(angle)};
+    World world(config());
+    const BodyId ground = world.create_body({.type = BodyType::Static});
+    for (double at = -6; at < 6;) {
+      const double tile = width * draw.uniform(0.5, 1.5);
+      world.add_shape(
+          ground, held(make_box({tile, 0.5}, (at + 0.5 * tile) * along - 0.25 * up, angle), kinetic, still));
+      at += tile;
+    }
+    ShapeDef belt = held(make_box({1.6, 0.4}), kinetic, still);
+    belt.material.surface_velocity = -speed;
+    const BodyId climber = add(world, 0.2 * up, belt, 3, speed * along, 0, angle);
+    for (int k = 0; k < 60; ++k) world.step(1.0 / 60);
+    EXPECT_NEAR(dot(world.position(climber), along), speed, 1e-3) << "seed " << seed;
+  }
+}
+
+TEST_P(StaticFriction, IsNotBrokenByAPebble) {
+  // 1 g bounces on 80 kg: each blow is far within what friction holds.
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    test::Draw draw(seed);
+    const double angle = draw.uniform(0.1, 0.4);
+    const Vec2 up{-std::sin(angle), std::cos(angle)};
+    World world(config());
+    add_ground(world, held(make_disc(1), 0.6 * std::tan(angle), 2 * std::tan(angle)), angle);
+    const BodyId block =
+        add(world, 0.2 * up, held(make_box({2, 0.4}), 0.6 * std::tan(angle), 2 * std::tan(angle)), 80, {}, 0,
+            angle);
+    ShapeDef pebble = test::rough(make_disc(0.05), 0.5);
+    pebble.material.restitution = 0.5;
+    pebble.restitution_rule = MixingRule::Minimum;
+    add(world, {draw.uniform(-0.3, 0.3), 1.2}, pebble, 1e-3);
+    for (int k = 0; k < 50; ++k) world.step(1.0 / 60);
+    EXPECT_LE(length(world.position(block) - 0.2 * up), 1e-4) << "seed " << seed;
+  }
 }
 
 TEST(StaticFrictionDefinition, BelowKineticIsRefused) {
