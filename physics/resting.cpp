@@ -25,13 +25,14 @@ bool impulses_unchanged(const Contact& contact) {
   return true;
 }
 
-/// True if a joint holds on to something that moves by itself: a limit, or a slack rope, may be reached at
-/// any time.
-bool hangs_on_what_moves(const WorldState& s, const Island& island) {
-  return std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
-    const JointDef& def = s.joints[i].def;
-    return moves_as_told(s, def.a.index) || moves_as_told(s, def.b.index);
-  });
+/// True if what acts on the island may be another at the next time: there is a field, something moves as
+/// told, or a joint holds on to what moves by itself, so that a limit or a slack rope may be reached.
+bool may_act_otherwise(const WorldState& s, const Island& island) {
+  return s.field || meets_prescribed_motion(s, island) ||
+         std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t i) {
+           const JointDef& def = s.joints[i].def;
+           return moves_as_told(s, def.a.index) || moves_as_told(s, def.b.index);
+         });
 }
 
 }  // namespace
@@ -91,7 +92,7 @@ std::uint64_t resting_key(const WorldState& s, const Island& island, double h) {
 
 bool reuse_resting(WorldState& s, const Island& island, double h, IslandResult& result) {
   if (s.resting.empty() || s.observe.systems || !s.config.reuse_resting) return false;
-  if (s.field || meets_prescribed_motion(s, island) || hangs_on_what_moves(s, island)) return false;
+  if (may_act_otherwise(s, island)) return false;
   for (const std::uint32_t index : island.contacts) {
     const Contact& c = s.contacts[index];
     // Other poses, of fixed bodies too, mean other geometry.
@@ -129,8 +130,7 @@ std::optional<RestingIsland> remember_resting(const WorldState& s, const Island&
   // What still waits for something would make another step of the same state.
   for (const std::uint32_t i : island.bodies)
     if (s.step_memory[i] != result.step_memory) return {};
-  // A field, or what a joint holds on to, may be another one at the next time.
-  if (s.field || meets_prescribed_motion(s, island) || hangs_on_what_moves(s, island)) return {};
+  if (may_act_otherwise(s, island)) return {};
   for (const std::uint32_t index : island.contacts) {
     if (!impulses_unchanged(s.contacts[index])) return {};
   }

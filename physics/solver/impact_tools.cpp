@@ -166,23 +166,38 @@ double energy_of_hinged(const ImpactProblem& problem) {
   return kinetic_energy(problem.system, v);
 }
 
-/// The most that bodies of some energy have when something turned them round, or took them along, that moves
-/// as fast as they would have with another one [J]: in its frame they stay as fast as they were.
+/// The most that bodies of some energy have when ground turned them round, or took them along [J]: in its
+/// frame they stay as fast as they were. @param of_ground  the energy that they would have at its speed [J]
 double turned_round(double energy, double of_ground) {
   const double root = std::sqrt(energy) + 2 * std::sqrt(of_ground);
   return root * root;
 }
 
+/// Energy of the bodies if all of them were as fast as the fastest ground; 0 where none comes or goes [J].
+double energy_of_ground(const ImpactProblem& problem) {
+  const double drive = fastest_drive(problem);
+  return drive == 0 ? 0 : energy_at(problem, std::max(drive, problem.ground_speed));
+}
+
+/// What a bounce leaves at most: where nothing is lost it is all of that [J].
+double bounce_off(const ImpactProblem& problem, double of_ground) {
+  return (1 + kRounding) * turned_round(kinetic_energy(problem.system, problem.velocity), of_ground);
+}
+
 }  // namespace
 
 double most_of_bounce(const ImpactProblem& problem) {
-  const double drive = fastest_drive(problem);
-  if (drive == 0) return kInfinity;
-  const double ground = energy_at(problem, std::max(drive, problem.ground_speed));
+  const double ground = energy_of_ground(problem);
+  if (ground == 0) return kInfinity;
   // What is hinged near where it is struck turns faster than the ground goes, within the reach of levers.
-  const double turned = std::clamp(energy_of_hinged(problem), ground, kWedge * kWedge * ground);
-  // Where nothing is lost a bounce is all of that.
-  return (1 + kRounding) * turned_round(kinetic_energy(problem.system, problem.velocity), turned);
+  return bounce_off(problem, std::clamp(energy_of_hinged(problem), ground, kWedge * kWedge * ground));
+}
+
+bool exceeds_bounce(const ImpactProblem& problem, const Velocities& v) {
+  const double energy = kinetic_energy(problem.system, v), ground = energy_of_ground(problem);
+  // The bound with hinges takes a solve, and is no less.
+  const double least = ground == 0 ? kInfinity : bounce_off(problem, ground);
+  return !(energy <= least) && !(energy <= most_of_bounce(problem));
 }
 
 double most_of_push(const ImpactProblem& problem, double times) {

@@ -32,6 +32,8 @@ bool ground_at_rest(const ImpactProblem& problem);
 /// Kinetic energy that a bounce off ground that moves can leave at most [J]; infinite where none does. What
 /// is squeezed by something that moves on its own could bounce to and fro for ever, faster each time.
 double most_of_bounce(const ImpactProblem& problem);
+/// Whether velocities have more than that, or are no numbers.
+bool exceeds_bounce(const ImpactProblem& problem, const Velocities& v);
 /// What smooth wedges press out may be so many times as fast as they are; beyond that (angles below a
 /// thirtieth) they jam.
 inline constexpr double kWedge = 32;

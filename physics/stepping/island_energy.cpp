@@ -405,11 +405,10 @@ double most_of_turn(const WorldState& state, const Island& island, double speed,
   return 2 * speed * std::sqrt(2 * mass * kinetic);
 }
 
-/// What is told to move at `speed` can give an island [J].
+/// What can be given to an island by what makes bodies no faster than `most` [m/s] in a time `h` [s] [J].
 struct Drive {
-  Drive(const WorldState& state, const Island& island, double speed, double h) {
-    if (speed == 0) return;
-    const double most = kLever * speed;
+  Drive(const WorldState& state, const Island& island, double most, double h) {
+    if (most == 0) return;
     for (const std::uint32_t i : island.bodies) {
       const double m = state.bodies.mass[i];
       kinetic += 0.5 * m * most * most;
@@ -423,12 +422,12 @@ struct Drive {
 }  // namespace
 
 double IslandEnergy::unexplained_gain(const WorldState& state, const Island& island, double h,
-                                      double told) const {
+                                      double most) const {
   if (is_unknown(state)) return 0;
   double springs = energy_of_springs(state, island) - springs_;
   // What is told to move may wind springs up.
-  if (told > 0) springs = std::min(springs, 0.0);
-  const Drive drive(state, island, told, h);
+  if (most > 0) springs = std::min(springs, 0.0);
+  const Drive drive(state, island, most, h);
   return gain(state, island, known_) + springs - most_of_motors(state, island, h) -
          std::max(0.0, drive.kinetic - kinetic_) - drive.work;
 }
@@ -463,7 +462,7 @@ void IslandEnergy::take_gain(WorldState& state, const Island& island, double h,
   const bool jointed = !island.joints.empty();
   if (!jointed && ground_moves(state, island)) return take_push(state, island, h, brought);
   const double told = jointed ? told_speed(state, island, h) : 0;
-  const double gained = unexplained_gain(state, island, h, told);
+  const double gained = unexplained_gain(state, island, h, kLever * told);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
   slow_down(state, island, told, h, 0);
 }
@@ -475,7 +474,7 @@ void IslandEnergy::take_push(WorldState& state, const Island& island, double h,
   const double most = brought.value_or(kInfinity);
   if (!(all > std::min(0.0, most)) && !has_more(state, island, h)) return;
   const double told = told_speed(state, island, h);
-  const Drive drive(state, island, impact::kWedge / kLever * told, h);
+  const Drive drive(state, island, impact::kWedge * told, h);
   const double turned = h > 0 ? 0 : most_of_turn(state, island, told, kinetic_);
   const double gained = all - std::min(most, drive.kinetic + turned + drive.work);
   if (gained > 0) InnerMotion(state, island).take(state, island, gained);
@@ -486,10 +485,10 @@ void IslandEnergy::take_much(WorldState& state, const Island& island, double h, 
                              double& passed) const {
   const double told = told_speed(state, island, h);
   // Levers and gears make bodies faster; an answer brings no more than its rows say.
-  const Drive levers(state, island, impact::kWedge / kLever * told, h);
+  const Drive levers(state, island, impact::kWedge * told, h);
   const double most = std::max(most_of_turn(state, island, told, kinetic_), levers.kinetic + levers.work);
   const double more = std::clamp(brought, 0.0, most);
-  passed = std::max(0.0, passed + unexplained_gain(state, island, h, told) - more);
+  passed = std::max(0.0, passed + unexplained_gain(state, island, h, kLever * told) - more);
   if (is_much(state, island, h, passed))
     InnerMotion(state, island).take(state, island, std::exchange(passed, 0));
   slow_down(state, island, told, h, more);
@@ -498,7 +497,7 @@ void IslandEnergy::take_much(WorldState& state, const Island& island, double h, 
 bool IslandEnergy::gained_much(const WorldState& state, const Island& island, double h) const {
   const double told = told_speed(state, island, h);
   return is_much(state, island, h,
-                 unexplained_gain(state, island, h, impact::kWedge / kLever * told) -
+                 unexplained_gain(state, island, h, impact::kWedge * told) -
                      most_of_turn(state, island, told, kinetic_));
 }
 
@@ -527,7 +526,7 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
   // What is told to move costs a look at all contacts.
   if (!jointed && kinetic <= kWild * (kinetic_ + forces)) return;
   const double told = told_speed(state, island, h);
-  const Drive drive(state, island, jointed ? told : impact::kWedge / kLever * told, h);
+  const Drive drive(state, island, (jointed ? kLever : impact::kWedge) * told, h);
   const double available =
       std::max(kinetic_, drive.kinetic) + springs_ + most_of_motors(state, island, h) + forces;
   const bool wild = kinetic > kWild * available;

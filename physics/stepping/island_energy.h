@@ -85,8 +85,8 @@ class IslandEnergy {
   double gain(const WorldState& state, const Island& island, bool drag) const;
   /// What was gained beyond the work of the external forces, of springs, and of motors and what is told to
   /// move at most, in a time `h` [J]; 0 where forces do work that is not known.
-  /// @param told  fastest that anything is told to move [m/s]
-  double unexplained_gain(const WorldState& state, const Island& island, double h, double told) const;
+  /// @param most  fastest that what is told to move makes a body [m/s]
+  double unexplained_gain(const WorldState& state, const Island& island, double h, double most) const;
   /// True for more than a hundredth of the energy that moved.
   bool is_much(const WorldState& state, const Island& island, double h, double gained) const;
   /// True if a body without joints has more energy after a time `h` [s] than all had, but for what is told

@@ -105,7 +105,9 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   island_velocities(state, island, problem.velocity);
   bool approaching = false, driven = false;
   double fastest = 0;
-  std::vector<int> held;
+  Spare<std::vector<int>> spare_held;
+  std::vector<int>& held = *spare_held;
+  held.clear();
   for (int i = 0; i < assembly.system.size(); ++i) {
     Row& row = assembly.system.rows[i];
     if (row.kind == RowKind::Limit) row.kind = RowKind::Normal;
@@ -196,7 +198,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
     held.erase(first, held.end());
     try_again(state.impact_law->apply);
   }
-  if (runs_away(impact::most_of_bounce(problem))) {
+  if (impact::exceeds_bounce(problem, impact.velocity)) {
     // What is squeezed does not bounce.
     std::fill(problem.restitution.begin(), problem.restitution.end(), 0.0);
     try_again(state.impact_law->apply);

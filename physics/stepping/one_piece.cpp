@@ -268,8 +268,9 @@ class OnePieceStep {
         if (system.rows[i].b >= 0) pushed[static_cast<std::size_t>(system.rows[i].b)] = 1;
       }
     });
-    if (island_.joints.empty()) brought_ = most_of_drive(state_, assembly, solution.lambda, from_, h_);
-    if (!island_.joints.empty()) {
+    if (island_.joints.empty()) {
+      brought_ = most_of_drive(state_, assembly, solution.lambda, from_, h_);
+    } else {
       keep_spin(before, after);
       bind_jointed(state_, island_, h_, pushed, *lag_);
     }

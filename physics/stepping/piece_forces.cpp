@@ -382,17 +382,16 @@ class PieceSolve {
                              const std::vector<Velocity>& before) const {
     std::vector<int> held;
     if (island_.contacts.empty()) return held;
+    // What stuck moves by what projections leave; a blow, or the user, may have let it slide.
+    const double left = std::max(state_.config.rest_speed,
+                                 kLeftOfSticking * piece_.h * largest_acceleration(state_, island_));
     for (int i = 0; i < assembly.system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
       if (origin.joint || origin.kind != RowKind::Friction) continue;
       const Contact& contact = state_.contacts[origin.index];
       if (!(contact.static_friction > contact.friction)) continue;
-      // What stuck moves by what projections leave; a blow, or the user, may have let it slide.
-      const double left = contact.points[origin.point].sticking
-                              ? kLeftOfSticking * piece_.h * largest_acceleration(state_, island_)
-                              : 0;
-      const double still = std::max(state_.config.rest_speed, left);
-      if (!(std::abs(row_velocity(start, i, before)) <= still)) continue;
+      const bool stuck = contact.points[origin.point].sticking;
+      if (!(std::abs(row_velocity(start, i, before)) <= (stuck ? left : state_.config.rest_speed))) continue;
       assembly.system.rows[i].mu = contact.static_friction;
       held.push_back(i);
     }

@@ -100,6 +100,30 @@ double flywheel_after(const char* stepper, unsigned seed) {
   return world.omega(wheel);
 }
 
+/// A block that a spring pulls, whose other end moves steadily, goes as soon as friction is too little:
+/// x = v t - v / w sin(w t) from then on.
+TEST(SpringFromWhatMoves, LetsGoWithinAStep) {
+  for (const double speed : {0.1, 0.37, 1.0}) {
+    World world(config_for("event_driven"));
+    test::add_ground(world, test::rough(make_disc(1), 0.3));
+    const BodyId block = test::add(world, {0, 0.2}, test::rough(make_box({1, 0.4}), 0.3), 2);
+    const BodyId hand =
+        world.create_body({.type = BodyType::Kinematic, .position = {3, 0.2}, .velocity = {speed, 0}});
+    const double stiffness = 50, omega = std::sqrt(stiffness / 2),
+                 start = 0.3 * 2 * 9.81 / (stiffness * speed);
+    world.create_joint({.kind = JointKind::Spring,
+                        .a = block,
+                        .b = hand,
+                        .anchor_a = {0, 0.2},
+                        .anchor_b = {3, 0.2},
+                        .stiffness = stiffness});
+    const int steps = static_cast<int>((start + 0.5) / kStep);
+    for (int k = 0; k < steps; ++k) world.step(kStep);
+    const double t = steps * kStep - start;
+    EXPECT_NEAR(world.position(block).x, speed * (t - std::sin(omega * t) / omega), 1e-9) << speed << " m/s";
+  }
+}
+
 /// Gears and racks turn 1:10 from a wheel that is told to turn at once, or by a motor without limit.
 TEST_P(DrivenStops, GearsMakeBodiesFarFasterThanWhatIsTold) {
   for (const bool motor : {false, true}) {

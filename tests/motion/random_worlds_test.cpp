@@ -149,17 +149,20 @@ TEST_P(RandomWorlds, GainNoEnergyInAnyStep) {
 TEST_P(RandomWorlds, WithStiffSpringsGainLittleInAnyStep) {
   // What swings to and fro 80 times a second wants many steps of events.
   const int worlds = test_scale(GetParam() == std::string("event_driven") ? 20 : 120);
+  std::vector<unsigned> seeds(static_cast<std::size_t>(worlds));
+  std::iota(seeds.begin(), seeds.end(), 0u);
+  // Here springs that turned fast were stretched.
+  if (GetParam() == std::string("time_stepping")) seeds.insert(seeds.end(), {1349u, 1693u});
   double worst = 0;
   int gained = 0;
-  for (int seed = 0; seed < worlds; ++seed) {
-    const double gain =
-        RandomWorld(GetParam(), static_cast<unsigned>(seed), RandomWorld::Kind::Springs).largest_gain(240);
-    if (gain >= 0.02) std::printf("seed %d gains %.2g\n", seed, gain);
+  for (const unsigned seed : seeds) {
+    const double gain = RandomWorld(GetParam(), seed, RandomWorld::Kind::Springs).largest_gain(240);
+    if (gain >= 0.02) std::printf("seed %u gains %.2g\n", seed, gain);
     gained += gain >= 0.02;
     worst = std::max(worst, gain);
   }
   std::printf("largest gain of a step: %.2g of what moved\n", worst);
-  // In one world of 800 or so a body that is jammed between others gets under the ground, and is thrown out.
+  // One world of 700 or so gains: bodies that are jammed, or stiff springs that are struck along their line.
   EXPECT_LE(gained, 1);
 }
 
