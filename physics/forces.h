@@ -62,8 +62,9 @@ struct Placement {
   double angle = 0;  ///< [rad]
 };
 
-/// Prescribed motion: where a kinematic body is at a time of the world [s]. Asked at eight times of each
-/// step; velocity and acceleration are those of the polynomial through them.
+/// Prescribed motion: where a kinematic body is at a time of the world [s]. Asked at ten times of each step;
+/// velocity and acceleration are those of the polynomial through eight of them. Kinks and jumps are looked for
+/// where the other two tell of them: the step is cut there, and a jump strikes nothing on its way.
 using PrescribedMotion = std::function<Placement(double time)>;
 
 /// What a world asks its user while it steps. Snapshots do not hold it.

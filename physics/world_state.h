@@ -135,6 +135,7 @@ struct StepScratch {
   std::vector<Contact> lost;          ///< touching contacts whose boxes parted
   /// Where bodies were that a prescribed motion put elsewhere.
   std::vector<std::pair<std::uint32_t, BodyBackup>> before_motion;
+  bool motion_breaks = false;             ///< a prescribed motion has a break in this step
   std::vector<SteppedIsland> last_round;  ///< islands of the round before
   std::vector<std::size_t> to_step;       ///< islands of this round
   std::vector<std::size_t> pieces;        ///< of it, that a thread takes at a time

@@ -103,6 +103,7 @@ void Step::begin() {
   clear(s_.report);
   s_.scratch.before_motion.clear();
   s_.scratch.distant.clear();
+  s_.scratch.motion_breaks = false;
   // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
   if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
@@ -292,6 +293,7 @@ void Step::begin_joint(std::uint32_t i) const {
 void Step::follow(std::size_t i) {
   BodyArrays& b = s_.bodies;
   s_.paths[i].sample(s_.prescribed[i], s_.time, h_);
+  s_.scratch.motion_breaks |= !s_.paths[i].breaks().empty();
   s_.scratch.before_motion.push_back(
       {static_cast<std::uint32_t>(i), {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]}});
   const KinematicState now = s_.paths[i].at(0);
@@ -474,9 +476,7 @@ void Step::keep_motion() {
   }
   for (const std::uint32_t i : s_.active) {
     if (s_.bodies.type[i] != BodyType::Kinematic) continue;
-    PathPiece piece = kinematic_path(s_, i, h_);
-    piece.generation = s_.bodies.generation[i];
-    s_.step_paths.push_back(piece);
+    add_kinematic_path(s_, i, h_, s_.step_paths);
   }
   // Pieces of one body are in the order of time already.
   std::stable_sort(s_.step_paths.begin(), s_.step_paths.end(),

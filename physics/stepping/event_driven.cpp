@@ -20,6 +20,7 @@
 #include "physics/stepping/mode_choice.h"
 #include "physics/stepping/mode_events.h"
 #include "physics/stepping/mode_impulses.h"
+#include "physics/stepping/motion_breaks.h"
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/projection.h"
@@ -130,7 +131,8 @@ class EventStep {
         limit_(state.config.solve.work_limit > 0 ? kWorkShare * state.config.solve.work_limit : kInfinity),
         result_(result),
         problem_(state, island, result),
-        events_(state, island, problem_, mode_) {
+        events_(state, island, problem_, mode_),
+        spans_(smooth_spans(state, island, h)) {
     // Fields, drag and prescribed motions bend the paths of flight.
     parabolic_ = !has_varying_forces(state, island) && !meets_prescribed_motion(state, island);
     // Smooth motion goes on with the steps that served it last.
@@ -153,6 +155,7 @@ class EventStep {
     }
     while (elapsed_ < h_) {
       if (result_.work.visits + result_.thrown_away.visits > limit_) return false;
+      if (elapsed_ == until()) pass_break();
       if (!keep_mode_) {
         if (fly_in_turn()) continue;
         if (!impacts()) return false;
@@ -181,7 +184,19 @@ class EventStep {
   /// one of the beginning of the next step.
   double sum_of_times(double length) const {
     const double then = elapsed_ + length;
-    return h_ - then > kNothingLeft * h_ ? then : h_;
+    return until() - then > kNothingLeft * h_ ? then : until();
+  }
+
+  /// The end of the step, or the next break of a prescribed motion.
+  double until() const { return spans_[span_].to; }
+
+  /// Goes on behind it.
+  void pass_break() {
+    elapsed_ = spans_[++span_].from;
+    keep_mode_ = false;
+    begin_span(state_, island_, spans_[span_], result_);
+    // A jump may have put something into a body, or away from a joint.
+    if (is_out_of_place()) arrive();
   }
 
   double external_bound() const {
@@ -326,7 +341,7 @@ class EventStep {
     InnerPace pace(elapsed_, problem_.work() - path_work_, most_work);
 
     for (;;) {
-      const double left = h_ - elapsed_;
+      const double left = until() - elapsed_;
       const double length = std::min(inner_step_, left);
       if (++inner_steps_ > kMaxInnerSteps || !(length > kNothingLeft * h_)) return false;
       const double work = problem_.work() - path_work_;
@@ -378,7 +393,7 @@ class EventStep {
       pace.took(length);
       const double factor = step_factor(error);
       if (length == inner_step_ || factor < 1) inner_step_ = length * factor;
-      if (elapsed_ < h_) {
+      if (elapsed_ < until()) {
         // Landings are looked for from the manifolds of where the inner step begins.
         result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
         continue;
@@ -518,7 +533,9 @@ class EventStep {
   AccelerationProblem problem_;
   ContactMode mode_;
   ModeEvents events_;
-  ModeForces forces_;          ///< at the beginning of the inner step
+  ModeForces forces_;  ///< at the beginning of the inner step
+  std::vector<SmoothSpan> spans_;
+  std::size_t span_ = 0;       ///< the one of now
   std::vector<Onset> onsets_;  ///< since the mode was chosen last
   bool keep_mode_ = false;
   bool parabolic_ = true;      ///< free flight has constant acceleration

@@ -174,7 +174,7 @@ struct ToldMotion {
   ToldMotion() = default;
   ToldMotion(const WorldState& state, std::uint32_t told) : body(told) {
     constexpr int kTimes = 8;
-    const double step = state.prescribed[told] ? state.paths[told].piece().length : 0;
+    const double step = state.prescribed[told] ? state.paths[told].length() : 0;
     for (int k = 0; k <= (step > 0 ? kTimes : 0); ++k) {
       const KinematicState now = kinematic_state(state, told, step * k / kTimes);
       speed = std::max(speed, length(now.v));

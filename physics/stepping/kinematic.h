@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "physics/forces.h"
 #include "physics/math.h"
@@ -24,26 +25,42 @@ struct KinematicState {
 
 /// A prescribed motion within one step: the polynomial of degree 7 through its places at the eight
 /// Chebyshev-Lobatto points, whose error is about 2 (h w / 4)^8 / 8! of the amplitude at the frequency w
-/// [Hairer, Norsett & Wanner 1993, sec. II.6 on interpolation]. As plain data it can be asked by many
-/// threads.
+/// [Hairer, Norsett & Wanner 1993, sec. II.6 on interpolation]. Where its velocity changes at once (a kink),
+/// or it is elsewhere (a jump), it has a break, and a polynomial on either side of it. As plain data it can
+/// be asked by many threads.
 class MotionPath {
  public:
-  /// Asks `motion` at eight times of the step. @throws std::invalid_argument if it is not finite there
+  /// Asks `motion` at ten times of the step, and up to some thousand where it has breaks.
+  /// @throws std::invalid_argument if it is not finite there
   void sample(const PrescribedMotion& motion, double time, double h);
-  /// @param t  since the beginning of the step [s]
+  /// @param t  since the beginning of the step [s]; at a break what is after it
   KinematicState at(double t) const;
-  /// The same polynomial as that of a path, without its body.
-  PathPiece piece() const;
+  /// The same polynomials as those of paths, in the order of time.
+  void append_to(std::vector<PathPiece>& pieces, std::uint32_t body, std::uint32_t generation) const;
   /// The place that the motion gave for the end of the step, to the bit.
   Placement end() const { return end_; }
+  /// The length of the step [s].
+  double length() const { return h_; }
+  /// Where it has breaks, ascending, since the beginning of the step [s].
+  const std::vector<double>& breaks() const { return breaks_; }
   /// About the farthest that the centre goes from where it begins [m], and the largest turn [rad].
   double extent() const { return extent_; }
   double turn() const { return turn_; }
 
  private:
   static constexpr int kNodes = 8;
+  class Sampler;
+  /// The polynomial of a time between breaks.
+  struct Part {
+    double from = 0, length = 0;                          ///< of its nodes [s]
+    std::array<std::array<double, kNodes>, 3> divided{};  ///< Newton's differences of x, y, angle
+    KinematicState state(double t) const;
+  };
+  void sharpen_breaks();
+
   double h_ = 1;
-  std::array<std::array<double, kNodes>, 3> divided_{};  ///< Newton's differences of x, y, angle
+  std::vector<Part> parts_;     ///< one more than breaks
+  std::vector<double> breaks_;  ///< [s]
   Placement end_;
   double extent_ = 0, turn_ = 0;
 };
@@ -57,7 +74,8 @@ KinematicState kinematic_state(const WorldState& state, std::uint32_t body, doub
 /// where its velocity and acceleration foretell it, as landings are looked for along such parabolas: the
 /// whole, or a half, a quarter ... of it.
 double foreseeable_length(const WorldState& state, const Island& island, double elapsed, double left);
-/// The whole step `h` [s] of a kinematic body that is at its end.
-PathPiece kinematic_path(const WorldState& state, std::uint32_t body, double h);
+/// Adds the whole step `h` [s] of a kinematic body that is at its end.
+void add_kinematic_path(const WorldState& state, std::uint32_t body, double h,
+                        std::vector<PathPiece>& pieces);
 
 }  // namespace skerry

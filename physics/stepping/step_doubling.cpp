@@ -7,6 +7,7 @@
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/island_backup.h"
 #include "physics/stepping/island_notes.h"
+#include "physics/stepping/motion_breaks.h"
 #include "physics/stepping/time_stepping.h"
 
 namespace skerry {
@@ -118,16 +119,15 @@ void keep(IslandResult& from, IslandResult& to) {
   for (IslandTrace& trace : from.traces) to.traces.push_back(std::move(trace));
 }
 
-}  // namespace
-
-void step_with_error_control(WorldState& state, const Island& island, double h, double accuracy,
-                             IslandResult& result) {
+void step_span(WorldState& state, const Island& island, const SmoothSpan& span, double accuracy,
+               IslandResult& result) {
+  const double h = span.to - span.from;
   double wanted = h;
   for (const std::uint32_t i : island.bodies) {
     const double last = state.step_memory[i].inner_step;
     if (last > 0) wanted = std::min(wanted, last);
   }
-  double elapsed = 0, last_error = kInfinity;
+  double elapsed = span.from, last_error = kInfinity;
   int tries = 0, in_vain = 0;
   bool gave_up = false;
   const bool told = meets_prescribed_motion(state, island);
@@ -135,25 +135,25 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
   const double most_work = kTryShare * state.config.solve.work_limit;
   const auto parts =
       static_cast<double>(island.bodies.size() + island.contacts.size() + island.joints.size());
-  while (elapsed < h) {
+  while (elapsed < span.to) {
     ++tries;
     if (!gave_up && (tries >= kMostTries ||
                      (most_work > 0 && result.work.visits + tries * kTryVisits * parts > most_work))) {
       gave_up = true;
-      wanted = std::max(wanted, (h - elapsed) / kLastSteps);
+      wanted = std::max(wanted, (span.to - elapsed) / kLastSteps);
     }
     // Two equal steps rather than one and a crumb; what has no work left has no choice.
-    const double left = h - elapsed;
+    const double left = span.to - elapsed;
     const bool all = wanted >= left || (gave_up && is_spent(state, result));
     const double length = all ? left : wanted > 0.5 * left ? 0.5 * left : wanted;
-    const double to = length < left ? elapsed + length : h;
+    const double to = length < left ? elapsed + length : span.to;
 
     const IslandBackup backup(state, island);
     const std::vector<double> before = state_of(state, island);
     IslandResult whole;
     begin_from(result, whole);
     ends.clear();
-    advance_island(state, island, elapsed, to, whole, &ends);
+    advance_island(state, island, {}, elapsed, to, whole, &ends);
     const std::vector<double> once = state_of(state, island);
     book_work(whole, result);
     // Flight between contacts that do not act is exact, unless it passed ground that moves as told; and so is
@@ -174,9 +174,9 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     double pulled = 0, from = elapsed;
     for (const double end : ends) {
       const double middle = from + 0.5 * (end - from);
-      advance_island(state, island, from, middle, halves);
+      advance_island(state, island, {}, from, middle, halves);
       const std::vector<PointForce> forces = point_forces(state, island);
-      advance_island(state, island, middle, end, halves);
+      advance_island(state, island, {}, middle, end, halves);
       pulled = std::max(pulled, pulled_velocity(state, island, forces, end - from));
       from = end;
     }
@@ -208,6 +208,16 @@ void step_with_error_control(WorldState& state, const Island& island, double h, 
     elapsed = to;
   }
   result.step_memory.inner_step = wanted;
+}
+
+}  // namespace
+
+void step_with_error_control(WorldState& state, const Island& island, double h, double accuracy,
+                             IslandResult& result) {
+  for (const SmoothSpan& span : smooth_spans(state, island, h)) {
+    begin_span(state, island, span, result);
+    step_span(state, island, span, accuracy, result);
+  }
 }
 
 }  // namespace skerry

@@ -20,10 +20,10 @@
 #include "physics/stepping/joint_midpoint.h"
 #include "physics/stepping/joint_stability.h"
 #include "physics/stepping/kinematic.h"
+#include "physics/stepping/motion_breaks.h"
 #include "physics/stepping/next_contact.h"
 #include "physics/stepping/next_corner.h"
 #include "physics/stepping/one_piece.h"
-#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/piece_forces.h"
 #include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
@@ -662,6 +662,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   if (is_held(state, island) && come_to_rest(state, island, h, result) == RestLook::Rests) return;
   const OnePieceRule rule = one_piece_rule(state, island, h);
   result.bounces_well = rule.bounces_well;
+  if (step_over_breaks(state, island, rule, h, result)) return;
   // Exact forces of what hangs together, or is large, cost most where they are not found.
   const bool dear = rule.large || !island.joints.empty();
   const bool waits = result.step_memory.light_wait > 0 &&
@@ -678,7 +679,7 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
   }
   // What a vain attempt took does not count.
   if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
-  const double there = IslandStep(state, island, rule, result).run(0, h);
+  const double there = advance_island(state, island, rule, 0, h, result);
   // What bounces well is cut often, and goes on exactly.
   const int cut = rule.bounces_well ? 0 : restlessness(result);
   result.step_memory.flow = std::max(cut, result.report.flowing ? 1 : 0);
@@ -688,10 +689,11 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
     wait_after_failure(state, island, result.step_memory);
 }
 
-void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result,
-                    std::vector<double>* ends) {
-  IslandStep(state, island, {}, result).run(from, to, ends);
+double advance_island(WorldState& state, const Island& island, const OnePieceRule& rule, double from,
+                      double to, IslandResult& result, std::vector<double>* ends) {
+  const double there = IslandStep(state, island, rule, result).run(from, to, ends);
   if (ends && (ends->empty() || ends->back() < to)) ends->push_back(to);
+  return there;
 }
 
 }  // namespace skerry

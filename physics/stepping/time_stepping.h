@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/stepper.h"
 
 namespace skerry {
@@ -25,7 +26,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
 
 /// The method itself: from one time of the step to another [s], without error control.
 /// @param ends  if given, when its pieces ended is added [s]
-void advance_island(WorldState& state, const Island& island, double from, double to, IslandResult& result,
-                    std::vector<double>* ends = nullptr);
+/// @return where it came to: it may give up as the rule says
+double advance_island(WorldState& state, const Island& island, const OnePieceRule& rule, double from,
+                      double to, IslandResult& result, std::vector<double>* ends = nullptr);
 
 }  // namespace skerry

@@ -8,6 +8,7 @@
 #include "physics/trajectory.h"
 
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -119,6 +120,21 @@ const Scene kScenes[] = {
            w.create_joint(
                {.kind = JointKind::Weld, .a = parts[a], .b = parts[b], .anchor_a = w.position(parts[a])});
        }
+     }},
+    {"told",
+     [](World& w) {
+       // A table that goes to and fro, and a paddle that jumps back, with breaks within the steps.
+       const BodyId table = w.create_body({.type = BodyType::Kinematic});
+       w.add_shape(table, rough(make_box({6, 1}), 0.4));
+       w.set_motion(table, [](double t) {
+         const double part = std::fmod(t, 0.37);
+         return Placement{{part < 0.185 ? part : 0.37 - part, 0}, 0};
+       });
+       const BodyId paddle = w.create_body({.type = BodyType::Kinematic});
+       w.add_shape(paddle, rough(make_box({0.2, 0.5}), 0.4));
+       w.set_motion(paddle, [](double t) { return Placement{{-3 + 3 * std::fmod(t, 0.45), 0.8}, 0}; });
+       for (int i = 0; i < 6; ++i)
+         add(w, {1.1 * (i % 3) - 1.6, 1.1 + 1.2 * (i / 3)}, rough(make_box({0.8, 0.9}), 0.4, 0.2), 1 + i);
      }},
 };
 

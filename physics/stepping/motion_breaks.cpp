@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "physics/stepping/motion_breaks.h"
+
+#include <algorithm>
+
+#include "physics/stepping/island_rows.h"
+#include "physics/stepping/one_piece.h"
+#include "physics/stepping/time_stepping.h"
+#include "physics/world_state.h"
+
+namespace skerry {
+namespace {
+
+// Time on each side of a break that is left out, and how near to each other breaks are one, as shares of the
+// step.
+constexpr double kLeftOut = 1e-13, kOne = 1e-9;
+
+}  // namespace
+
+std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h) {
+  std::vector<SmoothSpan> spans{{0, h}};
+  if (!state.scratch.motion_breaks) return spans;
+  std::vector<double> breaks;
+  const auto take = [&](std::uint32_t body) {
+    if (body == BodyId::kNone || !state.prescribed[body]) return;
+    const std::vector<double>& own = state.paths[body].breaks();
+    breaks.insert(breaks.end(), own.begin(), own.end());
+  };
+  for (const std::uint32_t index : island.contacts) {
+    take(state.contacts[index].body_a);
+    take(state.contacts[index].body_b);
+  }
+  for (const std::uint32_t slot : island.joints) {
+    take(state.joints[slot].def.a.index);
+    take(state.joints[slot].def.b.index);
+  }
+  std::sort(breaks.begin(), breaks.end());
+  for (const double t : breaks) {
+    if (t - spans.back().from > kOne * h) {
+      spans.back().to = t - kLeftOut * h;
+      spans.push_back({t, h});
+    }
+    spans.back().from = t + kLeftOut * h;
+  }
+  return spans;
+}
+
+void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result) {
+  if (span.from > 0) result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
+}
+
+bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,
+                      IslandResult& result) {
+  const std::vector<SmoothSpan> spans = smooth_spans(state, island, h);
+  if (spans.size() == 1) return false;
+  for (const SmoothSpan& span : spans) {
+    begin_span(state, island, span, result);
+    if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;
+    const double there =
+        rule.flows ? span.from : advance_island(state, island, rule, span.from, span.to, result);
+    if (there < span.to) step_island_in_flow(state, island, there, span.to, result);
+  }
+  result.step_memory.flow = result.report.flowing ? 1 : 0;
+  return true;
+}
+
+}  // namespace skerry

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+//
+// Prescribed motions that are not smooth: what lies on ground that sets off, stops or turns about within a
+// step feels it then, and what jumps is elsewhere and strikes nothing on its way.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+#include <random>
+#include <string>
+
+#include "tests/support/draw.h"
+#include "tests/support/worlds.h"
+
+namespace skerry {
+namespace motion_breaks_test {
+
+using test::add;
+using test::Draw;
+using test::rough;
+
+constexpr double kStep = 1.0 / 60, kGravity = 10;
+
+struct Way {
+  const char* stepper;
+  double accuracy;  ///< 0: none asked for
+};
+
+class MotionBreaks : public testing::TestWithParam<Way> {
+ protected:
+  static World make(Vec2 gravity = {0, -kGravity}) {
+    WorldConfig config;
+    config.gravity = gravity;
+    config.stepper = GetParam().stepper;
+    if (GetParam().accuracy > 0) config.accuracy = GetParam().accuracy;
+    return World(config);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Ways, MotionBreaks,
+                         testing::Values(Way{"time_stepping", 0}, Way{"time_stepping", 1e-6},
+                                         Way{"event_driven", 0}, Way{"auto", 0}),
+                         [](const testing::TestParamInfo<Way>& way) {
+                           return std::string(way.param.stepper) +
+                                  (way.param.accuracy > 0 ? "_accurate" : "");
+                         });
+
+BodyId add_table(World& world, double width, double friction, double restitution) {
+  const BodyId table = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(table, rough(make_box({width, 1}), friction, restitution));
+  return table;
+}
+
+/// A lift that sets off at a time [s] with a speed [m/s], up or down, and a box on it. @return how far the
+/// gap between the two is from its closed form at worst [m], until the box lands
+double error_of_lift(World world, double start, double speed, double restitution) {
+  const BodyId lift = add_table(world, 10, 0.5, restitution);
+  const BodyId box = add(world, {0, 1}, rough(make_box({1, 1}), 0.5, restitution));
+  const auto height = [=](double t) { return t > start ? speed * (t - start) : 0; };
+  world.set_motion(lift, [=](double t) { return Placement{{0, height(t)}, 0}; });
+  // Struck from below it leaves with e v against the lift; where the lift leaves it, with -v.
+  const double away = speed > 0 ? restitution * speed : -speed;
+  double worst = 0;
+  while (world.time() < start + 0.8 * std::max(2 * away / kGravity, 0.1)) {
+    world.step(kStep);
+    const double since = std::max(world.time() - start, 0.0);
+    const double gap = away > 0 ? since * (away - 0.5 * kGravity * since) : 0;
+    worst = std::max(worst, std::abs(world.position(box).y - 1 - height(world.time()) - gap));
+  }
+  return worst;
+}
+
+TEST_P(MotionBreaks, ALiftSetsOffWithinAStep) {
+  for (const double speed : {1.0, -1.0, 5.0}) {
+    for (const double restitution : {0.0, 0.5}) {
+      for (int tenth = 0; tenth <= 10; ++tenth)
+        EXPECT_LT(error_of_lift(make(), (10 + 0.1 * tenth) * kStep, speed, restitution), 1e-11)
+            << speed << " m/s, e " << restitution << ", after " << tenth << " tenths of the step";
+    }
+  }
+}
+
+TEST_P(MotionBreaks, ATurntableThatSetsOffTakesAlongWhatIsHingedToIt) {
+  // A wheel on a hinge at the rim: its centre goes round with the table, and nothing turns it.
+  World world = make();
+  const double start = 7.37 * kStep, turning = 2;
+  const BodyId table = world.create_body({.type = BodyType::Kinematic});
+  const BodyId wheel = add(world, {2, 0}, rough(make_disc(0.3), 0));
+  world.create_joint(
+      {.kind = JointKind::Revolute, .a = table, .b = wheel, .anchor_a = {2, 0}, .anchor_b = {2, 0}});
+  const auto angle = [=](double t) { return t > start ? turning * (t - start) : 0; };
+  world.set_motion(table, [=](double t) { return Placement{{0, 0}, angle(t)}; });
+  while (world.time() < 1) {
+    world.step(kStep);
+    const double now = angle(world.time()), speed = world.time() > start ? 2 * turning : 0;
+    EXPECT_LT(length(world.position(wheel) - 2.0 * Vec2{std::cos(now), std::sin(now)}), 1e-10);
+    EXPECT_LT(length(world.velocity(wheel) - speed * Vec2{-std::sin(now), std::cos(now)}), 1e-9);
+    EXPECT_NEAR(world.omega(wheel), 0, 1e-9);
+  }
+}
+
+TEST_P(MotionBreaks, OnePlankOnTwoLiftsThatSetOffOneAfterTheOther) {
+  // Each lift gives its end of the plank the speed; where both are off, the plank goes up with them. The
+  // plank's ends have a gap of nothing all along, as plastic impacts at one end press the other down: half a
+  // step later.
+  World world = make();
+  const double first = 5.25 * kStep, second = 5.75 * kStep, speed = 0.5;
+  for (const double side : {-1.0, 1.0}) {
+    const BodyId lift = world.create_body({.type = BodyType::Kinematic, .position = {3 * side, 0}});
+    world.add_shape(lift, rough(make_box({1, 1}), 0.5));
+    const double start = side < 0 ? first : second;
+    world.set_motion(lift, [=](double t) {
+      return Placement{{3 * side, t > start ? speed * (t - start) : 0}, 0};
+    });
+  }
+  const BodyId plank = add(world, {0, 0.6}, rough(make_box({7, 0.2}), 0.5), 3);
+  double pushed = 0;
+  world.observe({.contacts = true});
+  while (world.time() < 0.5) {
+    const Vec2 before = world.velocity(plank);
+    const StepReport& report = world.step(kStep);
+    double push = 0;
+    for (const ContactReport& contact : report.contacts_list)
+      push += contact.body_b == plank ? contact.impulse.y : -contact.impulse.y;
+    // All that contacts tell is what the plank got.
+    EXPECT_NEAR(push, 3 * (world.velocity(plank).y - before.y + kGravity * kStep), 1e-9);
+    pushed += push;
+  }
+  EXPECT_GT(pushed, 3 * kGravity * 0.4);
+  EXPECT_LT(world.report().worst_penetration, 1e-8);
+}
+
+TEST_P(MotionBreaks, ATableThatJumpsAwayLeavesItsLoadToFall) {
+  for (const double part : {0.0, 0.3, 0.77}) {
+    World world = make();
+    const double start = (20 + part) * kStep;
+    const BodyId table = add_table(world, 2, 0.5, 0);
+    const BodyId box = add(world, {0, 1}, rough(make_box({1, 1}), 0.5));
+    world.set_motion(table, [=](double t) { return Placement{{t < start ? 0.0 : 3.0, 0}, 0}; });
+    while (world.time() < 0.9) world.step(kStep);
+    const double since = world.time() - start;
+    EXPECT_NEAR(world.position(box).y, 1 - 0.5 * kGravity * since * since, 1e-12);
+    EXPECT_EQ(world.position(box).x, 0);
+    EXPECT_EQ(world.velocity(box).x, 0);
+  }
+}
+
+TEST_P(MotionBreaks, APaddleThatJumpsBackStrikesNothing) {
+  // Frictionless, so the box keeps the speed that the paddle gave it, and is far away when that comes again.
+  for (const double period : {0.5, 0.61, 0.677}) {
+    World world = make();
+    test::add_ground(world, rough(make_disc(1), 0));
+    const BodyId paddle = world.create_body({.type = BodyType::Kinematic, .position = {-1, 0.6}});
+    world.add_shape(paddle, rough(make_box({0.2, 1}), 0));
+    const BodyId box = add(world, {0.6, 0.5}, rough(make_box({1, 1}), 0));
+    const double speed = 2 / period;
+    world.set_motion(paddle, [=](double t) {
+      return Placement{{-1 + speed * std::fmod(t, period), 0.6}, 0};
+    });
+    while (world.time() < 2.1) {
+      world.step(kStep);
+      EXPECT_LT(length(world.velocity(box)), speed * (1 + 1e-9)) << world.time() << ", period " << period;
+    }
+    // Struck where the paddle's face is at 0.1 m.
+    const double struck = (0.1 + 1 - 0.1) / speed;
+    EXPECT_NEAR(world.position(box).x, 0.6 + speed * (world.time() - struck), 1e-9) << "period " << period;
+  }
+}
+
+TEST_P(MotionBreaks, WhatHangsOnWhatJumpsIsTakenAlong) {
+  for (const double part : {0.0, 0.3, 0.77}) {
+    World world = make();
+    const double start = (20 + part) * kStep;
+    const BodyId carrier = world.create_body({.type = BodyType::Kinematic});
+    const BodyId bob = add(world, {0, -1}, rough(make_box({0.2, 0.2}), 0));
+    world.create_joint({.kind = JointKind::Revolute, .a = carrier, .b = bob});
+    world.set_motion(carrier, [=](double t) { return Placement{{t < start ? 0.0 : 1.0, 0}, 0}; });
+    while (world.time() < 0.9) {
+      world.step(kStep);
+      // From wherever it is put it swings, and its own height is all the energy that it has.
+      EXPECT_LT(length(world.velocity(bob)), std::sqrt(2 * kGravity * 2));
+    }
+    EXPECT_NEAR(length(world.position(bob) - Vec2{1, 0}), 1, 1e-9);
+  }
+}
+
+TEST_P(MotionBreaks, AHeapOnATableThatStartsKeepsTogether) {
+  // Enough to flow: what contacts say is what the heap got in each step, the break included.
+  if (GetParam().accuracy > 0) GTEST_SKIP() << "nothing flows where an accuracy is asked for";
+  World world = make();
+  const double start = 60.4 * kStep, speed = 1.5;
+  const BodyId table = add_table(world, 30, 0.5, 0);
+  Draw draw(68);
+  double mass = 0;
+  std::vector<BodyId> heap;
+  for (int k = 0; k < 60; ++k) {
+    const int course = k / 10;
+    heap.push_back(add(world, {0.9 * (k % 10) - 4 + draw.uniform(-0.05, 0.05), 1.1 + 1.1 * course},
+                       rough(make_box({draw.uniform(0.5, 0.9), draw.uniform(0.5, 0.9)}), 0.5)));
+    mass += 1;
+  }
+  world.set_motion(table, [=](double t) { return Placement{{t > start ? speed * (t - start) : 0, 0}, 0}; });
+  world.observe({.contacts = true});
+  const auto momentum = [&] {
+    Vec2 sum;
+    for (const BodyId body : heap) sum += world.velocity(body);
+    return sum;
+  };
+  while (world.time() < 1.5) {
+    const Vec2 before = momentum();
+    const StepReport& report = world.step(kStep);
+    Vec2 push;
+    for (const ContactReport& contact : report.contacts_list) {
+      if (contact.body_a == table) push += contact.impulse;
+      if (contact.body_b == table) push -= contact.impulse;
+    }
+    const Vec2 got = momentum() - before + Vec2{0, kGravity * kStep * mass};
+    EXPECT_LT(length(push - got), 1e-4 * (1 + length(got))) << world.time();
+    if (world.time() > 1) {
+      EXPECT_LT(report.worst_penetration, 0.02);
+      for (const BodyId body : heap) EXPECT_LT(length(world.velocity(body)), 3 * speed + 3);
+    }
+  }
+}
+
+TEST(MotionPaths, AreKnownOnBothSidesOfABreak) {
+  WorldConfig config;
+  World world(config);
+  const BodyId body = world.create_body({.type = BodyType::Kinematic});
+  const double kink = 2.4 * kStep, jump = 2.8 * kStep;
+  const auto motion = [=](double t) {
+    return Placement{{t < kink ? std::sin(3 * t) : std::sin(3 * kink) - 2 * (t - kink), t < jump ? 0.0 : 1.0},
+                     t < kink ? t : kink};
+  };
+  world.set_motion(body, motion);
+  world.observe({.paths = true});
+  for (int step = 1; step <= 4; ++step) {
+    world.step(kStep);
+    for (int k = 0; k <= 100; ++k) {
+      const double t = world.time() - kStep + 0.01 * k * kStep;
+      if (std::min(std::abs(t - kink), std::abs(t - jump)) < 1e-9) continue;
+      const BodyState state = world.interpolated(body, t);
+      const Placement there = motion(t);
+      EXPECT_LT(length(state.position - there.position), 1e-12) << t;
+      EXPECT_NEAR(state.angle, there.angle, 1e-12) << t;
+      EXPECT_NEAR(state.velocity.x, t < kink ? 3 * std::cos(3 * t) : -2, 1e-7) << t;
+      EXPECT_NEAR(state.velocity.y, 0, 1e-7) << t;
+      EXPECT_NEAR(state.omega, t < kink ? 1 : 0, 1e-7) << t;
+    }
+  }
+}
+
+TEST(MotionPaths, AreAskedForTenTimesAStepAndNotForEver) {
+  const auto asked_by = [](const PrescribedMotion& motion, double begin = 0) {
+    World world{WorldConfig{}};
+    const BodyId body = world.create_body({.type = BodyType::Kinematic});
+    const auto count = std::make_shared<int>(0);
+    world.set_motion(body, [=](double t) {
+      ++*count;
+      return motion(begin + t);
+    });
+    int most = 0;
+    for (int step = 0; step < 60; ++step) {
+      *count = 0;
+      world.step(kStep);
+      EXPECT_TRUE(is_finite(world.position(body)));
+      most = std::max(most, *count);
+    }
+    return most;
+  };
+  EXPECT_EQ(asked_by([](double t) { return Placement{{std::sin(60 * t), std::cos(60 * t)}, 3 * t}; }), 10);
+  EXPECT_EQ(asked_by([](double) { return Placement{{1e9, -1e-17}, 0}; }), 10);
+  EXPECT_EQ(asked_by([](double t) { return Placement{{0.1 * t * t, 1e6 + t}, -t}; }, 1e5), 10);
+  const auto noise = std::make_shared<std::mt19937>(68);
+  EXPECT_LT(asked_by([=](double) { return Placement{{1e-10 * (*noise)(), 0}, 0}; }), 12000);
+  EXPECT_LT(asked_by([](double t) { return Placement{{std::fmod(5000 * t, 1.0), 0}, 0}; }), 12000);
+  EXPECT_LT(asked_by([](double t) { return Placement{{std::fmod(t, 0.01), 0}, 0}; }), 6000);
+}
+
+}  // namespace motion_breaks_test
+}  // namespace skerry
