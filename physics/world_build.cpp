@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/spare.h"
 #include "physics/text.h"
 #include "physics/world_access.h"
 #include "physics/world_report.h"
@@ -308,6 +309,37 @@ void World::set_filter(ShapeId id, const Filter& filter) {
   touch_pairs(s, s.shapes[i].body.index);
 }
 
+namespace {
+
+/// Contacts of what a body lies on, or carries, begin without impulses. Between bodies that are held fast any
+/// squeeze is an answer, and the next one is looked for beside the last: what lay on others weighs on them no
+/// more once it is held itself.
+void forget_loads(WorldState& s, std::uint32_t body) {
+  Spare<std::vector<std::uint8_t>> near;
+  near->assign(s.bodies.size(), 0);
+  (*near)[body] = 1;
+  const auto spreads = [&](std::uint32_t i) {
+    return (*near)[i] != 0 && (i == body || s.bodies.type[i] == BodyType::Dynamic);
+  };
+  for (bool more = true; more;) {
+    more = false;
+    for (const Contact& contact : s.contacts) {
+      if (!spreads(contact.body_a) && !spreads(contact.body_b)) continue;
+      for (const std::uint32_t i : {contact.body_a, contact.body_b}) {
+        more |= (*near)[i] == 0;
+        (*near)[i] = 1;
+      }
+    }
+  }
+  for (Contact& contact : s.contacts) {
+    if (!spreads(contact.body_a) && !spreads(contact.body_b)) continue;
+    for (PointMemory& memory : contact.points)
+      memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+  }
+}
+
+}  // namespace
+
 void World::set_type(BodyId id, BodyType type) {
   WorldState& s = *state_;
   const std::uint32_t i = slot(s, id);
@@ -342,6 +374,7 @@ void World::set_type(BodyId id, BodyType type) {
     s.shapes[shape].in_broad_phase = false;
   }
   for (const std::uint32_t joint : s.joints_of[i]) forget_unfelt_reaction(s, s.joints[joint]);
+  forget_loads(s, i);
   update_mass(s, i);
 }
 

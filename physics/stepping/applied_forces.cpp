@@ -209,6 +209,33 @@ bool field_swings_fast(const WorldState& state, const Island& island, double ela
   return false;
 }
 
+double stable_length_of_drag(const WorldState& state, const Island& island, double elapsed, double left) {
+  constexpr double kLittleWay = 0.02, kNearTheLast = 0.1, kShare = 0.5;
+  const BodyArrays& all = state.bodies;
+  double least = kInfinity;
+  const auto is_steep = [left](double rate) { return rate * left > kShare && rate * left < kSteepest; };
+  for (const std::uint32_t body : island.bodies) {
+    const Drag& drag = state.drag[body];
+    if (!drag.any()) continue;
+    const JointEnd now{all.position[body], all.rotation[body], all.angle[body], all.velocity[body],
+                       all.omega[body]};
+    const Resistance against = resistance(drag, now);
+    const double rate = all.inverse_mass[body] * against.linear;
+    const double turning_rate = all.inverse_inertia[body] * against.angular;
+    const bool far = is_steep(rate) && left * length(now.v) > kLittleWay * state.radius[body];
+    const bool turns_far = is_steep(turning_rate) && left * std::abs(now.omega) > kLittleWay;
+    if (!far && !turns_far) continue;
+    const std::array<double, 3> a =
+        driving_acceleration(state, body, now, elapsed, all.force[body], all.torque[body]);
+    // At its last speed nothing changes it.
+    if (far && length(now.v - Vec2{a[0], a[1]} / rate) > kNearTheLast * length(now.v))
+      least = std::min(least, kShare / rate);
+    if (turns_far && std::abs(now.omega - a[2] / turning_rate) > kNearTheLast * std::abs(now.omega))
+      least = std::min(least, kShare / turning_rate);
+  }
+  return least;
+}
+
 void damp(IslandSystem& system, const std::vector<InverseMass>& damping) {
   for (std::size_t k = 0; k < system.bodies.size(); ++k) {
     system.bodies[k].linear *= damping[k].linear;

@@ -72,6 +72,11 @@ void take_forces(WorldState& state, const Island& island, double elapsed, double
 bool field_swings_fast(const WorldState& state, const Island& island, double elapsed, double h,
                        const std::vector<Velocity>& before, const std::vector<Velocity>& after);
 
+/// The length [s] in which drag takes no more than half of a speed; infinity where it takes less than that of
+/// it within a time `left` [s], or the body goes no farther than a fiftieth of its size: with the mean of
+/// its velocities a piece takes a body half-way to where it came without drag, however soon that stops it.
+double stable_length_of_drag(const WorldState& state, const Island& island, double elapsed, double left);
+
 /// Makes that drag part of the inertia of a system.
 void damp(IslandSystem& system, const std::vector<InverseMass>& damping);
 

@@ -251,7 +251,8 @@ class EventStep {
 
   /// Nothing moves and nothing will: the rest of the step is known.
   bool rest() {
-    if (mode_.free() || !parabolic_) return false;
+    // Drag is nothing where nothing moves.
+    if (mode_.free() || state_.field || meets_prescribed_motion(state_, island_)) return false;
     const double g = external_bound();
     if (speed_bound(state_, island_) > 1e-11 * h_ * g || is_out_of_place()) return false;
     const double nothing = std::max(1e-10 * g, rounding_of_balance(state_, island_, forces_.scale));

@@ -258,7 +258,15 @@ bool ModeEvents::find_roots(RungeKutta& method, const std::vector<ModeWatch>& wa
       if (!(low > 0)) {
         // A force that stays at its bound, as all those of a body that is wedged may.
         if (is_force(watch) && high > -kAtBound * begin.scale) continue;
-        return false;
+        const bool of_contact = watch.kind == MotionEventKind::Release ||
+                                watch.kind == MotionEventKind::Slip || watch.kind == MotionEventKind::Stick;
+        if (!of_contact) return false;
+        // One that falls from it at once got there together with another one, whose event it was.
+        if (event.found && event.theta <= from) continue;
+        event.theta = 0;
+        event.watch = watch;
+        event.found = true;
+        continue;
       }
     }
     event.theta = falling_root(at, from, low, event.theta, high);

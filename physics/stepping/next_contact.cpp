@@ -18,6 +18,8 @@ constexpr int kMostLooksOfThin = 256, kMostLooks = 64;
 constexpr double kLeastLooks = 4, kLooksARadian = 4;
 // Of the stretch in which it passes.
 constexpr int kPassingHalvings = 20;
+// Share of a time that is none.
+constexpr double kAtOnce = 1e-12;
 
 /// Smallest separation among the points whose features do not rest, at time `t`; the margin if there is none.
 class FreePoints {
@@ -157,6 +159,8 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   const Contact& contact = state.contacts[index];
   if (resting == 0) {
     const ImpactTime impact = landing_time(state, contact, a, b, h);
+    // A segment of a chain that touches without a point has left it to the one beside it.
+    if (contact.manifold.count == 0 && is_on_chain(state, contact) && impact.t <= kAtOnce * h) return {h};
     return {impact.hit ? impact.t : h};
   }
 

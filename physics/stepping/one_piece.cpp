@@ -321,10 +321,12 @@ class OnePieceStep {
       const double target =
           origin.kind == RowKind::Normal ? least_speed(assembly, i, contact, before, after) : 0;
       system.b[i] = target - row_velocity(assembly, static_cast<int>(i), after);
-      if (origin.kind == RowKind::Friction && contact.points[origin.point].sticking &&
-          std::abs(row_velocity(assembly, static_cast<int>(i), before)) <= slides)
-        system.rows[i].mu = std::max(system.rows[i].mu, contact.static_friction);
       warm[i] = last_impulse(contact, origin, h_);
+      if (origin.kind != RowKind::Friction || !(contact.static_friction > contact.friction)) return;
+      // What its load turns about is at rest in between.
+      const double from = row_velocity(assembly, static_cast<int>(i), before);
+      if (from * system.b[i] > 0 || (contact.points[origin.point].sticking && std::abs(from) <= slides))
+        system.rows[i].mu = contact.static_friction;
     });
   }
 

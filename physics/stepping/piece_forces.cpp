@@ -38,6 +38,8 @@ constexpr double kPassing = 0.25;
 constexpr double kStill = 1e-12;
 // Speed of what stuck that projections may leave, in what forces change a velocity in the piece.
 constexpr double kLeftOfSticking = 1e-3;
+// What slides at the end of a piece, as a share of what the solve had to change.
+constexpr double kSlip = 1e-8;
 
 /// What the solve of a piece needs for a moment.
 struct PieceScratch {
@@ -339,18 +341,23 @@ class PieceSolve {
     const IslandSystem& system = piece.assembly.system;
     std::vector<int> held = held_rows(piece.start, piece.assembly, piece.before);
     Solution solution = state_.solver->solve(system, warm, options, memory);
-    // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
-    // round at least one fewer is held.
-    while (let_go(piece.assembly, solution.lambda, held)) {
+    const auto solve_again = [&] {
       const SolveWork before_it = solution.work;
       if (options.work_limit > 0 && state_.config.solve.work_limit > 0)
         options.work_limit =
             std::min(options.work_limit, work_left_of_all(state_, result_, before_it.visits));
       solution = state_.solver->solve(system, solution.lambda, options, memory);
       solution.work += before_it;
-    }
-    if (!piece_.plastic && piece_.may_stop)
+    };
+    // What static friction cannot hold slides, and pulls less from then on, so that others may follow; each
+    // round at least one fewer is held.
+    while (let_go(piece.assembly, solution.lambda, held)) solve_again();
+    if (!piece_.plastic && piece_.may_stop && has_few_rows(system)) {
       found_.stop = slide_to_stop(state_, piece, options, memory, solution);
+    } else if (hold_turned(piece, solution.lambda, held)) {
+      do solve_again();
+      while (let_go(piece.assembly, solution.lambda, held));
+    }
     return solution;
   }
 
@@ -398,12 +405,35 @@ class PieceSolve {
     return held;
   }
 
+  /// The same of those that slide at the beginning and the other way at the end, so that they are at rest in
+  /// between; adds them to `held`. @return whether there are any
+  bool hold_turned(const SolvedPiece& piece, const std::vector<double>& lambda,
+                   std::vector<int>& held) const {
+    IslandSystem& system = piece.assembly.system;
+    const std::size_t known = held.size();
+    std::vector<double> w;
+    for (int i = 0; i < system.size(); ++i) {
+      const RowOrigin& origin = piece.assembly.origin[i];
+      if (origin.joint || origin.kind != RowKind::Friction) continue;
+      const Contact& contact = state_.contacts[origin.index];
+      if (!(contact.static_friction > contact.friction)) continue;
+      const double from = row_velocity(piece.start, i, piece.before);
+      if (!(std::abs(from) > state_.config.rest_speed)) continue;
+      if (w.empty()) w = row_velocities(system, lambda);
+      const double to = w[static_cast<std::size_t>(i)];
+      if (!(to * from < 0) || !(std::abs(to) > kSlip * largest_magnitude(system.b))) continue;
+      system.rows[static_cast<std::size_t>(i)].mu = contact.static_friction;
+      held.push_back(i);
+    }
+    return held.size() > known;
+  }
+
   /// Gives the rows of `held` that slide in spite of it the coefficient of sliding. One point of a face at
   /// its bound says nothing: its neighbour may hold for both. @return whether there were any
   bool let_go(Assembly& assembly, const std::vector<double>& lambda, std::vector<int>& held) const {
     if (held.empty()) return false;
     const std::vector<double> w = row_velocities(assembly.system, lambda);
-    const double slip = 1e-8 * largest_magnitude(assembly.system.b);
+    const double slip = kSlip * largest_magnitude(assembly.system.b);
     return std::erase_if(held, [&](int i) {
              if (!(std::abs(w[static_cast<std::size_t>(i)]) > slip)) return false;
              assembly.system.rows[static_cast<std::size_t>(i)].mu =

@@ -50,11 +50,14 @@ struct Stopping {
 
 }  // namespace
 
+bool has_few_rows(const IslandSystem& system) {
+  return system.rows.size() <= kMostRows;
+}
+
 double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const SolveOptions& options,
                      std::unique_ptr<SolverMemory>* memory, Solution& solution) {
   IslandSystem& system = piece.assembly.system;
-  if (system.rows.size() > kMostRows || std::none_of(system.rows.begin(), system.rows.end(), may_stop))
-    return piece.h;
+  if (std::none_of(system.rows.begin(), system.rows.end(), may_stop)) return piece.h;
   // What stops within this distance does not show.
   const double shortest = 1e-3 * state.config.touch_tolerance;
 

@@ -21,14 +21,16 @@ struct SolvedPiece {
   double h;                             ///< its length [s]
 };
 
+/// Whether ends of sliding are looked for: up to 16 rows, which a car has with its joints.
+bool has_few_rows(const IslandSystem& system);
+
 /// Looks for rows of friction, rolling resistance and motors with a largest force that move at the beginning
 /// of the piece (against the speed that a motor aims at) and, in `solution`, no longer or backwards at its
 /// end. If there are any, the piece is solved again with all of them at their bound throughout, and once more
 /// with what stops then; their velocities go linearly through zero.
 ///
-/// Done for islands of at most 16 rows, which a car has with its joints. In larger ones what slides ends a
-/// piece at rest or beyond it: off by mu g h^2 / 8 at most where it stays at rest, by mu g h in its velocity
-/// where it goes on.
+/// For islands that have few rows. In larger ones what slides ends a piece at rest or beyond it: off by mu g
+/// h^2 / 8 at most where it stays at rest, by mu g h in its velocity where it goes on.
 ///
 /// @param solution  replaced by the last one if a stop was found
 /// @return time of the first stop since the beginning of the piece, or `h` [s]

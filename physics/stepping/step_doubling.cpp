@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/stepping/applied_forces.h"
+#include "physics/stepping/hold_margins.h"
 #include "physics/stepping/island_backup.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/motion_breaks.h"
@@ -55,40 +56,6 @@ double largest_difference(const std::vector<double>& x, const std::vector<double
   return worst;
 }
 
-/// Mean normal forces of the last piece, by contact and point.
-struct PointForce {
-  std::uint32_t feature;
-  double force;  ///< [N]
-};
-std::vector<PointForce> point_forces(const WorldState& state, const Island& island) {
-  std::vector<PointForce> forces;
-  for (const std::uint32_t i : island.contacts) {
-    for (const PointMemory& memory : state.contacts[i].points)
-      forces.push_back({memory.feature, memory.h > 0 ? memory.normal_impulse / memory.h : 0});
-  }
-  return forces;
-}
-
-/// A contact that should have let go near the end of a step is held to its end by both ways of making it, so
-/// they do not differ. Forces that go on linearly from the first half to the second tell: what they would
-/// have pulled after their zero, as a velocity [m/s].
-double pulled_velocity(const WorldState& state, const Island& island, const std::vector<PointForce>& first,
-                       double length) {
-  const std::vector<PointForce> second = point_forces(state, island);
-  double worst = 0;
-  for (std::size_t k = 0; k < second.size(); ++k) {
-    if (first[k].feature != second[k].feature || !(second[k].force > 0)) continue;
-    const double fall = (first[k].force - second[k].force) / (0.5 * length);
-    const double below = 0.25 * length * fall - second[k].force;
-    if (!(below > 0)) continue;
-    const Contact& contact = state.contacts[island.contacts[k / 2]];
-    const double lightness =
-        state.bodies.inverse_mass[contact.body_a] + state.bodies.inverse_mass[contact.body_b];
-    worst = std::max(worst, 0.5 * below * (below / fall) * lightness);
-  }
-  return worst;
-}
-
 /// A result that goes on from what the step has cost so far, so that its solves keep within its budget.
 void begin_from(IslandResult& so_far, IslandResult& next) {
   next.memories = std::move(so_far.memories);
@@ -130,7 +97,8 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
   double elapsed = span.from, last_error = kInfinity;
   int tries = 0, in_vain = 0;
   bool gave_up = false;
-  const bool told = meets_prescribed_motion(state, island);
+  // What rests stays at rest.
+  const bool steady = !has_varying_forces(state, island) && !meets_motion(state, island);
   std::vector<double> ends;
   const double most_work = kTryShare * state.config.solve.work_limit;
   const auto parts =
@@ -156,10 +124,8 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
     advance_island(state, island, {}, elapsed, to, whole, &ends);
     const std::vector<double> once = state_of(state, island);
     book_work(whole, result);
-    // Flight between contacts that do not act is exact, unless it passed ground that moves as told; and so is
-    // rest.
-    if ((whole.report.rows == 0 && whole.impacts == 0 && !has_varying_forces(state, island) && !told) ||
-        once == before) {
+    // Flight between contacts that do not act is exact, unless it passed ground that moves; and so is rest.
+    if (steady && ((whole.report.rows == 0 && whole.impacts == 0) || once == before)) {
       keep(whole, result);
       ++result.inner_steps;
       wanted = std::max(wanted, 4 * length);
@@ -171,19 +137,22 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
     IslandResult halves;
     begin_from(result, halves);
     // Whatever cuts a step cuts it in the same places in both ways: what lies between is halved.
-    double pulled = 0, from = elapsed;
+    LateRelease late;
+    double from = elapsed;
     for (const double end : ends) {
       const double middle = from + 0.5 * (end - from);
       advance_island(state, island, {}, from, middle, halves);
-      const std::vector<PointForce> forces = point_forces(state, island);
+      const std::vector<HoldMargin> margins = hold_margins(state, island);
       advance_island(state, island, {}, middle, end, halves);
-      pulled = std::max(pulled, pulled_velocity(state, island, forces, end - from));
+      const LateRelease now =
+          late_release(margins, hold_margins(state, island), end - from, kEventShare * accuracy);
+      late = {std::max(late.velocity, now.velocity), now.ahead};
       from = end;
     }
     book_work(halves, result);
     const std::vector<double> twice = state_of(state, island);
-    const double error = std::max(largest_difference(once, twice) / 3, pulled);
-    const bool eventful = halves.mode_changes > 0 || halves.impacts > 0 || pulled > 0;
+    const double error = std::max(largest_difference(once, twice) / 3, late.velocity);
+    const bool eventful = halves.mode_changes > 0 || halves.impacts > 0 || late.velocity > 0;
     const double allowed = std::max(kRounding, accuracy * (eventful ? kEventShare : length));
     const double ratio = error > 0 ? allowed / error : 1e6;
     const double next = length * std::clamp(0.9 * std::sqrt(ratio), 0.1, 4.0);
@@ -204,6 +173,8 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
     if (!all_finite(twice)) break;
     // A last step that was cut short says nothing against longer ones.
     if (!gave_up) wanted = length < wanted || vain ? std::max(wanted, next) : next;
+    // The next one ends where something lets go.
+    if (!gave_up) wanted = std::min(wanted, late.ahead);
     wanted = std::max(wanted, kShortest * h);
     elapsed = to;
   }

@@ -192,12 +192,13 @@ class IslandStep {
                          {.normal_acceleration = {}, .work_limit = rule_.work_limit, .slow = slow}, result_);
         if (impact.spent && rule_.work_limit > 0) return elapsed_;
       }
-      // Joints that shake light bodies, and ground that shakes, get shorter pieces, which are not cuts.
+      // Joints that shake light bodies, drag, and ground that shakes, get shorter pieces, which are not cuts.
       const double left = to - elapsed_;
       const double foreseen = told_ ? foreseeable_length(state_, island_, elapsed_, left) : left;
+      const double slowed = varying_ ? stable_length_of_drag(state_, island_, elapsed_, left) : left;
       const double stable =
           std::max(std::min({stable_length(state_, island_, left), stable_length_of_springs(state_, island_),
-                             stable_length_of_turns(state_, island_, to - from), foreseen}),
+                             stable_length_of_turns(state_, island_, to - from), foreseen, slowed}),
                    (to - from) / kStablePieces);
       bool whole = to - elapsed_ <= stable || out_of_work;
       double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);

@@ -301,5 +301,71 @@ TEST(Accuracy, CountsForWhatLiesOnGroundThatShakes) {
   }
 }
 
+/// What rests until a force that grows lets it go: friction, resistance to rolling, friction in a hinge.
+enum class LetGo { Sliding, Rolling, Pulled, Hinge, Lifted };
+Outcome let_go(std::string_view stepper, double accuracy, LetGo kind, unsigned seed) {
+  test::Draw draw(seed);
+  const double mu = draw.uniform(0.2, 0.7), share = draw.uniform(1.1, 3), omega = draw.uniform(2, 12);
+  const double mass = draw.uniform(0.5, 3), arm = 0.05, torque = 0.3 * mass;
+  WorldConfig config;
+  config.stepper = stepper;
+  if (accuracy > 0) config.accuracy = accuracy;
+  if (kind == LetGo::Hinge) config.gravity = {};
+  World world(config);
+  ShapeDef ground = rough(make_disc(1), mu);
+  ground.material.rolling_resistance = kind == LetGo::Rolling ? arm : 0;
+  if (kind != LetGo::Hinge) add_ground(world, ground);
+  ShapeDef shape = rough(kind == LetGo::Rolling ? make_disc(0.3) : make_box({2, 0.5}), mu);
+  shape.material.rolling_resistance = ground.material.rolling_resistance;
+  const double height = kind == LetGo::Rolling ? 0.3 : 0.25;
+  const BodyId body = add(world, {0, height}, shape, mass);
+  Vec2 force;
+  double turning = 0;
+  if (kind == LetGo::Sliding) force.x = share * mu * mass * kG;
+  if (kind == LetGo::Lifted) force.y = share * mass * kG;
+  if (kind == LetGo::Rolling) turning = share * arm * mass * kG;
+  if (kind == LetGo::Pulled) {
+    const BodyId winch = world.create_body(
+        {.type = BodyType::Kinematic, .position = {2, height}, .velocity = {0.3 * share, 0}});
+    world.create_joint({.kind = JointKind::Spring,
+                        .a = winch,
+                        .b = body,
+                        .anchor_a = {2, height},
+                        .anchor_b = {0, height},
+                        .length = 2,
+                        .stiffness = mass * omega * omega});
+  }
+  if (kind == LetGo::Hinge) {
+    turning = share * torque;
+    world.create_joint({.kind = JointKind::Revolute,
+                        .b = body,
+                        .anchor_a = {0, height},
+                        .anchor_b = {0, height},
+                        .motor_speed = 0,
+                        .motor_limit = torque});
+  }
+  if (kind != LetGo::Pulled) {
+    world.set_force_field([=](const FieldSample& sample) {
+      const double grown = std::sin(omega * sample.time);
+      return Wrench{grown * force, grown * turning};
+    });
+  }
+  for (int k = 0; k < 30; ++k) world.step(kStep);
+  return {world.position(body), world.velocity(body), world.angle(body), world.omega(body)};
+}
+
+TEST(Accuracy, CountsForWhatIsLetGo) {
+  for (const LetGo kind : {LetGo::Sliding, LetGo::Rolling, LetGo::Pulled, LetGo::Hinge, LetGo::Lifted}) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Outcome known = let_go("event_driven", 0, kind, seed);
+      for (const double accuracy : {1e-4, 1e-6}) {
+        const Outcome found = let_go("time_stepping", accuracy, kind, seed);
+        EXPECT_LE(difference(found, known), 10 * accuracy)
+            << "kind " << static_cast<int>(kind) << ", seed " << seed << ", asked for " << accuracy;
+      }
+    }
+  }
+}
+
 }  // namespace accuracy_test
 }  // namespace skerry

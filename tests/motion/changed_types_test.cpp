@@ -166,6 +166,25 @@ TEST_P(ChangedTypes, NothingMovesWhenTheCentreOfMassDoes) {
   EXPECT_NEAR(length(to_world(world.pose(body), {1, 0.5}) - there), 0, 1e-14);
 }
 
+TEST_P(ChangedTypes, WhatIsHeldNoLongerWeighsOnOthers) {
+  // A brick on a plank that slides: once the brick is held the plank is braked by its own weight alone.
+  for (const BodyType type : {BodyType::Static, BodyType::Kinematic}) {
+    for (const double gravity : {kG, 0.0}) {
+      World world = make_world();
+      add_ground(world, rough(make_disc(1), 0.1));
+      const BodyId plank = add(world, {0, 0.1}, rough(make_box({6, 0.2}), 0.1), 1, {3, 0});
+      const BodyId brick = add(world, {-2, 0.4}, rough(make_box({0.4, 0.4}), 0.1), 5, {3, 0});
+      run(world, 6);
+      world.set_type(brick, type);
+      world.set_velocity(plank, {3, 0}, 0);
+      if (type == BodyType::Kinematic) world.set_velocity(brick, {}, 0);
+      world.set_gravity({0, -gravity});
+      run(world, 30);
+      EXPECT_NEAR(world.velocity(plank).x, 3 - 0.1 * gravity * 0.5, 0.03) << gravity;
+    }
+  }
+}
+
 TEST_P(ChangedTypes, NothingOfTheOldTypeIsLeft) {
   World world = make_world();
   const BodyId ground = add_ground(world, rough(make_disc(1), 0.5));

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -326,6 +327,31 @@ TEST(EventDriven, SmallForcesMoveWhatIsAtRestBesideHeavyLoads) {
   }
   EXPECT_NEAR(world.position(light).x, a / 2, 0.05 * a);
   EXPECT_NEAR(world.position(heavy).x, 0, 1e-9);
+}
+
+TEST(EventDriven, LetsGoOfTwoPointsAtOnce) {
+  // A field that grows lifts a box, or a capsule, off both points: v = g (A (cos w t0 - cos w t) / w - t +
+  // t0).
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    for (const bool box : {true, false}) {
+      test::Draw draw(seed);
+      const double share = draw.uniform(1.1, 3), omega = draw.uniform(2, 12), mass = draw.uniform(0.5, 3);
+      World world(by_events());
+      add_ground(world, rough(make_disc(1), 0.5));
+      const BodyId body =
+          add(world, {0, box ? 0.25 : 0.2},
+              rough(box ? make_box({2, 0.5}) : make_capsule({-0.3, 0}, {0.3, 0}, 0.2), 0.5), mass);
+      world.set_force_field([=](const FieldSample& sample) {
+        return Wrench{{0, share * mass * kG * std::sin(omega * sample.time)}, 0};
+      });
+      const double lifted = std::asin(1 / share) / omega;
+      int fallbacks = 0;
+      while (world.time() < lifted + 2.0 / 60) fallbacks += world.step(1.0 / 60).fallbacks;
+      const double up = share / omega * (std::cos(omega * lifted) - std::cos(omega * world.time()));
+      EXPECT_NEAR(world.velocity(body).y, kG * (up - world.time() + lifted), 1e-11) << "seed " << seed;
+      EXPECT_EQ(fallbacks, 0) << "seed " << seed;
+    }
+  }
 }
 
 TEST(EventDriven, HeapFallsWithoutGainingEnergyOrSinkingIn) {

@@ -57,6 +57,29 @@ TEST(Ridges, ABoxSlidesOverThemAsByEvents) {
   std::printf("at most %.2g m apart\n", worst);
 }
 
+/// Two discs on one body slide over the corners of a chain that is flat: where the next segment touches, the
+/// corner is the other one's, and is no landing. They used up the pieces of a step in 3 of 10.
+TEST(Ridges, DiscsSlideOverCornersOfAFlatChainInFewPieces) {
+  for (unsigned seed = 0; seed < static_cast<unsigned>(test_scale(100)); ++seed) {
+    test::Draw draw(seed);
+    const double width = draw.uniform(0.15, 1.2), apart = draw.uniform(0.2, 0.6), speed = draw.uniform(-3, 3);
+    World world({.gravity = {0, -9.81}});
+    const Vec2 off{draw.uniform(-1, 1), draw.uniform(-1, 1)};
+    const BodyId ground = world.create_body({.type = BodyType::Static, .position = off});
+    std::vector<Vec2> points;
+    const int corners = static_cast<int>(30 / width);
+    points.reserve(static_cast<std::size_t>(corners));
+    for (int k = 0; k < corners; ++k) points.push_back({k * width - 15, 0});
+    world.add_shape(ground, test::smooth(make_chain(points, false)));
+    const BodyId sledge = world.create_body({.position = off + Vec2{0, 0.12}, .velocity = {speed, 0}});
+    for (const double side : {-apart, apart})
+      world.add_shape(sledge, test::smooth(make_disc(0.12, {side, 0})));
+    while (world.time() < 2) EXPECT_LE(world.step(1.0 / 60).substeps, 8) << "seed " << seed;
+    EXPECT_LT(length(world.position(sledge) - off - Vec2{world.time() * speed, 0.12}), 1e-9)
+        << "seed " << seed;
+  }
+}
+
 /// A closed chain that turns, with a few thin rods in it whose ends go at up to 150 m/s.
 class Container : private test::Draw {
  public:
