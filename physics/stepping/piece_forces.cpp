@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -47,7 +48,7 @@ struct PieceScratch {
   std::vector<Transform> poses;
   std::vector<double> angles;
   std::vector<Manifold> manifolds;
-  std::vector<double> warm;
+  std::vector<double> warm, bend;
   std::vector<std::uint8_t> modes;  ///< of the points of the contacts, before the solve
 };
 
@@ -245,9 +246,13 @@ class PieceSolve {
       rubbing += frictions;
     });
     result_.friction_rows += rubbing;
+    scratch->bend.clear();
+    if (piece_.told && found_.moving && has_few_rows(system))
+      bend_with_ground(start, before, assembly, scratch->bend);
     if (damping != nullptr) damp(system, *damping);
     MemoryLoan memory(state_, result_, SolvePurpose::Forces, system);
-    Solution solution = solve_system({start, assembly, before, after, h}, scratch->warm, memory.get());
+    Solution solution =
+        solve_system({start, assembly, before, after, scratch->bend, h}, scratch->warm, memory.get());
     note_work(result_, solution.work, solution.status);
     found_.given_up = is_given_up(solution);
     // What goes on in another way begins with the impulses from before: those of no answer would let a heap
@@ -328,6 +333,28 @@ class PieceSolve {
       }
     }
     system.b[i] = target - row_velocity(assembly, i, after);
+  }
+
+  /// What slides on ground that does not speed up evenly is at rest where the velocity of that ground at the
+  /// end says so. Ground that turns is left out: there the place of the contact counts as much.
+  /// @param start  rows where the piece begins
+  void bend_with_ground(const Assembly& start, const std::vector<Velocity>& before, Assembly& assembly,
+                        std::vector<double>& bend) const {
+    bend.assign(assembly.system.rows.size(), 0);
+    for (int i = 0; i < assembly.system.size(); ++i) {
+      const RowOrigin& origin = assembly.origin[i];
+      if (origin.joint || origin.kind != RowKind::Friction) continue;
+      if (!(std::abs(row_velocity(start, i, before)) > state_.config.rest_speed)) continue;
+      const Contact& contact = state_.contacts[origin.index];
+      const Row& row = assembly.system.rows[static_cast<std::size_t>(i)];
+      for (const auto& [told, J] : {std::pair{contact.body_a, row.Jb}, std::pair{contact.body_b, row.Ja}}) {
+        if (!state_.prescribed[told] || state_.paths[told].turn() != 0) continue;
+        const auto velocity = [&](double t) { return kinematic_state(state_, told, piece_.elapsed + t).v; };
+        const Vec2 bent = velocity(piece_.h) - 2 * velocity(0.5 * piece_.h) + velocity(0);
+        bend[static_cast<std::size_t>(i)] -= dot({J[0], J[1]}, bent);
+      }
+      assembly.system.b[static_cast<std::size_t>(i)] -= bend[static_cast<std::size_t>(i)];
+    }
   }
 
   /// The impulses of a piece, with the friction that holds and the sliding that ends in it.

@@ -71,7 +71,9 @@ double slide_to_stop(const WorldState& state, const SolvedPiece& piece, const So
   // The mean over the piece is that of the geometry half-way: where bodies turn, the geometry of the
   // beginning gives the velocity there.
   const auto end_velocity = [&](int i, double from) {
-    return row_velocity(piece.assembly, i, piece.before) + row_velocity(piece.assembly, i, *after) - from;
+    const double bend = piece.bend.empty() ? 0 : piece.bend[static_cast<std::size_t>(i)];
+    return row_velocity(piece.assembly, i, piece.before) + row_velocity(piece.assembly, i, *after) - from +
+           bend;
   };
   const auto stops = [&](int i) {
     return std::any_of(stopping->begin(), stopping->end(), [&](const Stopping& s) { return s.row == i; });

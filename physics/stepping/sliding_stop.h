@@ -18,6 +18,7 @@ struct SolvedPiece {
   Assembly& assembly;                   ///< the same rows as they were solved, with the right-hand side
   const std::vector<Velocity>& before;  ///< at the beginning of the piece
   const std::vector<Velocity>& free;    ///< at its end without contact forces
+  const std::vector<double>& bend;      ///< by row: what the end adds to a linear change [m/s]; or empty
   double h;                             ///< its length [s]
 };
 

@@ -48,8 +48,7 @@ constexpr double kMuchShorter = 0.7;
 // share of it that is too little for them.
 constexpr int kShorterPieces = 3;
 constexpr double kTooShort = 1e-6;
-// The same where it ends before this share, and a body that is no disc turns by so much under its contacts
-// [rad].
+// The same where it ends before this share, and a body that is no disc turns so far on its contacts [rad].
 constexpr double kPart = 0.7, kFarTurn = 0.1;
 
 // How often a landing on ground that moves as told is looked for, and what of the piece it may be off by
@@ -230,7 +229,7 @@ class IslandStep {
           lost = !forces.given_up && are_lost(state_, island_, after);
           if (forces.given_up || lost) return false;
           hit = last ? solved : next_hit(solved, before, after);
-          if (told_ && !last) hit = aimed_hit(solved, before, after, hit);
+          if (told_ && !last) hit = std::min(aimed_hit(solved, before, after, hit), forces.stop);
         } while (sinking_);
         at_limit = by_limits && next_limit(solved, before, after, hit);
         at_corner = by_corners && next_corner(solved, before, after, hit);
@@ -255,10 +254,11 @@ class IslandStep {
         }
       }
       // What joints that hold do on the whole of a piece says little of a part (in large worlds, where it has
-      // a price, enough), and nothing where springs swing to and fro within it; nor what contacts do while a
-      // body turns far, or beyond a corner.
+      // a price, enough), and nothing where springs swing to and fro; nor what contacts do while a body turns
+      // far, beyond a corner, or beyond a stop on ground that moves unevenly.
       const auto is_of_whole = [&] {
         return at_corner || (holds_ && is_small(state_, island_)) || swings_fast(state_, island_, solved) ||
+               (told_ && forces.stop < solved) ||
                (varying_ && is_small(state_, island_) &&
                 !field_swings_fast(state_, island_, elapsed_, solved, before, after)) ||
                (hit < kPart * solved && turns_far(solved, before, after));
@@ -269,7 +269,7 @@ class IslandStep {
         if (!solve()) return lost ? to : elapsed_;
       }
       // The end of sliding is an end of the piece.
-      if (forces.stop < hit) {
+      if (forces.stop < solved && forces.stop <= hit) {
         hit = forces.stop;
         ++stops_;
         at_limit = at_corner = false;

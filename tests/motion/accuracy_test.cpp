@@ -301,6 +301,36 @@ TEST(Accuracy, CountsForWhatLiesOnGroundThatShakes) {
   }
 }
 
+/// A block on a table that shakes sideways, and slides for most of the time: after half a second.
+Outcome slid(std::string_view stepper, double accuracy, unsigned seed) {
+  test::Draw draw(seed);
+  const double mu = draw.uniform(0.1, 0.6), omega = draw.uniform(5, 30), phase = draw.uniform(0, 2 * kPi);
+  const double wide = draw.uniform(1.1, 4) * mu * kG / (omega * omega);
+  WorldConfig config;
+  config.stepper = stepper;
+  if (accuracy > 0) config.accuracy = accuracy;
+  World world(config);
+  const BodyId table = world.create_body({.type = BodyType::Kinematic});
+  world.add_shape(table, rough(make_box({20, 1}), mu));
+  world.set_motion(table, [=](double t) { return Placement{{wide * std::sin(omega * t + phase), -0.5}, 0}; });
+  const BodyId block = add(world, {0, 0.25}, rough(make_box({2, 0.5}), mu));
+  for (int k = 0; k < 30; ++k) world.step(kStep);
+  return {world.position(block), world.velocity(block)};
+}
+
+TEST(Accuracy, CountsForWhatStopsOnGroundThatShakes) {
+  int exact = 0;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const Outcome known = slid("event_driven", 0, seed);
+    for (const double accuracy : {1e-4, 1e-6})
+      EXPECT_LE(difference(slid("time_stepping", accuracy, seed), known), 10 * accuracy)
+          << "seed " << seed << ", asked for " << accuracy;
+    // Stops are found without being asked for.
+    exact += difference(slid("time_stepping", 0, seed), known) < 1e-8;
+  }
+  EXPECT_GE(exact, 20);
+}
+
 /// What rests until a force that grows lets it go: friction, resistance to rolling, friction in a hinge.
 enum class LetGo { Sliding, Rolling, Pulled, Hinge, Lifted };
 Outcome let_go(std::string_view stepper, double accuracy, LetGo kind, unsigned seed) {
