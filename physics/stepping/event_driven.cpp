@@ -149,10 +149,7 @@ class EventStep {
     int points = 0;
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
     const int cuts = std::min(state_.config.max_impacts_per_step, std::max(4, 512 / std::max(points, 1)));
-    if (joints_disobey(state_, island_, 0)) {
-      double passed = 0;
-      obey_joints(state_, island_, 0, passed, result_);
-    }
+    obey();
     while (elapsed_ < h_) {
       if (result_.work.visits + result_.thrown_away.visits > limit_) return false;
       if (elapsed_ == until()) pass_break();
@@ -195,8 +192,14 @@ class EventStep {
     elapsed_ = spans_[++span_].from;
     keep_mode_ = false;
     begin_span(state_, island_, spans_[span_], result_);
-    // A jump may have put something into a body, or away from a joint.
-    if (is_out_of_place()) arrive();
+    obey();
+  }
+
+  /// What was set going, or its ground, may move as joints do not allow.
+  void obey() {
+    if (!joints_disobey(state_, island_, elapsed_)) return;
+    double passed = 0;
+    obey_joints(state_, island_, elapsed_, passed, result_);
   }
 
   double external_bound() const {
@@ -584,7 +587,8 @@ bool try_island_by_events(WorldState& state, const Island& island, double h, int
   const IslandBackup backup(state, island);
   result.report.stepper = "event_driven";
   std::optional<IslandEnergy> energy;
-  if (!island.joints.empty()) energy.emplace(state, island);
+  // What jumps may do as much to springs.
+  if (!island.joints.empty() && smooth_spans(state, island, h).size() == 1) energy.emplace(state, island);
   // Where joints contradict each other what brings them together may bring any energy.
   if (EventStep(state, island, h, result).run(most_events) &&
       !(energy && energy->gained_much(state, island, h)))

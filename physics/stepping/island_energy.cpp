@@ -173,12 +173,23 @@ struct ToldMotion {
 
   ToldMotion() = default;
   ToldMotion(const WorldState& state, std::uint32_t told) : body(told) {
-    constexpr int kTimes = 8;
-    const double step = state.prescribed[told] ? state.paths[told].length() : 0;
-    for (int k = 0; k <= (step > 0 ? kTimes : 0); ++k) {
-      const KinematicState now = kinematic_state(state, told, step * k / kTimes);
+    const auto look = [&](double time) {
+      const KinematicState now = kinematic_state(state, told, time);
       speed = std::max(speed, length(now.v));
       turning = std::max(turning, std::abs(now.omega));
+    };
+    look(0);
+    if (!state.prescribed[told]) return;
+    constexpr int kTimes = 8;
+    constexpr double kJustBefore = 1 - 1e-13;
+    const MotionPath& path = state.paths[told];
+    for (int k = 1; k <= kTimes; ++k) look(path.length() * k / kTimes);
+    double last = 0;
+    for (const double end : path.breaks()) {
+      look(0.5 * (last + end));
+      look(end * kJustBefore);
+      look(end);
+      last = end;
     }
   }
 };
@@ -249,10 +260,10 @@ double told_speed(const WorldState& state, const Island& island, double h) {
 namespace {
 
 /// In the springs of an island [J].
-double energy_of_springs(const WorldState& state, const Island& island) {
+double energy_of_springs(const WorldState& state, const Island& island, double elapsed) {
   if (state.springs == 0) return 0;
   double sum = 0;
-  for (const std::uint32_t i : island.joints) sum += spring_energy(state, state.joints[i]);
+  for (const std::uint32_t i : island.joints) sum += spring_energy(state, state.joints[i], elapsed);
   return sum;
 }
 
@@ -348,14 +359,15 @@ bool may_be_given_energy(const WorldState& state, const Island& island) {
   return ground_moves(state, island) || is_driven(state, island);
 }
 
-IslandEnergy::IslandEnergy(const WorldState& state, const Island& island, bool known) : known_(known) {
+IslandEnergy::IslandEnergy(const WorldState& state, const Island& island, bool known, double elapsed)
+    : elapsed_(elapsed), known_(known) {
   const BodyArrays& all = state.bodies;
   note_places(state, island, *start_);
   for (const std::uint32_t i : island.bodies) {
     kinetic_ += 0.5 * all.mass[i] * length_squared(all.velocity[i]) +
                 0.5 * all.inertia[i] * all.omega[i] * all.omega[i];
   }
-  springs_ = energy_of_springs(state, island);
+  springs_ = energy_of_springs(state, island, elapsed_);
 }
 
 void IslandEnergy::note_places(const WorldState& state, const Island& island, std::vector<Place>& places) {
@@ -424,7 +436,7 @@ struct Drive {
 double IslandEnergy::unexplained_gain(const WorldState& state, const Island& island, double h,
                                       double most) const {
   if (is_unknown(state)) return 0;
-  double springs = energy_of_springs(state, island) - springs_;
+  double springs = energy_of_springs(state, island, elapsed_) - springs_;
   // What is told to move may wind springs up.
   if (most > 0) springs = std::min(springs, 0.0);
   const Drive drive(state, island, most, h);
@@ -546,7 +558,8 @@ void IslandEnergy::bound(WorldState& state, const Island& island, double h,
 
 void IslandEnergy::keep(WorldState& state, const Island& island, double work) const {
   if (ground_takes_along(state, island)) return;
-  const double gained = gain(state, island, true) + energy_of_springs(state, island) - springs_ - work;
+  const double gained =
+      gain(state, island, true) + energy_of_springs(state, island, elapsed_) - springs_ - work;
   if (gained == 0) return;
   const InnerMotion inner(state, island);
   const double small = island.contacts.empty() ? kSmallForJoints : kSmallCorrection;

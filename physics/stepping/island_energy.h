@@ -44,8 +44,10 @@ RigidMotion rigid_motion(const WorldState& state, const Island& island);
 /// The energy of an island at one moment, kept to see whether what follows creates any.
 class IslandEnergy {
  public:
-  /// @param known  the work of fields and drag is: by `take_forces` and `take_drag_of_impulses`
-  IslandEnergy(const WorldState& state, const Island& island, bool known = false);
+  /// @param known    the work of fields and drag is: by `take_forces` and `take_drag_of_impulses`
+  /// @param elapsed  where springs to kinematic bodies end: there they are then, since the beginning of the
+  /// step [s]
+  IslandEnergy(const WorldState& state, const Island& island, bool known = false, double elapsed = 0);
   /// From here on bodies only leave what they are in: forces have done their work.
   void end_motion(const WorldState& state, const Island& island);
   /// Takes what was gained beyond the work of the external forces, of springs, and of motors at most, out of
@@ -106,7 +108,7 @@ class IslandEnergy {
   static void note_places(const WorldState& state, const Island& island, std::vector<Place>& places);
 
   Spare<std::vector<Place>> start_, end_;
-  double kinetic_ = 0, springs_ = 0;
+  double kinetic_ = 0, springs_ = 0, elapsed_;
   bool known_;
 };
 

@@ -231,7 +231,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
   const bool jointed = !island.joints.empty();
   std::optional<IslandEnergy> energy;
   if ((jointed || may_be_given_energy(state, island)) && !state.impact_law->may_create_energy)
-    energy.emplace(state, island, true);
+    energy.emplace(state, island, true, elapsed);
   store_velocities(state, island, impact.velocity);
   if (energy && !jointed) energy->take_push(state, island, 0);
   if (energy && jointed) {

@@ -4,66 +4,12 @@
 // their prescribed motion.
 #pragma once
 
-#include <array>
 #include <vector>
 
-#include "physics/forces.h"
-#include "physics/math.h"
+#include "physics/stepping/motion_path.h"
 #include "physics/stepping/path.h"
 
 namespace skerry {
-
-/// Position, velocity and acceleration at one moment.
-struct KinematicState {
-  Vec2 p;            ///< [m]
-  double angle = 0;  ///< [rad]
-  Vec2 v;            ///< [m/s]
-  double omega = 0;  ///< [rad/s]
-  Vec2 a;            ///< [m/s^2]
-  double alpha = 0;  ///< [rad/s^2]
-};
-
-/// A prescribed motion within one step: the polynomial of degree 7 through its places at the eight
-/// Chebyshev-Lobatto points, whose error is about 2 (h w / 4)^8 / 8! of the amplitude at the frequency w
-/// [Hairer, Norsett & Wanner 1993, sec. II.6 on interpolation]. Where its velocity changes at once (a kink),
-/// or it is elsewhere (a jump), it has a break, and a polynomial on either side of it. As plain data it can
-/// be asked by many threads.
-class MotionPath {
- public:
-  /// Asks `motion` at ten times of the step, and up to some thousand where it has breaks.
-  /// @throws std::invalid_argument if it is not finite there
-  void sample(const PrescribedMotion& motion, double time, double h);
-  /// @param t  since the beginning of the step [s]; at a break what is after it
-  KinematicState at(double t) const;
-  /// The same polynomials as those of paths, in the order of time.
-  void append_to(std::vector<PathPiece>& pieces, std::uint32_t body, std::uint32_t generation) const;
-  /// The place that the motion gave for the end of the step, to the bit.
-  Placement end() const { return end_; }
-  /// The length of the step [s].
-  double length() const { return h_; }
-  /// Where it has breaks, ascending, since the beginning of the step [s].
-  const std::vector<double>& breaks() const { return breaks_; }
-  /// About the farthest that the centre goes from where it begins [m], and the largest turn [rad].
-  double extent() const { return extent_; }
-  double turn() const { return turn_; }
-
- private:
-  static constexpr int kNodes = 8;
-  class Sampler;
-  /// The polynomial of a time between breaks.
-  struct Part {
-    double from = 0, length = 0;                          ///< of its nodes [s]
-    std::array<std::array<double, kNodes>, 3> divided{};  ///< Newton's differences of x, y, angle
-    KinematicState state(double t) const;
-  };
-  void sharpen_breaks();
-
-  double h_ = 1;
-  std::vector<Part> parts_;     ///< one more than breaks
-  std::vector<double> breaks_;  ///< [s]
-  Placement end_;
-  double extent_ = 0, turn_ = 0;
-};
 
 struct Island;
 struct WorldState;

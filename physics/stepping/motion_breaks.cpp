@@ -11,15 +11,15 @@
 namespace skerry {
 namespace {
 
-// Time on each side of a break that is left out, and how near to each other breaks are one, as shares of the
-// step.
+// Share of the time before a break that is left out on each side of it, and by which breaks are one.
 constexpr double kLeftOut = 1e-13, kOne = 1e-9;
 
-}  // namespace
+double later(double t) {
+  return t * (1 + kLeftOut);
+}
 
-std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h) {
-  std::vector<SmoothSpan> spans{{0, h}};
-  if (!state.scratch.motion_breaks) return spans;
+/// Of all that an island may meet, ascending.
+std::vector<double> breaks_of(const WorldState& state, const Island& island) {
   std::vector<double> breaks;
   const auto take = [&](std::uint32_t body) {
     if (body == BodyId::kNone || !state.prescribed[body]) return;
@@ -35,14 +35,29 @@ std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& isla
     take(state.joints[slot].def.b.index);
   }
   std::sort(breaks.begin(), breaks.end());
-  for (const double t : breaks) {
-    if (t - spans.back().from > kOne * h) {
-      spans.back().to = t - kLeftOut * h;
+  return breaks;
+}
+
+}  // namespace
+
+std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h) {
+  std::vector<SmoothSpan> spans{{0, h}};
+  if (!state.scratch.motion_breaks) return spans;
+  for (const double t : breaks_of(state, island)) {
+    if (t - spans.back().from > kOne * t) {
+      spans.back().to = t * (1 - kLeftOut);
       spans.push_back({t, h});
     }
-    spans.back().from = t + kLeftOut * h;
+    spans.back().from = later(t);
   }
   return spans;
+}
+
+bool begins_span(const WorldState& state, const Island& island, double elapsed) {
+  if (elapsed == 0 || !state.scratch.motion_breaks) return elapsed == 0;
+  const std::vector<double> breaks = breaks_of(state, island);
+  return std::any_of(breaks.begin(), breaks.end(),
+                     [=](double t) { return t < elapsed && elapsed <= later(t); });
 }
 
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result) {

@@ -21,6 +21,9 @@ struct SmoothSpan {
 /// velocities of its own at its ends.
 std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h);
 
+/// Whether a span begins there: then velocities may be other ones than joints allow, and bodies in others.
+bool begins_span(const WorldState& state, const Island& island, double elapsed);
+
 /// What is to be done where a span begins that is not the first: manifolds are those of the ground there.
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result);
 

@@ -2,9 +2,9 @@
 #include "physics/stepping/piece_forces.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
-#include <utility>
 
 #include "physics/spare.h"
 #include "physics/stepping/applied_forces.h"
@@ -347,12 +347,14 @@ class PieceSolve {
       if (!(std::abs(row_velocity(start, i, before)) > state_.config.rest_speed)) continue;
       const Contact& contact = state_.contacts[origin.index];
       const Row& row = assembly.system.rows[static_cast<std::size_t>(i)];
-      for (const auto& [told, J] : {std::pair{contact.body_a, row.Jb}, std::pair{contact.body_b, row.Ja}}) {
-        if (!state_.prescribed[told] || state_.paths[told].turn() != 0) continue;
+      const auto take = [&](std::uint32_t told, const std::array<double, 3>& J) {
+        if (!state_.prescribed[told] || state_.paths[told].turn() != 0) return;
         const auto velocity = [&](double t) { return kinematic_state(state_, told, piece_.elapsed + t).v; };
         const Vec2 bent = velocity(piece_.h) - 2 * velocity(0.5 * piece_.h) + velocity(0);
         bend[static_cast<std::size_t>(i)] -= dot({J[0], J[1]}, bent);
-      }
+      };
+      take(contact.body_a, row.Jb);
+      take(contact.body_b, row.Ja);
       assembly.system.b[static_cast<std::size_t>(i)] -= bend[static_cast<std::size_t>(i)];
     }
   }

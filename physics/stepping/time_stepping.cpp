@@ -39,8 +39,7 @@ namespace {
 constexpr double kMadeInside = 0.01;
 // Visits in vain after which what is squeezed flows, some 20 ms.
 constexpr double kVainOfSqueezed = 2e6;
-// Pieces of a step at most for the sake of stability: a load of 1e6 times the links' mass wants 130 at 1/60
-// s.
+// Pieces of a step at most for stability: a load of 1e6 times the links' mass wants 130 at 1/60 s.
 constexpr double kStablePieces = 256;
 // A piece is solved again where its own forces want one of less than this share of it.
 constexpr double kMuchShorter = 0.7;
@@ -141,16 +140,16 @@ class IslandStep {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
     // fewer: a heap of 100 contacts is cut 5 times, a row of balls or a gas as often as its bounces want.
-    int points = 0, spent = 0;
+    int points = 0, spent = 0, flights = 0;
     for (const std::uint32_t index : island_.contacts) points += state_.contacts[index].manifold.count;
+    anew_ = begins_span(state_, island_, from) ? from : -1;
     // The manifolds of the beginning are those by which the island was found.
     int piece = 1;
     // What was made in others is lifted out of them, in the first piece, at nobody's expense.
-    bool deep = from == 0 && island_.joints.empty() &&
+    bool deep = from == anew_ && island_.joints.empty() &&
                 std::any_of(island_.contacts.begin(), island_.contacts.end(), [&](std::uint32_t k) {
                   return is_deep(state_, state_.contacts[k], kMadeInside);
                 });
-    int flights = 0;
     Spare<StepVectors> vectors;
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
     while (elapsed_ < to) {
@@ -170,8 +169,8 @@ class IslandStep {
       }
       for (const std::uint32_t slot : island_.joints) note_stall(state_, state_.joints[slot], elapsed_);
       // Before anything is struck; else the first piece says so.
-      if (elapsed_ == 0 && !obeyed_ && !island_.joints.empty() && is_struck(state_, island_, 0) &&
-          joints_disobey(state_, island_, 0))
+      if (elapsed_ == anew_ && !obeyed_ && !island_.joints.empty() && is_struck(state_, island_, anew_) &&
+          joints_disobey(state_, island_, anew_))
         obey();
       // After too many cuts, or too much work, the rest of the step takes landings as plastic, at its end.
       const bool last = piece > state_.config.max_impacts_per_step ||
@@ -221,7 +220,7 @@ class IslandStep {
                    varying_,
                    told_,
                    by_limits ? &limits_ : nullptr,
-                   elapsed_ == 0 && !obeyed_};
+                   elapsed_ == anew_ && !obeyed_};
         do {
           aim_ = solved;
           forces = solve_piece(state_, island_, part, before, after, result_);
@@ -286,7 +285,7 @@ class IslandStep {
       const bool jointed = !island_.joints.empty();
       const bool pushed = !jointed && may_be_given_energy(state_, island_);
       std::optional<IslandEnergy> energy;
-      if (last || jointed || pushed) energy.emplace(state_, island_, true);
+      if (last || jointed || pushed) energy.emplace(state_, island_, true, elapsed_);
       if (pushed) bound_what_is_pushed(*energy, hit, solved, before, after);
       advance(hit, solved, before, after, last);
       if (pushed && !last) energy->end_motion(state_, island_);
@@ -296,8 +295,9 @@ class IslandStep {
       {
         StageTimer timer(state_, result_, Stage::Apply);
         const std::optional<IslandEnergy> carried =
-            forces.moving && !deep ? std::optional<IslandEnergy>(std::in_place, state_, island_)
-                                   : std::nullopt;
+            forces.moving && !deep
+                ? std::optional<IslandEnergy>(std::in_place, state_, island_, false, elapsed_)
+                : std::nullopt;
         Assembly& rows = vectors->rows;
         deep = false;
         const bool hold = project_positions(state_, island_, elapsed_, result_, rows);
@@ -634,18 +634,18 @@ class IslandStep {
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
-
-  bool holds_;                        ///< a joint of the island acts wherever its bodies are
-  std::vector<std::uint8_t> limits_;  ///< per joint of the island: bits of the limits in the force solve
-  int limits_left_;                   ///< that may cut the step
-  int corners_left_ = kMostCorners;   ///< that may cut the step
-  int stops_ = 0;                     ///< of the step
-  bool obeyed_ = false;               ///< joints were asked to hold at the beginning of the step
-  double passed_ = 0;                 ///< energy that nothing explains, in the step so far [J]
-  double elapsed_ = 0;                ///< since the beginning of the step [s]
-  double aim_ = 0;                    ///< when ground is where it is told to be, within the piece [s]
-  bool sinking_ = false;              ///< `next_hit` found points that the solve has to hold
-  std::vector<PathEnd> start_;        ///< of the piece, for the paths
+  bool holds_;                         ///< a joint of the island acts wherever its bodies are
+  std::vector<std::uint8_t> limits_;   ///< per joint of the island: bits of the limits in the force solve
+  int limits_left_;                    ///< that may cut the step
+  int corners_left_ = kMostCorners;    ///< that may cut the step
+  int stops_ = 0;                      ///< of the step
+  bool obeyed_ = false;                ///< joints were asked to hold at the beginning of the step
+  double passed_ = 0;                  ///< energy that nothing explains, in the step so far [J]
+  double elapsed_ = 0;                 ///< since the beginning of the step [s]
+  double anew_ = 0;                    ///< where velocities may be other ones than joints allow; -1: nowhere
+  double aim_ = 0;                     ///< when ground is where it is told to be, within the piece [s]
+  bool sinking_ = false;               ///< `next_hit` found points that the solve has to hold
+  std::vector<PathEnd> start_;         ///< of the piece, for the paths
 };
 
 }  // namespace

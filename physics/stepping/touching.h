@@ -33,12 +33,12 @@ inline JointEnd joint_end(const WorldState& state, std::uint32_t body, double el
   return {all.position[body], all.rotation[body], all.angle[body], all.velocity[body], all.omega[body]};
 }
 
-/// Energy in the spring of a joint, 0 without one [J].
-inline double spring_energy(const WorldState& state, const JointRecord& joint) {
+/// Energy in the spring of a joint, 0 without one [J]. @param elapsed  of kinematic bodies, as in `joint_end`
+inline double spring_energy(const WorldState& state, const JointRecord& joint, double elapsed = 0) {
   if (!(joint.def.stiffness > 0)) return 0;
   JointRows rows;
-  const int count =
-      joint_geometry(joint, joint_end(state, joint.def.a.index), joint_end(state, joint.def.b.index), rows);
+  const int count = joint_geometry(joint, joint_end(state, joint.def.a.index, elapsed),
+                                   joint_end(state, joint.def.b.index, elapsed), rows);
   double sum = 0;
   for (int k = 0; k < count; ++k) {
     const JointRow& row = rows[static_cast<std::size_t>(k)];

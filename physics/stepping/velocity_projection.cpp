@@ -498,7 +498,7 @@ void obey_joints(WorldState& state, const Island& island, double elapsed, double
   scratch->companions.clear();
   island_velocities(state, island, scratch->v);
   const double fastest = fastest_of(scratch->v);
-  const IslandEnergy energy(state, island, true);
+  const IslandEnergy energy(state, island, true, elapsed);
   VelocityShift done;
   take_away(state, island, rows, kFineVelocityFloor * std::max(fastest, 1e-3), fastest, 0, result, *scratch,
             done);
