@@ -588,7 +588,8 @@ bool try_island_by_events(WorldState& state, const Island& island, double h, int
   result.report.stepper = "event_driven";
   std::optional<IslandEnergy> energy;
   // What jumps may do as much to springs.
-  if (!island.joints.empty() && smooth_spans(state, island, h).size() == 1) energy.emplace(state, island);
+  if (!island.joints.empty() && smooth_spans(state, island, h).size() == 1)
+    energy.emplace(state, island, false, 0.5 * h);
   // Where joints contradict each other what brings them together may bring any energy.
   if (EventStep(state, island, h, result).run(most_events) &&
       !(energy && energy->gained_much(state, island, h)))

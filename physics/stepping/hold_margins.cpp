@@ -18,15 +18,15 @@ void add_contact(const WorldState& state, const Contact& contact, std::vector<Ho
   double normal = 0, friction = 0, rolling = 0;
   for (const PointMemory& memory : contact.points) {
     const double rate = memory.h > 0 ? 1 / memory.h : 0;
-    margins.push_back({memory.feature, rate * memory.normal_impulse, lightness});
+    margins.push_back({memory.feature, rate * memory.normal_impulse, 0, lightness});
     normal += rate * memory.normal_impulse;
     friction += rate * memory.friction_impulse;
     rolling += rate * memory.rolling_impulse;
   }
   const std::uint32_t feature = contact.points[0].feature;
   const double most = std::max(contact.static_friction, contact.friction) * normal;
-  margins.push_back({feature, most - std::abs(friction), lightness});
-  margins.push_back({feature, contact.rolling_resistance * normal - std::abs(rolling), turning});
+  margins.push_back({feature, most - std::abs(friction), most - contact.friction * normal, lightness});
+  margins.push_back({feature, contact.rolling_resistance * normal - std::abs(rolling), 0, turning});
 }
 
 void add_joint(const WorldState& state, const JointRecord& joint, std::vector<HoldMargin>& margins) {
@@ -69,11 +69,12 @@ LateRelease late_release(const std::vector<HoldMargin>& first, const std::vector
     const double fall = (first[k].left - left) / (0.5 * length);
     if (!(fall > 0)) continue;
     const double below = 0.25 * length * fall - left;
-    const double velocity = 0.5 * below * (below / fall) * second[k].lightness;
+    const double late = std::abs(below) / fall;
+    const double velocity = (0.5 * std::abs(below) + second[k].drop) * late * second[k].lightness;
     if (below > 0)
       out.velocity = std::max(out.velocity, velocity);
     else if (velocity > nothing)
-      out.ahead = std::min(out.ahead, -below / fall);
+      out.ahead = std::min(out.ahead, late);
   }
   return out;
 }

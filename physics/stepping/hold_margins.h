@@ -15,6 +15,7 @@ namespace skerry {
 struct HoldMargin {
   std::uint32_t feature = 0;  ///< of the point; margins of the same place in two lists are the same if it is
   double left = 0;            ///< [N or N m] until it lets go; 0: nothing to let go
+  double drop = 0;            ///< what it loses then: static friction beyond that of sliding [N]
   double lightness = 0;  ///< change of the relative velocity for an impulse, at most [1/kg or 1/(kg m^2)]
 };
 

@@ -45,8 +45,8 @@ RigidMotion rigid_motion(const WorldState& state, const Island& island);
 class IslandEnergy {
  public:
   /// @param known    the work of fields and drag is: by `take_forces` and `take_drag_of_impulses`
-  /// @param elapsed  where springs to kinematic bodies end: there they are then, since the beginning of the
-  /// step [s]
+  /// @param elapsed  springs to kinematic bodies end where these are then: in the middle of the motion, as
+  /// with that their energy changes by what they do to the island [s]
   IslandEnergy(const WorldState& state, const Island& island, bool known = false, double elapsed = 0);
   /// From here on bodies only leave what they are in: forces have done their work.
   void end_motion(const WorldState& state, const Island& island);

@@ -287,10 +287,14 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
       const BodyMotion m = problem_.motion(body, time, at);
       return Transform{m.p, m.q};
     };
-    const double now = open_gap(contact, contact.child, pose_at(state_, contact.body_a, elapsed),
-                                pose_at(state_, contact.body_b, elapsed));
-    // What comes to a side of a valley from beyond its end is not seen before, however near it is.
-    const bool unseen = is_on_chain(state_, contact) && !(now < contact.margin);
+    const Transform a_now = pose_at(state_, contact.body_a, elapsed),
+                    b_now = pose_at(state_, contact.body_b, elapsed);
+    const double now = open_gap(contact, contact.child, a_now, b_now);
+    // What comes to a side of a valley from beyond its end is not seen before, however near it is; nor what
+    // turns over a ridge, while the other side sees it.
+    const bool unseen =
+        is_on_chain(state_, contact) &&
+        (!(now < contact.margin) || open_gap_beside(contact, a_now, b_now) <= 1.5 * span * speed);
     if (now > 1.5 * span * speed && !unseen) continue;
     if (!method.prepare_dense()) return false;
     const auto gap = [&](double t) {
@@ -303,10 +307,11 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
     };
     const bool chain = is_on_chain(state_, contact);
     const auto way = [&](double t, double value) {
-      if (!chain || value < contact.margin) return value;
+      if (!chain) return value;
       const Transform a = pose(contact.body_a, method.begin() + t, y),
                       b = pose(contact.body_b, method.begin() + t, y);
-      return std::min(way_to_segment(state_, contact, a, b), std::max(open_gap_beside(contact, a, b), 0.0));
+      const double beside = std::max(open_gap_beside(contact, a, b), 0.0);
+      return std::min(value < contact.margin ? value : way_to_segment(state_, contact, a, b), beside);
     };
     const double tolerance = touch_tolerance(state_, state_.bodies.position[contact.body_b]);
     const std::optional<double> closes =

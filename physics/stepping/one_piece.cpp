@@ -133,7 +133,7 @@ class OnePieceStep {
                const std::vector<std::uint8_t>& pushed) {
     result_.report.flowing = !exact_;
     result_.one_piece = exact_;
-    const IslandEnergy energy(state_, island_, true, from_);
+    const IslandEnergy energy(state_, island_, true, from_ + 0.5 * h_);
     if (!exact_ && (!island_.joints.empty() || may_be_given_energy(state_, island_)))
       energy.bound(state_, island_, h_, after);
     if (varying_) take_drag_of_impulses(state_, island_, h_, before, after, *damping_);

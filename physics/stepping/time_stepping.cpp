@@ -285,7 +285,7 @@ class IslandStep {
       const bool jointed = !island_.joints.empty();
       const bool pushed = !jointed && may_be_given_energy(state_, island_);
       std::optional<IslandEnergy> energy;
-      if (last || jointed || pushed) energy.emplace(state_, island_, true, elapsed_);
+      if (last || jointed || pushed) energy.emplace(state_, island_, true, elapsed_ + 0.5 * hit);
       if (pushed) bound_what_is_pushed(*energy, hit, solved, before, after);
       advance(hit, solved, before, after, last);
       if (pushed && !last) energy->end_motion(state_, island_);

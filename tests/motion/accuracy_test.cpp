@@ -332,7 +332,7 @@ TEST(Accuracy, CountsForWhatStopsOnGroundThatShakes) {
 }
 
 /// What rests until a force that grows lets it go: friction, resistance to rolling, friction in a hinge.
-enum class LetGo { Sliding, Rolling, Pulled, Hinge, Lifted };
+enum class LetGo { Sliding, Held, Rolling, Pulled, Hinge, Lifted };
 Outcome let_go(std::string_view stepper, double accuracy, LetGo kind, unsigned seed) {
   test::Draw draw(seed);
   const double mu = draw.uniform(0.2, 0.7), share = draw.uniform(1.1, 3), omega = draw.uniform(2, 12);
@@ -344,14 +344,16 @@ Outcome let_go(std::string_view stepper, double accuracy, LetGo kind, unsigned s
   World world(config);
   ShapeDef ground = rough(make_disc(1), mu);
   ground.material.rolling_resistance = kind == LetGo::Rolling ? arm : 0;
+  if (kind == LetGo::Held) ground.material.static_friction = 1.5 * mu;
   if (kind != LetGo::Hinge) add_ground(world, ground);
   ShapeDef shape = rough(kind == LetGo::Rolling ? make_disc(0.3) : make_box({2, 0.5}), mu);
   shape.material.rolling_resistance = ground.material.rolling_resistance;
+  shape.material.static_friction = ground.material.static_friction;
   const double height = kind == LetGo::Rolling ? 0.3 : 0.25;
   const BodyId body = add(world, {0, height}, shape, mass);
   Vec2 force;
   double turning = 0;
-  if (kind == LetGo::Sliding) force.x = share * mu * mass * kG;
+  if (kind == LetGo::Sliding || kind == LetGo::Held) force.x = 1.5 * share * mu * mass * kG;
   if (kind == LetGo::Lifted) force.y = share * mass * kG;
   if (kind == LetGo::Rolling) turning = share * arm * mass * kG;
   if (kind == LetGo::Pulled) {
@@ -385,7 +387,8 @@ Outcome let_go(std::string_view stepper, double accuracy, LetGo kind, unsigned s
 }
 
 TEST(Accuracy, CountsForWhatIsLetGo) {
-  for (const LetGo kind : {LetGo::Sliding, LetGo::Rolling, LetGo::Pulled, LetGo::Hinge, LetGo::Lifted}) {
+  for (const LetGo kind :
+       {LetGo::Sliding, LetGo::Held, LetGo::Rolling, LetGo::Pulled, LetGo::Hinge, LetGo::Lifted}) {
     for (unsigned seed = 0; seed < 20; ++seed) {
       const Outcome known = let_go("event_driven", 0, kind, seed);
       for (const double accuracy : {1e-4, 1e-6}) {

@@ -152,6 +152,37 @@ TEST(BridgeEnergy, DoesNotGrowWhereAStepEndsPlastically) {
 
 // A disc whose turning nothing changes drives its centre over rough ground, as a belt would: also beside a
 // motor, whose torque it does not feel. The disc was slowed down for the energy that it brought.
+TEST(SpringsOfMovingBodies, SwingAsThoseAtRest) {
+  // A mass on a spring to a body that goes steadily: by 2 cm to and fro against it, for 5 s.
+  for (const char* stepper : {"time_stepping", "event_driven"}) {
+    for (const double omega : {15.0, 30.0, 60.0}) {
+      for (const double speed : {0.0, 0.02, 0.1, 0.5}) {
+        WorldConfig config = by(stepper);
+        config.gravity = {};
+        World world(config);
+        const BodyId carrier =
+            world.create_body({.type = BodyType::Kinematic, .position = {0, 0}, .velocity = {speed, 0}});
+        const BodyId mass = world.create_body(
+            {.position = {1, 0}, .velocity = {speed + 0.02 * omega, 0}, .mass = 1.0, .inertia = 1.0});
+        world.create_joint({.kind = JointKind::Spring,
+                            .a = carrier,
+                            .b = mass,
+                            .anchor_a = {0, 0},
+                            .anchor_b = {1, 0},
+                            .stiffness = omega * omega});
+        double amplitude = 0;
+        for (int k = 0; k < 300; ++k) {
+          EXPECT_EQ(world.step(1.0 / 60).fallbacks, 0);
+          if (k < 200) continue;
+          const double way = world.position(mass).x - world.position(carrier).x - 1;
+          amplitude = std::max(amplitude, std::hypot(way, (world.velocity(mass).x - speed) / omega));
+        }
+        EXPECT_NEAR(amplitude, 0.02, 2e-4) << stepper << ", " << omega << "/s, " << speed << " m/s";
+      }
+    }
+  }
+}
+
 TEST(InfiniteInertia, TurnsOnWhateverAMotorWants) {
   for (const char* stepper : {"time_stepping", "event_driven"}) {
     for (const double wanted : {0.0, 1.0, 2.0}) {

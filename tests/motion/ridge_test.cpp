@@ -57,6 +57,38 @@ TEST(Ridges, ABoxSlidesOverThemAsByEvents) {
   std::printf("at most %.2g m apart\n", worst);
 }
 
+/// A box that falls onto a chain of hills, by events: where it is after half a second.
+Vec2 fallen_on_hills(unsigned seed, int rate) {
+  test::Draw draw(seed);
+  WorldConfig config;
+  config.stepper = "event_driven";
+  World world(config);
+  const BodyId ground = world.create_body({.type = BodyType::Static});
+  std::vector<Vec2> hills = {{-4, draw.uniform(-0.3, 0)}};
+  while (hills.back().x < 4) {
+    const double x = hills.back().x + draw.uniform(0.4, 1.2);
+    hills.push_back({x, draw.uniform(-0.3, 0.1)});
+  }
+  world.add_shape(ground, test::rough(make_chain(hills), 0.5));
+  const double angle = draw.uniform(-0.5, 0.5), from = draw.uniform(-1, 1), speed = draw.uniform(-1.5, 1.5);
+  const double omega = draw.uniform(-2, 2), width = draw.uniform(0.3, 0.9);
+  const BodyId box =
+      test::add(world, {from, 0.75}, test::rough(make_box({width, draw.uniform(0.2, 0.6)}), 0.5), 1,
+                {speed, 0}, omega, angle);
+  for (int i = 0; i < rate / 2; ++i) world.step(1.0 / rate);
+  return world.position(box);
+}
+
+/// A face that turned over a ridge was seen by one side only, and landed at the beginning of the next step.
+TEST(Ridges, AreLandedOnAtTheSameTimeAtAnyRate) {
+  int apart = 0;
+  for (unsigned seed = 0; seed < static_cast<unsigned>(test_scale(200)); ++seed) {
+    const Vec2 place = fallen_on_hills(seed, 240);
+    for (const int rate : {60, 960}) apart += length(fallen_on_hills(seed, rate) - place) > 1e-6;
+  }
+  EXPECT_LE(apart, test_scale(1));
+}
+
 /// Two discs on one body slide over the corners of a chain that is flat: where the next segment touches, the
 /// corner is the other one's, and is no landing. They used up the pieces of a step in 3 of 10.
 TEST(Ridges, DiscsSlideOverCornersOfAFlatChainInFewPieces) {
