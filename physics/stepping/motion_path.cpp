@@ -37,8 +37,8 @@ constexpr double kHolds = 1.0 / 16;
 constexpr double kSharp = 1e-2, kBend = 3, kWild = 1e4, kNear = 0.03;
 // Breaks nearer to each other than this share of the step are one, and so near to an end of it they are
 // there; so are those with no more than so many roundings of times, or of places, between them, by which no
-// velocity is to be had.
-constexpr double kApart = 1e-6, kRoundings = 1e6;
+// velocity is to be had; but none that are farther apart than the last share of the step.
+constexpr double kApart = 1e-6, kRoundings = 1e6, kFarApart = 1e-2;
 // With more breaks, or after asking so often, a motion is taken as it comes at the nodes.
 constexpr std::size_t kMostBreaks = 8;
 constexpr int kMostAsked = 10000;
@@ -124,6 +124,7 @@ class MotionPath::Sampler {
     apart_ = std::max(kApart * h_, kTooShort * (std::abs(time_) + h_));
     if (spread.way > 0) apart_ = std::max(apart_, kTooShort * spread.far / spread.way * h_);
     if (spread.turn > 0) apart_ = std::max(apart_, kTooShort * spread.angle / spread.turn * h_);
+    apart_ = std::min(apart_, kFarApart * h_);
     // All parts of a size before smaller ones: what jitters has too many with a break soon.
     std::vector<Fit> level{step}, next;
     while (!level.empty() && !too_much_) {
@@ -251,6 +252,11 @@ void MotionPath::sample(const PrescribedMotion& motion, double time, double h) {
     if (parts_.size() > before && h - gap.to > sampler.apart()) breaks_.push_back(0.5 * (gap.from + gap.to));
   }
   end_part(h);
+  // Where rounding hides all of the step nothing is known of its breaks.
+  if (parts_.size() != breaks_.size() + 1) {
+    parts_.assign(1, step.part);
+    breaks_.clear();
+  }
   sharpen_breaks();
 }
 

@@ -375,6 +375,35 @@ TEST(MotionPaths, HaveTheirBreaksWhereTheyAre) {
   }
 }
 
+TEST(MotionPaths, AreThereWhereRoundingHidesTheirBreaks) {
+  // Small motions far away, and at times of which a step is few roundings.
+  for (const double time : {0.0, 1e6, 1e9, 1e12}) {
+    for (const double far : {0.0, 1e4, 1e9}) {
+      for (const double way : {1e-12, 1e-9, 1e-6, 1e-3, 1.0}) {
+        for (unsigned seed = 0; seed < 20; ++seed) {
+          test::Draw draw(seed);
+          const double kink = draw.uniform(0, 1) * kStep, jump = draw.pick(2) * way,
+                       turn = draw.pick(2) * far;
+          MotionPath path;
+          path.sample(
+              [=](double t) {
+                const double since = t - time;
+                const double gone = way * since / kStep + (since > kink ? jump + way * (since - kink) : 0);
+                return Placement{{far + gone, gone}, turn + gone};
+              },
+              time, kStep);
+          for (int k = 0; k <= 16; ++k) {
+            const KinematicState state = path.at(k * kStep / 16);
+            ASSERT_TRUE(is_finite(state.p) && is_finite(state.v) && std::isfinite(state.omega));
+            ASSERT_LT(length(state.p - Vec2{far, 0}), 1e2 * way + 1e-6 * far)
+                << time << " s, " << way << " m";
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(MotionPaths, AreAskedForTenTimesAStepAndNotForEver) {
   const auto asked_by = [](const PrescribedMotion& motion, double begin = 0) {
     World world{WorldConfig{}};
