@@ -185,7 +185,7 @@ class EventStep {
   }
 
   /// The end of the step, or the next break of a prescribed motion.
-  double until() const { return spans_[span_].to; }
+  double until() const { return spans_.empty() ? h_ : spans_[span_].to; }
 
   /// Goes on behind it.
   void pass_break() {
@@ -588,7 +588,7 @@ bool try_island_by_events(WorldState& state, const Island& island, double h, int
   result.report.stepper = "event_driven";
   std::optional<IslandEnergy> energy;
   // What jumps may do as much to springs.
-  if (!island.joints.empty() && smooth_spans(state, island, h).size() == 1)
+  if (!island.joints.empty() && smooth_spans(state, island, h).empty())
     energy.emplace(state, island, false, 0.5 * h);
   // Where joints contradict each other what brings them together may bring any energy.
   if (EventStep(state, island, h, result).run(most_events) &&

@@ -41,9 +41,10 @@ std::vector<double> breaks_of(const WorldState& state, const Island& island) {
 }  // namespace
 
 std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h) {
-  std::vector<SmoothSpan> spans{{0, h}};
+  std::vector<SmoothSpan> spans;
   if (!state.scratch.motion_breaks) return spans;
   for (const double t : breaks_of(state, island)) {
+    if (spans.empty()) spans.push_back({0, h});
     if (t - spans.back().from > kOne * t) {
       spans.back().to = t * (1 - kLeftOut);
       spans.push_back({t, h});
@@ -67,7 +68,7 @@ void begin_span(WorldState& state, const Island& island, const SmoothSpan& span,
 bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,
                       IslandResult& result) {
   const std::vector<SmoothSpan> spans = smooth_spans(state, island, h);
-  if (spans.size() == 1) return false;
+  if (spans.empty()) return false;
   for (const SmoothSpan& span : spans) {
     begin_span(state, island, span, result);
     if (rule.work_limit > 0) result.work_limit = rule.work_limit + result.work.visits;

@@ -17,7 +17,7 @@ struct SmoothSpan {
 };
 
 /// The times of a step of the length `h` [s] between the breaks of what an island may meet and moves as
-/// prescribed: the whole of it where there are none. Between two of them is next to no time, so that each has
+/// prescribed; none where there are no breaks. Between two of them is next to no time, so that each has
 /// velocities of its own at its ends.
 std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h);
 

@@ -185,7 +185,9 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
 
 void step_with_error_control(WorldState& state, const Island& island, double h, double accuracy,
                              IslandResult& result) {
-  for (const SmoothSpan& span : smooth_spans(state, island, h)) {
+  const std::vector<SmoothSpan> spans = smooth_spans(state, island, h);
+  if (spans.empty()) return step_span(state, island, {0, h}, accuracy, result);
+  for (const SmoothSpan& span : spans) {
     begin_span(state, island, span, result);
     step_span(state, island, span, accuracy, result);
   }
