@@ -292,10 +292,11 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
     const double now = open_gap(contact, contact.child, a_now, b_now);
     // What comes to a side of a valley from beyond its end is not seen before, however near it is; nor what
     // turns over a ridge, while the other side sees it.
+    const bool chain = is_on_chain(state_, contact);
+    const double within = 1.5 * span * speed;
     const bool unseen =
-        is_on_chain(state_, contact) &&
-        (!(now < contact.margin) || open_gap_beside(contact, a_now, b_now) <= 1.5 * span * speed);
-    if (now > 1.5 * span * speed && !unseen) continue;
+        chain && (!(now < contact.margin) || open_gap_beside(contact, a_now, b_now) <= within);
+    if (now > within && !unseen) continue;
     if (!method.prepare_dense()) return false;
     const auto gap = [&](double t) {
       for (const std::uint32_t body : {contact.body_a, contact.body_b}) {
@@ -305,7 +306,6 @@ bool ModeEvents::find_landings(RungeKutta& method, double elapsed, const ModeFor
       return open_gap(contact, contact.child, pose(contact.body_a, method.begin() + t, y),
                       pose(contact.body_b, method.begin() + t, y));
     };
-    const bool chain = is_on_chain(state_, contact);
     const auto way = [&](double t, double value) {
       if (!chain) return value;
       const Transform a = pose(contact.body_a, method.begin() + t, y),

@@ -19,6 +19,7 @@
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/one_piece_positions.h"
 #include "physics/stepping/one_piece_rule.h"
+#include "physics/stepping/one_piece_store.h"
 #include "physics/stepping/one_piece_sweeps.h"
 #include "physics/stepping/past_walls.h"
 #include "physics/stepping/path.h"
@@ -473,71 +474,21 @@ class OnePieceStep {
   void store(const Assembly& assembly, const std::vector<double>& lambda, const std::vector<Velocity>& before,
              Meanwhile&& meanwhile) {
     store_joint_impulses(state_, island_, assembly, lambda, h_);
+    // In flow what is slow, or carried load before, does not land.
+    const PieceAnswer answer{assembly, lambda, before, from_, h_, exact_ ? state_.config.rest_speed : slow_,
+                             exact_};
     std::atomic<int> landings = 0, rubbing = 0;
     share_beside(
         state_.island_threads, island_.contacts.size(), kItemsAPiece,
         [&](std::size_t from, std::size_t to) {
-          int friction = 0;
-          landings += store_contacts(from, to, assembly, lambda, before, friction);
-          rubbing += friction;
+          const StoredRows rows = store_contacts(state_, island_, answer, from, to);
+          landings += rows.landings;
+          rubbing += rows.friction;
         },
         meanwhile);
     result_.friction_rows += rubbing;
     // An exact answer is one impact, as if the contacts were one.
     result_.impacts += exact_ ? std::min<int>(landings, 1) : landings.load();
-  }
-
-  /// @param friction  counts rows of friction @return how many points landed among some contacts
-  int store_contacts(std::size_t from, std::size_t to, const Assembly& assembly,
-                     const std::vector<double>& lambda, const std::vector<Velocity>& before, int& friction) {
-    const auto first_of = [&](std::uint32_t index) {
-      const auto row = std::partition_point(
-          assembly.origin.begin(), assembly.origin.end(),
-          [index](const RowOrigin& origin) { return origin.joint || origin.index < index; });
-      return static_cast<std::size_t>(row - assembly.origin.begin());
-    };
-    std::size_t i = first_of(island_.contacts[from]);
-    int landings = 0;
-    for (std::size_t k = from; k < to; ++k) {
-      const std::uint32_t index = island_.contacts[k];
-      Contact& contact = state_.contacts[index];
-      const std::size_t first = i;
-      while (i < lambda.size() && assembly.origin[i].index == index) ++i;
-      for (std::size_t row = first; row < i; ++row) {
-        if (assembly.origin[row].kind == RowKind::Normal && lambda[row] > 0)
-          landings += note_hit(assembly, row, lambda[row], before, contact);
-      }
-      forget_impulses(contact, h_);
-      for (std::size_t row = first; row < i; ++row) {
-        friction += assembly.origin[row].kind == RowKind::Friction;
-        remember_impulse(assembly.origin[row], assembly.system.rows[row], lambda[row], contact);
-      }
-    }
-    return landings;
-  }
-
-  /// Landings: contacts that carried nothing and were struck. @return whether this is one
-  bool note_hit(const Assembly& assembly, std::size_t row, double lambda, const std::vector<Velocity>& before,
-                Contact& contact) {
-    // In flow what is slow, or carried load before, does not land.
-    const double slow = exact_ ? state_.config.rest_speed : slow_;
-    const RowOrigin& origin = assembly.origin[row];
-    PointMemory& memory = contact.points[static_cast<std::size_t>(origin.point)];
-    const double u = row_velocity(assembly, static_cast<int>(row), before);
-    if ((memory.normal_impulse > 0 && !exact_) || u > -slow) {
-      memory.total_normal += lambda;
-      return false;
-    }
-    memory.total_impact += lambda;
-    contact.impact += lambda * push_on_b(assembly.system.rows[row]);
-    memory.impact_position = contact.manifold.points[static_cast<std::size_t>(origin.point)].position;
-    contact.hit = true;
-    if (-u <= contact.hit_speed) return true;
-    contact.hit_speed = -u;
-    contact.hit_time = from_ + std::min(h_, std::max(0.0, origin.error) / -u);
-    contact.hit_point = memory.impact_position;
-    contact.hit_normal = contact.manifold.normal;
-    return true;
   }
 
   /// Notes how far everything will go. @return whether a body will go so much farther than foreseen that the

@@ -412,6 +412,13 @@ class PieceSolve {
     }
   }
 
+  /// Friction of a contact that holds more than it brakes.
+  bool may_be_held(const RowOrigin& origin) const {
+    if (origin.joint || origin.kind != RowKind::Friction) return false;
+    const Contact& contact = state_.contacts[origin.index];
+    return contact.static_friction > contact.friction;
+  }
+
   /// Friction rows that static friction holds: they stuck, or do not slide at the beginning. Gives them its
   /// coefficient.
   std::vector<int> held_rows(const Assembly& start, Assembly& assembly,
@@ -423,9 +430,8 @@ class PieceSolve {
                                  kLeftOfSticking * piece_.h * largest_acceleration(state_, island_));
     for (int i = 0; i < assembly.system.size(); ++i) {
       const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint || origin.kind != RowKind::Friction) continue;
+      if (!may_be_held(origin)) continue;
       const Contact& contact = state_.contacts[origin.index];
-      if (!(contact.static_friction > contact.friction)) continue;
       const bool stuck = contact.points[origin.point].sticking;
       if (!(std::abs(row_velocity(start, i, before)) <= (stuck ? left : state_.config.rest_speed))) continue;
       assembly.system.rows[i].mu = contact.static_friction;
@@ -443,15 +449,13 @@ class PieceSolve {
     std::vector<double> w;
     for (int i = 0; i < system.size(); ++i) {
       const RowOrigin& origin = piece.assembly.origin[i];
-      if (origin.joint || origin.kind != RowKind::Friction) continue;
-      const Contact& contact = state_.contacts[origin.index];
-      if (!(contact.static_friction > contact.friction)) continue;
+      if (!may_be_held(origin)) continue;
       const double from = row_velocity(piece.start, i, piece.before);
       if (!(std::abs(from) > state_.config.rest_speed)) continue;
       if (w.empty()) w = row_velocities(system, lambda);
       const double to = w[static_cast<std::size_t>(i)];
       if (!(to * from < 0) || !(std::abs(to) > kSlip * largest_magnitude(system.b))) continue;
-      system.rows[static_cast<std::size_t>(i)].mu = contact.static_friction;
+      system.rows[static_cast<std::size_t>(i)].mu = state_.contacts[origin.index].static_friction;
       held.push_back(i);
     }
     return held.size() > known;

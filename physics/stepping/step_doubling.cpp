@@ -97,8 +97,10 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
   double elapsed = span.from, last_error = kInfinity;
   int tries = 0, in_vain = 0;
   bool gave_up = false;
-  // What rests stays at rest.
-  const bool steady = !has_varying_forces(state, island) && !meets_motion(state, island);
+  // Flight between contacts that do not act is exact unless it passed ground that moves as told; what rests
+  // stays at rest unless its ground moves.
+  const bool flies = !has_varying_forces(state, island) && !meets_prescribed_motion(state, island);
+  const bool stays = flies && !meets_motion(state, island);
   std::vector<double> ends;
   const double most_work = kTryShare * state.config.solve.work_limit;
   const auto parts =
@@ -124,8 +126,7 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
     advance_island(state, island, {}, elapsed, to, whole, &ends);
     const std::vector<double> once = state_of(state, island);
     book_work(whole, result);
-    // Flight between contacts that do not act is exact, unless it passed ground that moves; and so is rest.
-    if (steady && ((whole.report.rows == 0 && whole.impacts == 0) || once == before)) {
+    if ((flies && whole.report.rows == 0 && whole.impacts == 0) || (stays && once == before)) {
       keep(whole, result);
       ++result.inner_steps;
       wanted = std::max(wanted, 4 * length);
