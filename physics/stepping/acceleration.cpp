@@ -117,6 +117,10 @@ struct AccelerationProblem::Scratch {
   std::vector<double> lambda;
   std::vector<InverseMass> bodies;
   std::vector<BilateralForces::Row> rows;
+  // Of the dense elimination.
+  Eigen::MatrixXd matrix;
+  Eigen::VectorXd rhs, solution;
+  Eigen::FullPivLU<Eigen::MatrixXd> lu;
 };
 
 AccelerationProblem::AccelerationProblem(const WorldState& state, const Island& island, IslandResult& result)
@@ -267,8 +271,11 @@ bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, cons
     const Block m = inverse_mass(k);
     return Block{m[0] * force[0], m[1] * force[1], m[2] * force[2]};
   };
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd rhs(n);
+  Eigen::MatrixXd& matrix = scratch_->matrix;
+  Eigen::VectorXd &rhs = scratch_->rhs, &solution = scratch_->solution;
+  matrix.resize(n, n);
+  rhs.resize(n);
+  solution.resize(n);
   for (int j = 0; j < n; ++j) {
     const AccelerationRow& force = *unknowns[static_cast<std::size_t>(j)].force;
     const Block fa = force.a >= 0 ? weighted(force.a, force.Ja) : Block{};
@@ -285,8 +292,8 @@ bool AccelerationProblem::solve_dense(const std::vector<Unknown>& unknowns, cons
     const AccelerationRow& row = *unknowns[static_cast<std::size_t>(j)].row;
     rhs(j) = -(row.bias + along_row(row.a, row.Ja, row.b, row.Jb, free));
   }
-  Eigen::VectorXd solution(n);
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(matrix);
+  Eigen::FullPivLU<Eigen::MatrixXd>& lu = scratch_->lu;
+  lu.compute(matrix);
   ++result_.work.factorisations;
   if (lu.isInvertible()) {
     solution = solution_of(lu, rhs);

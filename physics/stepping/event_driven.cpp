@@ -329,14 +329,16 @@ class EventStep {
     keep_equations(y);
     problem_.derivative(y, forces_, dy);
     ModeForces latest, end;
+    const std::vector<ModeWatch> watched = events_.watches(forces_);
+    StageValues stages;
     RungeKutta method(
         [&](double t, const State& state, State& out) {
           if (is_wild(state) || !problem_.evaluate(mode_, t, state, latest)) return false;
           problem_.derivative(state, latest, out);
+          events_.note_stage(t, watched, latest, stages);
           return true;
         },
         static_cast<int>(6 * island_.bodies.size()));
-    const std::vector<ModeWatch> watched = events_.watches(forces_);
     if (!(inner_step_ > 0)) inner_step_ = 0.2 / rate();
     double accuracy = state_.config.accuracy.value_or(kFinest);
     bool may_be_rough = !state_.config.accuracy;
@@ -353,7 +355,9 @@ class EventStep {
       if (pace.is_too_slow(elapsed_, left, length, work)) return false;
       // What is asked for is the error of a second of motion.
       const double allowed = state_.config.accuracy ? std::max(accuracy * length, kFinest) : accuracy;
+      stages.begin(elapsed_, length);
       const double error = method.attempt(elapsed_, y, dy, length, allowed, kUnit);
+      stages.end();
       if (!(error <= 1)) {
         ++result_.rejected_steps;
         if (may_be_rough && roughness.is_found(length, error)) {
@@ -369,7 +373,7 @@ class EventStep {
       // The continuous output asks for more forces.
       std::swap(end, latest);
       ModeEvent event;
-      if (!events_.find(method, watched, elapsed_, forces_, end, event)) return false;
+      if (!events_.find(method, watched, elapsed_, forces_, end, stages, event)) return false;
       if (state_.observe.paths && !record_path(method)) return false;
       ++result_.inner_steps;
       if (state_.config.accuracy) result_.report.error_estimate += error * allowed;

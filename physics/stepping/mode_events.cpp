@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "physics/joint_rows.h"
 #include "physics/stepping/chain_side.h"
@@ -20,6 +21,9 @@ using State = AccelerationProblem::State;
 
 // Forces that are beyond their bound by less, in large forces of the system, are at it.
 constexpr double kAtBound = 1e-8;
+// What comes back is missed where it is below zero by less: forces in large ones of the system, other things
+// [m, m/s, rad, rad/s].
+constexpr double kNoDip = 1e-10;
 // Corners this near to each other are one, and their points have other names [m].
 constexpr double kPassing = 1e-7;
 // Sine of the turn from a segment to the next below which they have no ridge between them.
@@ -231,25 +235,44 @@ FlightEnd ModeEvents::end_of_flight(double elapsed, double length) const {
   return end;
 }
 
+void ModeEvents::note_stage(double t, const std::vector<ModeWatch>& watched, const ModeForces& forces,
+                            StageValues& stages) const {
+  if (!stages.wants(t)) return;
+  const std::span<double> values = stages.add(t, watched.size());
+  for (std::size_t i = 0; i < watched.size(); ++i) values[i] = value(watched[i], forces);
+}
+
 bool ModeEvents::find(RungeKutta& method, const std::vector<ModeWatch>& watched, double elapsed,
-                      const ModeForces& begin, const ModeForces& end, ModeEvent& event) const {
-  return find_roots(method, watched, begin, end, event) && find_landings(method, elapsed, begin, event);
+                      const ModeForces& begin, const ModeForces& end, const StageValues& stages,
+                      ModeEvent& event) const {
+  return find_roots(method, watched, begin, end, stages, event) &&
+         find_landings(method, elapsed, begin, event);
 }
 
 bool ModeEvents::find_roots(RungeKutta& method, const std::vector<ModeWatch>& watched,
-                            const ModeForces& begin, const ModeForces& end, ModeEvent& event) const {
+                            const ModeForces& begin, const ModeForces& end, const StageValues& stages,
+                            ModeEvent& event) const {
   State y;
   ModeForces forces;
-  for (const ModeWatch& watch : watched) {
-    double high = value(watch, end), low = value(watch, begin);
-    if (!(high < 0)) continue;
-    if (!method.prepare_dense()) return false;
+  for (std::size_t i = 0; i < watched.size(); ++i) {
+    const ModeWatch& watch = watched[i];
+    double high = value(watch, end), low = value(watch, begin), to = event.theta;
     const auto at = [&](double theta) {
+      if (!method.prepare_dense()) return 0.0;
       method.at(theta, y);
       if (!problem_.evaluate(mode_, method.begin() + theta * method.length(), y, forces)) return 0.0;
       return value(watch, forces);
     };
-    if (event.found && (high = at(event.theta)) >= 0) continue;
+    if (low > 0) {
+      const double depth = kNoDip * (is_force(watch) ? begin.scale : 1);
+      if (const std::optional<double> below = stages.dip(i, low, high, to, depth, std::ref(at))) {
+        to = *below;
+        high = at(to);
+      }
+    }
+    if (!(high < 0)) continue;
+    if (!method.prepare_dense()) return false;
+    if (event.found && to == event.theta && (high = at(event.theta)) >= 0) continue;
     double from = 0;
     if (!(low > 0)) {
       // It begins at zero: look for the moment from which on it was positive.
@@ -269,7 +292,7 @@ bool ModeEvents::find_roots(RungeKutta& method, const std::vector<ModeWatch>& wa
         continue;
       }
     }
-    event.theta = falling_root(at, from, low, event.theta, high);
+    event.theta = falling_root(at, from, low, to, high);
     event.watch = watch;
     event.found = true;
   }

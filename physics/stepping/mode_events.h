@@ -8,6 +8,7 @@
 #include "physics/narrowphase/time_of_impact.h"
 #include "physics/stepping/acceleration.h"
 #include "physics/stepping/runge_kutta.h"
+#include "physics/stepping/stage_values.h"
 
 namespace skerry {
 
@@ -41,15 +42,20 @@ class ModeEvents {
   /// What can end the mode. @param forces  of the mode
   std::vector<ModeWatch> watches(const ModeForces& forces) const;
   double value(const ModeWatch& watch, const ModeForces& forces) const;
+  /// Keeps the values at a stage of the inner step, if they may be of use.
+  void note_stage(double t, const std::vector<ModeWatch>& watched, const ModeForces& forces,
+                  StageValues& stages) const;
 
   /// Of bodies on which nothing but their external forces acts. @param length  of the flight at most [s]
   FlightEnd end_of_flight(double elapsed, double length) const;
 
   /// The first event of the inner step that was tried last.
   /// @param begin, end  forces at its two ends
+  /// @param stages  what was watched between them
   /// @return false if there is one that cannot be located
   bool find(RungeKutta& method, const std::vector<ModeWatch>& watched, double elapsed,
-            const ModeForces& begin, const ModeForces& end, ModeEvent& event) const;
+            const ModeForces& begin, const ModeForces& end, const StageValues& stages,
+            ModeEvent& event) const;
 
  private:
   const Contact& contact_at(std::size_t k) const;
@@ -60,7 +66,7 @@ class ModeEvents {
   double open_gap_beside(const Contact& contact, const Transform& a, const Transform& b) const;
   double gap_speed(const Contact& contact, double elapsed, double h, const ModeForces& forces) const;
   bool find_roots(RungeKutta& method, const std::vector<ModeWatch>& watched, const ModeForces& begin,
-                  const ModeForces& end, ModeEvent& event) const;
+                  const ModeForces& end, const StageValues& stages, ModeEvent& event) const;
   bool find_landings(RungeKutta& method, double elapsed, const ModeForces& begin, ModeEvent& event) const;
 
   const WorldState& state_;
