@@ -223,6 +223,15 @@ std::uint64_t text_hash(std::string_view text) {
   return hash.value();
 }
 
+void BodyColors::set(BodyId body, int color) {
+  if (given_.size() <= body.index) given_.resize(body.index + 1, {{}, -1});
+  given_[body.index] = {body, color};
+}
+
+int BodyColors::of(BodyId body) const {
+  return body.index < given_.size() && given_[body.index].body == body ? given_[body.index].color : -1;
+}
+
 const std::vector<std::string>& color_names() {
   // In the order of render::Style::bodies.
   static const std::vector<std::string> names{"sky",  "orange", "green", "vermilion",

@@ -108,13 +108,28 @@ struct TracedPoint {
   friend bool operator==(const TracedPoint&, const TracedPoint&) = default;
 };
 
+/// Colours that a script gave to bodies.
+class BodyColors {
+ public:
+  /// @param color  index into `color_names()`, -1: the usual one
+  void set(BodyId body, int color);
+  int of(BodyId body) const;
+
+ private:
+  struct Given {
+    BodyId body;
+    int color;
+  };
+  std::vector<Given> given_;  // by slot: what takes the place of a body that was removed has not its colour
+};
+
 /// How a script wants to be shown.
 struct Picture {
   std::optional<View> view;
   std::vector<std::string> overlays;    ///< of `show`
   std::optional<double> impulse_scale;  ///< impact arrows [N s / m]
   std::optional<double> force_scale;    ///< arrows of resting forces [N / m]
-  std::vector<int> colors;              ///< by body slot: index into the palette, -1: the usual colour
+  BodyColors colors;
   SelectionText selection;              ///< of `highlight`
   std::vector<TracedPoint> traced;      ///< of `show`; none: the first bodies that move
   double strobe = 0;  ///< traced bodies are shown at multiples of this [s]; 0: only where they are
@@ -132,7 +147,7 @@ std::uint64_t steps_until(double time, double dt);
 /// FNV-1a of a text's bytes.
 std::uint64_t text_hash(std::string_view text);
 
-/// How the bodies can be coloured in a script; the index is what `Picture::colors` holds.
+/// How the bodies can be coloured in a script; the index is what `BodyColors` holds.
 const std::vector<std::string>& color_names();
 
 /// A demo at a moment; made and understood by Demo only.

@@ -40,11 +40,28 @@ void read_velocity(const Args& args, BodyDef& def) {
                                 ": what is static has no velocity and no omega; try type = \"kinematic\"");
 }
 
-/// @param color  index into the palette, -1: the usual colour
-void set_color(Script& script, BodyId body, int color) {
-  std::vector<int>& colors = script.picture.colors;
-  if (colors.size() <= body.index) colors.resize(body.index + 1, -1);
-  colors[body.index] = color;
+/// Index into the palette. @throws std::invalid_argument for a name that is not there
+int to_color(const std::string& name, const std::string& function) {
+  const std::vector<std::string>& names = color_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    throw std::invalid_argument(function + ": no color \"" + name + '"' + suggestion(name, names));
+  return static_cast<int>(found - names.begin());
+}
+
+void of_the_living(const World& world, BodyId body, const char* field) {
+  if (!world.alive(body))
+    throw std::invalid_argument(std::string("body: \"") + field + "\" of a body that was removed");
+}
+
+/// The name of its colour, or nil.
+void push_color(lua_State* L, const Script& script, BodyId body) {
+  of_the_living(*script.world, body, "color");
+  const int color = script.picture.colors.of(body);
+  if (color < 0)
+    lua_pushnil(L);
+  else
+    lua_pushstring(L, color_names()[static_cast<std::size_t>(color)].c_str());
 }
 
 double positive(const Args& args, const char* key, double value) {
@@ -275,7 +292,7 @@ std::vector<std::string> field_names() {
   std::vector<std::string> names;
   for (const Field& field : kFields) names.emplace_back(field.name);
   names.insert(names.end(), filter_fields().begin(), filter_fields().end());
-  for (const char* name : {"type", "name", "alive", "force", "torque", "impulse", "point", "remove"})
+  for (const char* name : {"type", "color", "name", "alive", "force", "torque", "impulse", "point", "remove"})
     names.emplace_back(name);
   return names;
 }
@@ -345,7 +362,7 @@ int body_index(lua_State* L) {
     return 1;
   }
   if (key == "type") {
-    if (!world.alive(body)) throw std::invalid_argument("body: \"type\" of a body that was removed");
+    of_the_living(world, body, "type");
     const std::uint8_t type = static_cast<std::uint8_t>(world.bodies().type[body.index]);
     lua_pushstring(L, type_names()[type].c_str());
     return 1;
@@ -353,6 +370,10 @@ int body_index(lua_State* L) {
   if (key == "name") {
     const std::string_view name = world.name(body);
     lua_pushlstring(L, name.data(), name.size());
+    return 1;
+  }
+  if (key == "color") {
+    push_color(L, script, body);
     return 1;
   }
   if (push_filter_field(L, script, body, key)) return 1;
@@ -370,8 +391,13 @@ int body_newindex(lua_State* L) {
     world.set_type(body, to_type(text_argument(L, 3, "body", key), type_names(), "body"));
     return 0;
   }
+  if (key == "color") {
+    of_the_living(world, body, "color");
+    script.picture.colors.set(body, lua_isnil(L, 3) ? -1 : to_color(text_argument(L, 3, "body", key), "body"));
+    return 0;
+  }
   if (set_filter_field(L, script, body, key, 3)) return 0;
-  std::vector<std::string> settable{"type", "group", "category", "ignores"};
+  std::vector<std::string> settable{"type", "color", "group", "category", "ignores"};
   for (const Field& field : kFields) {
     if (!field.set) continue;
     settable.emplace_back(field.name);
@@ -467,12 +493,7 @@ double read_density(const Args& args, double standard) {
 
 int read_color(const Args& args) {
   const std::optional<std::string> name = args.text("color");
-  if (!name) return -1;
-  const std::vector<std::string>& names = color_names();
-  const auto found = std::find(names.begin(), names.end(), *name);
-  if (found == names.end())
-    throw std::invalid_argument(args.function() + ": no color \"" + *name + '"' + suggestion(*name, names));
-  return static_cast<int>(found - names.begin());
+  return name ? to_color(*name, args.function()) : -1;
 }
 
 const std::vector<std::string>& box_keys() {
@@ -526,7 +547,7 @@ BodyId add_body(lua_State* L, Script& script, const BodyDef& def, std::span<cons
     world.destroy(body);
     throw;
   }
-  set_color(script, body, color);
+  script.picture.colors.set(body, color);
   push_body(L, body);
   return body;
 }

@@ -184,11 +184,7 @@ void read_train(lua_State* L, const Args& args, Train& train) {
 // Wagons stand out from the ground that kinematic bodies look like; they are new bodies once they are let go.
 void color_wagons(Script& script, const Bridge& bridge) {
   constexpr int kYellow = 5;
-  std::vector<int>& colors = script.picture.colors;
-  for (const BodyId wagon : bridge.wagons()) {
-    if (colors.size() <= wagon.index) colors.resize(wagon.index + 1, -1);
-    colors[wagon.index] = kYellow;
-  }
+  for (const BodyId wagon : bridge.wagons()) script.picture.colors.set(wagon, kYellow);
 }
 
 // bridge{ nodes = ..., members = ..., supports = ..., deck = ..., train = ... } -> bridge

@@ -297,10 +297,10 @@ Vec2 shown_point(const OverlayContext& context, const ContactReport& contact, Ve
 
 render::Paint paint_of(const OverlayContext& context, std::size_t body) {
   const BodyArrays& bodies = context.world.bodies();
-  const std::vector<int>& colors = context.demo.picture().colors;
+  const int color = context.demo.picture().colors.of(context.world.body_id(body));
   render::Paint paint = render::body_paint(context.style, 0);
-  if (body < colors.size() && colors[body] >= 0)
-    paint = render::body_paint(context.style, colors[body]);
+  if (color >= 0)
+    paint = render::body_paint(context.style, color);
   else if (bodies.type[body] != BodyType::Dynamic)
     paint = context.style.ground;
   if (context.selection.body && context.selection.body.index == body)

@@ -97,7 +97,7 @@ TEST_F(CompoundScript, PartsHaveTheirOwnMaterialOrThatOfTheWhole) {
     EXPECT_EQ(shape.filter.category, 2u);
     EXPECT_EQ(shape.filter.mask, ~2u);
   }
-  EXPECT_EQ(demo.picture().colors[0], 2);
+  EXPECT_EQ(demo.picture().colors.of(demo.world().body_id(0)), 2);
 }
 
 // A feeler weighs nothing, feels the floor, and is no more than a part of what pushes.

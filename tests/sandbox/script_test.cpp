@@ -193,7 +193,7 @@ TEST_F(Script, ParametersThatCountStayWholeAndOthersDoNot) {
 
 TEST_F(Script, AGroundIsNotPaintedLikeTheBodyWhosePlaceItTakes) {
   const Demo demo = load("local b = disc{ radius = 1, color = 'blue' }\nb:remove()\nground{ y = 0 }");
-  for (const int color : demo.picture().colors) EXPECT_EQ(color, -1);
+  EXPECT_EQ(demo.picture().colors.of(demo.world().body_id(0)), -1);
 }
 
 TEST_F(Script, HighlightsThatBodyWhateverItsNameAndItsNeighbours) {
@@ -378,9 +378,34 @@ TEST_F(Script, AccelerationsAreMeansOfTheLastStep) {
   for (const Check& check : demo.checks())
     EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
   EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.ax = 1"),
-            "arch.lua:3: body: \"ax\" cannot be set; these can: type, group, category, ignores, x, y, angle, "
+            "arch.lua:3: body: \"ax\" cannot be set; these can: type, color, group, category, ignores, x, y, angle, "
             "vx, vy, omega, friction, "
             "static_friction, restitution, rolling_resistance, surface_speed, mass, inertia, gravity_scale");
+}
+
+TEST_F(Script, ColoursChangeWithTheStateAndEndWithTheBody) {
+  Demo demo = load(
+      "b = disc{ radius = 1, color = 'orange' }\nassert(b.color == 'orange')\n"
+      "at(0.1, function() b.color = 'sky' assert(b.color == 'sky') end)\n"
+      "at(0.2, function() b.color = nil assert(b.color == nil) end)\n"
+      "at(0.3, function() b.color = 'green' b:remove() c = disc{ radius = 1 } assert(c.color == nil) end)",
+      {.dt = 0.1});
+  const auto color = [&] { return demo.picture().colors.of(demo.world().body_id(0)); };
+  demo.step();
+  EXPECT_EQ(color(), 1);
+  demo.step();
+  EXPECT_EQ(color(), 0);
+  const DemoState state = demo.save();
+  demo.step();
+  EXPECT_EQ(color(), -1);
+  demo.step();
+  EXPECT_EQ(color(), -1) << "of what took the place of the removed body";
+  demo.restore(state);
+  EXPECT_EQ(color(), 0);
+  EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.color = 'red'"),
+            "arch.lua:3: body: no color \"red\"; did you mean \"grey\"?");
+  EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb:remove() b.color = 'sky'"),
+            "arch.lua:3: body: \"color\" of a body that was removed");
 }
 
 TEST_F(Script, AccelerationsCountImpactsAndAreKeptWithTheState) {
