@@ -130,8 +130,8 @@ struct Picture {
   std::optional<double> impulse_scale;  ///< impact arrows [N s / m]
   std::optional<double> force_scale;    ///< arrows of resting forces [N / m]
   BodyColors colors;
-  SelectionText selection;              ///< of `highlight`
-  std::vector<TracedPoint> traced;      ///< of `show`; none: the first bodies that move
+  SelectionText selection;          ///< of `highlight`
+  std::vector<TracedPoint> traced;  ///< of `show`; none: the first bodies that move
   double strobe = 0;  ///< traced bodies are shown at multiples of this [s]; 0: only where they are
 };
 

@@ -393,7 +393,8 @@ int body_newindex(lua_State* L) {
   }
   if (key == "color") {
     of_the_living(world, body, "color");
-    script.picture.colors.set(body, lua_isnil(L, 3) ? -1 : to_color(text_argument(L, 3, "body", key), "body"));
+    script.picture.colors.set(body,
+                              lua_isnil(L, 3) ? -1 : to_color(text_argument(L, 3, "body", key), "body"));
     return 0;
   }
   if (set_filter_field(L, script, body, key, 3)) return 0;
