@@ -115,7 +115,9 @@ class PieceSolve {
             state_.config.skips.axes ? &contact.cache : nullptr, &(*stats)[from / kContactsAPiece]);
         const bool on_chain = is_on_chain(state_, contact);
         const unsigned found = take_geometry(mid, manifolds[k], on_chain);
-        if (found == kAllPoints || (found == 0 && !on_chain)) continue;
+        if (found == kAllPoints) continue;
+        if (found == 0 && !on_chain && (follow_corner(mid, manifolds[k]) || !are_of_one_body(manifolds[k])))
+          continue;
         for (int i = 0; i < manifolds[k].count; ++i) {
           if ((found >> i & 1u) == 0) carry(contact, on_chain, pose, manifolds[k].points[i]);
         }
@@ -125,14 +127,39 @@ class PieceSolve {
     return true;
   }
 
+  /// The body that a point belongs to, as the corner of it that touches a side of the other one.
+  static bool is_corner_of_a(const ManifoldPoint& point) { return (point.feature >> 16) % 2 == 0; }
+  static bool is_corner_of_b(const ManifoldPoint& point) { return point.feature % 2 == 0; }
+
+  static bool are_of_one_body(const Manifold& manifold) {
+    return std::all_of(manifold.points.begin(), manifold.points.begin() + manifold.count,
+                       [](const ManifoldPoint& p) { return is_corner_of_a(p) != is_corner_of_b(p); });
+  }
+
+  /// Of two corners that met, as at the seam of two tiles, one is on a side of the other body half-way.
+  /// @return false if that is not so
+  static bool follow_corner(const Manifold& mid, Manifold& same) {
+    if (same.count != 1 || !is_corner_of_a(same.points[0]) || !is_corner_of_b(same.points[0])) return false;
+    const ManifoldPoint* nearest = nullptr;
+    for (int j = 0; j < mid.count; ++j) {
+      const ManifoldPoint& now = mid.points[j];
+      const bool follows = now.feature >> 16 == same.points[0].feature >> 16 ||
+                           (now.feature & 0xffffu) == (same.points[0].feature & 0xffffu);
+      if (follows && (nearest == nullptr || now.separation < nearest->separation)) nearest = &now;
+    }
+    if (nearest == nullptr) return false;
+    same.points[0].position = nearest->position;
+    same.normal = mid.normal;
+    return true;
+  }
+
   /// A corner goes with its body, though it leaves the other one by half-way: an arm to where it was would be
   /// wrong by twice as much as one of the beginning. What is round goes with its middle: a disc that is over
   /// the next segment by then has its point below that all the same.
   template <class Pose>
   void carry(const Contact& contact, bool on_chain, const Pose& pose, ManifoldPoint& point) const {
-    const bool corner_of_a = (point.feature >> 16) % 2 == 0, corner_of_b = point.feature % 2 == 0;
-    const bool clear = !on_chain && corner_of_a != corner_of_b;
-    const bool of_b = clear ? corner_of_b : state_.local_index[contact.body_b] >= 0;
+    const bool clear = !on_chain && is_corner_of_a(point) != is_corner_of_b(point);
+    const bool of_b = clear ? is_corner_of_b(point) : state_.local_index[contact.body_b] >= 0;
     const std::uint32_t body = of_b ? contact.body_b : contact.body_a;
     const Transform then = pose_at(state_, body, piece_.elapsed), now = pose(body);
     const bool round = state_.shapes[of_b ? contact.shape_b : contact.shape_a].shape->kind == ShapeKind::Disc;

@@ -2,9 +2,12 @@
 //
 // What slides over floors of boxes side by side, as levels of games are built, meets nothing: not the side of
 // the next box, of which rounding leaves 1e-13 m in the way.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
+#include <vector>
 
 #include "tests/support/draw.h"
 #include "tests/support/worlds.h"
@@ -104,6 +107,120 @@ TEST_P(FlushFaces, DoNotHoldWhatSlidesDownAWallOfThem) {
   }
   EXPECT_NEAR(world.velocity(box).y, -kG * 1.2, 1e-6);
   EXPECT_NEAR(world.position(box).x, 0.3, 1e-9);
+}
+
+/// What moves on one plane, or on two tiles with a seam at `seam`: speeds (at the rim, for omega) after
+/// `until`.
+struct OverASeam {
+  Shape shape;
+  Vec2 position, velocity;
+  double omega, friction, seam;
+};
+
+std::array<double, 3> speeds_over(const OverASeam& scene, bool tiles, const char* stepper, double h,
+                                  double until) {
+  WorldConfig config;
+  config.stepper = stepper;
+  World world(config);
+  const BodyId ground = world.create_body({.type = BodyType::Static});
+  const auto add_floor = [&](double from, double to) {
+    world.add_shape(ground, rough(make_box({to - from, 1}, {0.5 * (from + to), -0.5}), scene.friction));
+  };
+  if (tiles) {
+    add_floor(scene.seam - 4, scene.seam);
+    add_floor(scene.seam, scene.seam + 4);
+  } else {
+    add_floor(-4, 4);
+  }
+  const BodyId body =
+      add(world, scene.position, rough(scene.shape, scene.friction), 1, scene.velocity, scene.omega);
+  while (world.time() < until) world.step(h);
+  return {world.velocity(body).x, world.velocity(body).y, 0.2 * world.omega(body)};
+}
+
+double largest_difference(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
+}
+
+TEST_P(FlushFaces, TurnNoDisc) {
+  for (const double h : {1.0 / 60, 1.0 / 240}) {
+    for (int place = 0; place < 20; ++place) {
+      const double seam = 0.13 + place / 1200.0;
+      const OverASeam slides{make_disc(0.1), {0, 0.1}, {1, 0}, 0, 0, seam};
+      EXPECT_LT(largest_difference(speeds_over(slides, true, GetParam(), h, 0.3), {1, 0, 0}), 1e-10) << seam;
+      const OverASeam rolls{make_disc(0.1), {0, 0.1}, {1, 0}, -10, 0.4, seam};
+      EXPECT_LT(largest_difference(speeds_over(rolls, true, GetParam(), h, 0.3), {1, 0, -2}), 1e-10) << seam;
+    }
+  }
+}
+
+TEST_P(FlushFaces, TripNoCorner) {
+  test::Draw draw(1130);
+  for (int run = 0; run < 60; ++run) {
+    const int corners = 3 + draw.pick(4);
+    const double tilt = draw.uniform(-0.35, 0.35) * 2 * kPi / corners;
+    const double speed = draw.uniform(0.5, 3);
+    std::vector<Vec2> polygon;
+    double low = 0;
+    for (int k = 0; k < corners; ++k) {
+      polygon.push_back(rotate(Rot::from_angle(2 * kPi * k / corners - 0.5 * kPi + tilt), {0.2, 0}));
+      low = std::min(low, polygon.back().y);
+    }
+    const OverASeam scene{make_polygon(polygon), {0, -low}, {speed, 0},
+                          draw.uniform(-1, 1),   0,         draw.uniform(0.05, 0.3)};
+    const double h = 1.0 / 240, until = 0.3 / speed;
+    EXPECT_LT(largest_difference(speeds_over(scene, true, GetParam(), h, until),
+                                 speeds_over(scene, false, GetParam(), h, until)),
+              1e-3)
+        << "run " << run;
+  }
+}
+
+/// Of the two corners of a side that comes down, the one that is at the seam counts, not the one far behind
+/// it.
+TEST_P(FlushFaces, AreNotStruckByACornerThatIsFarAway) {
+  std::vector<Vec2> polygon;
+  for (int k = 0; k < 6; ++k)
+    polygon.push_back(rotate(Rot::from_angle(kPi * k / 3 - 0.5 * kPi + 0.3139), {0.2, 0}));
+  double low = 0;
+  for (const Vec2 corner : polygon) low = std::min(low, corner.y);
+  const OverASeam scene{make_polygon(polygon), {0, -low}, {1.9746, 0}, -0.4429, 0, 0.2140};
+  const double h = 1.0 / 60, until = 0.3 / 1.9746;
+  EXPECT_LT(largest_difference(speeds_over(scene, true, GetParam(), h, until),
+                               speeds_over(scene, false, GetParam(), h, until)),
+            1e-2);
+}
+
+TEST_P(FlushFaces, ABlockThatSlidesHasNoImpactsAndKeepsFlat) {
+  test::Draw draw(1131);
+  for (int run = 0; run < 20; ++run) {
+    WorldConfig config;
+    config.stepper = GetParam();
+    World world(config);
+    const double tile = draw.uniform(0.4, 1.2), half = draw.uniform(0.3, 0.8),
+                 friction = draw.uniform(0.05, 0.6);
+    const auto surface = [&](const Shape& shape) { return rough(shape, friction); };
+    for (int i = -4; i < 12; ++i) {
+      const BodyId body = world.create_body({.type = BodyType::Static, .position = {(i + 0.3) * tile, -0.2}});
+      world.add_shape(body, surface(make_box({tile, 0.4})));
+    }
+    // Of two halves on the tiles, or in one piece.
+    const BodyId block = world.create_body({.position = {0, 0.1}, .velocity = {draw.uniform(1, 4), 0}});
+    if (run % 4 < 2) {
+      world.add_shape(block, surface(make_box({2 * half, 0.2})));
+    } else {
+      world.add_shape(block, surface(make_box({half, 0.2}, {-0.5 * half, 0})));
+      world.add_shape(block, surface(make_box({half, 0.2}, {0.5 * half, 0})));
+    }
+    int impacts = 0;
+    while (world.velocity(block).x > 0.2 && world.time() < 1) {
+      const double before = world.velocity(block).x;
+      impacts += world.step(1.0 / 240).impacts;
+      EXPECT_NEAR(before - world.velocity(block).x, friction * kG / 240, 1e-9) << "run " << run;
+    }
+    EXPECT_EQ(impacts, 0) << "run " << run;
+    EXPECT_NEAR(world.angle(block), 0, 1e-9) << "run " << run;
+  }
 }
 
 TEST_P(FlushFaces, AStepOfAMicrometreIsOne) {
