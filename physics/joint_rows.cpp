@@ -133,7 +133,8 @@ class Rows {
   }
 
   void motor(const Coordinate& c) {
-    if (!def_.motor_speed) return;
+    // One without a force does nothing.
+    if (!def_.motor_speed || !(def_.motor_limit > 0)) return;
     // One that has come to a limit holds there.
     if (stalled_) return hold(c, *def_.motor_speed > 0 ? *def_.upper : *def_.lower);
     JointRow& row = add(JointRowKind::Motor, c, c.value);

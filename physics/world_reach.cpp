@@ -156,8 +156,9 @@ PairLook Step::look_at(const Pair& pair) const {
   look.alike = fly_alike(a, b);
   const Aabb &box_a = s_.start_box[pair.low], &box_b = s_.start_box[pair.high];
   const Vec2 from = 0.5 * (box_b.lower + box_b.upper) - 0.5 * (box_a.lower + box_a.upper);
-  const Vec2 half_a = 0.5 * (box_a.upper - box_a.lower), half_b = 0.5 * (box_b.upper - box_b.lower);
-  look.gap = std::max(std::abs(from.x) - half_a.x - half_b.x, std::abs(from.y) - half_a.y - half_b.y);
+  // From side to side: the middle of a half-plane's box is known to a tenth of a millimetre only.
+  const Vec2 above = box_b.lower - box_a.upper, below = box_a.lower - box_b.upper;
+  look.gap = std::max({above.x, below.x, above.y, below.y});
   // How pairs that touch move does not matter.
   look.nearest = std::min(look.gap, 0.0);
   const bool in_frame =
@@ -181,8 +182,8 @@ PairLook Step::look_at(const Pair& pair) const {
   }
   const RelativeWay r = relative_way(s_, a, b, h_);
   const Range x = range_of(r.v.x, r.a.x, h_), y = range_of(r.v.y, r.a.y, h_);
-  look.nearest =
-      std::max(least_gap(from.x, half_a.x + half_b.x, x), least_gap(from.y, half_a.y + half_b.y, y));
+  look.nearest = std::max(from.x > 0 ? above.x + x.low : below.x - x.high,
+                          from.y > 0 ? above.y + y.low : below.y - y.high);
   if (slanted.known()) {
     const double sign = a_large ? 1 : -1;
     const auto nearest = [&](std::size_t k) { return slanted.least_gap(k, sign * r.v, sign * r.a, h_); };

@@ -103,10 +103,10 @@ bool is_kinematic(const WorldState& state, std::uint32_t body) {
   return body != BodyId::kNone && state.bodies.type[body] == BodyType::Kinematic;
 }
 
-/// True if what the contact is with may bring energy: a kinematic body or a conveyor.
+/// True if what the contact is with may bring energy: a body that moves as it is told, or a conveyor.
 bool ground_moves(const WorldState& state, const Contact& contact) {
-  return contact.surface_velocity != 0 || is_kinematic(state, contact.body_a) ||
-         is_kinematic(state, contact.body_b);
+  return contact.surface_velocity != 0 || moves_as_told(state, contact.body_a) ||
+         moves_as_told(state, contact.body_b);
 }
 
 bool ground_moves(const WorldState& state, const Island& island) {
@@ -119,9 +119,7 @@ bool ground_takes_along(const WorldState& state, const Island& island) {
   return any_of(state.island_threads, island.contacts.size(), kContactsAPiece,
                 [&](std::size_t k) {
                   const Contact& contact = state.contacts[island.contacts[k]];
-                  const bool moves = contact.surface_velocity != 0 || moves_as_told(state, contact.body_a) ||
-                                     moves_as_told(state, contact.body_b);
-                  return moves && (pushes(contact) || touches(state, contact));
+                  return ground_moves(state, contact) && (pushes(contact) || touches(state, contact));
                 }) ||
          any_of(state.island_threads, island.joints.size(), kContactsAPiece, [&](std::size_t k) {
            const std::uint32_t slot = island.joints[k];

@@ -201,5 +201,32 @@ TEST_P(MissedContacts, WithSidesOfAChainFromBeyondTheirEnds) {
   EXPECT_EQ(missed, 0);
 }
 
+/// A scene in millimetres, with tolerances to match: a half-plane has no middle that is known so well.
+TEST(MissedContacts, ATinyDiscRollsOnAHalfPlane) {
+  Draw draw(1134);
+  for (const char* stepper : {"time_stepping", "event_driven"}) {
+    for (int run = 0; run < 50; ++run) {
+      const double unit = 1.0 / 1024;
+      WorldConfig config;
+      config.stepper = stepper;
+      config.gravity = {0, -9.81 * unit};
+      config.contact_margin = 0.005 * unit;
+      config.touch_tolerance = 1e-9 * unit;
+      config.rest_speed = 1e-6 * unit;
+      World world(config);
+      const BodyId ground = world.create_body({.type = BodyType::Static});
+      world.add_shape(ground, {.shape = make_half_plane({0, 0}, {0, 1})});
+      const double radius = draw.uniform(0.0958, 0.0972) * unit;
+      const BodyId disc =
+          world.create_body({.position = {0, radius}, .velocity = {draw.uniform(1.0, 1.3) * unit, 0}});
+      world.add_shape(disc, {.shape = make_disc(radius)});
+      for (int step = 0; step < 10; ++step) {
+        world.step(kStep);
+        EXPECT_NEAR(world.position(disc).y, radius, 1e-9 * unit) << stepper << ", run " << run;
+      }
+    }
+  }
+}
+
 }  // namespace missed_contacts_test
 }  // namespace skerry
