@@ -17,6 +17,8 @@ using Block = std::array<double, 3>;
 
 // Up to here a dense factorisation with full pivoting costs less than the sparse one does.
 constexpr int kDenseRows = 24;
+// Points nearer to each other than this are at one place [m].
+constexpr double kOnePlace = 1e-6;
 
 double product(const Block& x, const Block& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
@@ -417,12 +419,20 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
     }
     unknowns.push_back(normal);
   }
-  // Two points hold the angle already; resistance to rolling takes over when one of them parts.
+  // Two points of a pair of bodies, of one contact or several, hold the angle already; resistance to rolling
+  // takes over when one of them parts.
   const auto holds = [&](const Grip& grip) {
-    int closed = 0;
-    for (int i = 0; i < grip.count; ++i)
-      closed += mode.points[static_cast<std::size_t>(grip.points[static_cast<std::size_t>(i)])].closed;
-    return closed == 1 || (closed > 1 && !grip.rolling);
+    const auto is_closed = [&](int p) { return mode.points[static_cast<std::size_t>(p)].closed; };
+    if (std::none_of(grip.points.begin(), grip.points.begin() + grip.count, is_closed)) return false;
+    if (!grip.rolling) return true;
+    const AccelerationRow& own = g.grips[static_cast<std::size_t>(&grip - mode.grips.data())];
+    std::optional<Vec2> first;
+    for (std::size_t p = 0; p < mode.points.size(); ++p) {
+      if (!mode.points[p].closed || g.normals[p].a != own.a || g.normals[p].b != own.b) continue;
+      if (!first) first = out.points[p].position;
+      if (length(out.points[p].position - *first) > kOnePlace) return false;
+    }
+    return true;
   };
   for (std::size_t k = 0; k < mode.grips.size(); ++k) {
     if (mode.grips[k].sign != 0 || !holds(mode.grips[k])) continue;

@@ -67,6 +67,8 @@ constexpr double kJoined = 1e-8;
 constexpr double kFarthest = 1e100;
 // Share of a step that is no time.
 constexpr double kNothingLeft = 1e-14;
+// Share of a step after which it shows what takes over a load, and the speed below which a point rests [m/s].
+constexpr double kAhead = 1e-4, kRests = 1e-8;
 
 bool is_wild(const State& state) {
   return std::any_of(state.begin(), state.end(), [](double y) { return !(std::abs(y) < kFarthest); });
@@ -142,6 +144,13 @@ class EventStep {
     }
   }
 
+  ~EventStep() {
+    // Who comes next knows nothing of this mode.
+    for (const std::uint32_t slot : island_.joints) state_.held_rows[slot] = 0;
+  }
+  EventStep(const EventStep&) = delete;
+  EventStep& operator=(const EventStep&) = delete;
+
   /// @param most_events  impacts and changes of the mode together
   /// @return false if the step has to be made in another way
   bool run(int most_events) {
@@ -154,9 +163,10 @@ class EventStep {
       if (result_.work.visits + result_.thrown_away.visits > limit_) return false;
       if (elapsed_ == until()) pass_break();
       if (!keep_mode_) {
+        const double ahead = std::exchange(ahead_, 0);
         if (fly_in_turn()) continue;
         if (!impacts()) return false;
-        if (!choose_mode(state_, island_, problem_, elapsed_, onsets_, mode_, forces_)) return false;
+        if (!choose_mode(state_, island_, problem_, elapsed_, onsets_, ahead, mode_, forces_)) return false;
         onsets_.clear();
         forces_known_ = !mode_.free();
         if (rest()) return true;
@@ -388,6 +398,7 @@ class EventStep {
         change_mode(event, watched);
         store_forces(state_, island_, h_, mode_, forces_, at_event);
         arrive();
+        pass_load_on(event.watch);
         ++changes_;
         return true;
       }
@@ -471,6 +482,29 @@ class EventStep {
     }
   }
 
+  /// A point that was left open where others carried its share, as at the next tile of a floor, may carry
+  /// from now on what the one that was released carried.
+  void pass_load_on(const ModeWatch& watch) {
+    if (!keep_mode_ || watch.kind != MotionEventKind::Release) return;
+    const ModePoint& released = mode_.points[watch.index];
+    const auto rests_beside = [&](std::size_t k, const ManifoldPoint& point) {
+      const bool known = std::any_of(mode_.points.begin(), mode_.points.end(), [&](const ModePoint& p) {
+        return p.contact == k && p.feature == point.feature && (p.closed || &p == &released);
+      });
+      return !known && is_touching(state_, point) &&
+             std::abs(normal_velocity(state_, contact_at(k), point.position, elapsed_)) < kRests;
+    };
+    for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
+      const Manifold& manifold = contact_at(k).manifold;
+      if (std::none_of(manifold.points.begin(), manifold.points.begin() + manifold.count,
+                       [&](const ManifoldPoint& point) { return rests_beside(k, point); }))
+        continue;
+      keep_mode_ = false;
+      ahead_ = kAhead * h_;
+      return;
+    }
+  }
+
   /// True if the motion does not depend on how much a grip carries that has reached its bound.
   bool others_hold(std::size_t k) const {
     constexpr double kLess = 0.9, kNothing = 1e-9;
@@ -524,8 +558,20 @@ class EventStep {
     }
   }
 
+  /// Limits that carry hold both ways: the speed that integration leaves there must not let go of them.
+  void note_held_limits() {
+    for (const std::uint32_t slot : island_.joints) state_.held_rows[slot] = 0;
+    if (mode_.free()) return;
+    for (std::size_t i = 0; i < mode_.rows.size(); ++i) {
+      const ModeRow& row = mode_.rows[i];
+      if (row.kind == JointRowKind::Limit && row.state == JointRowState::Holds && forces_.row_force[i] > 0)
+        state_.held_rows[island_.joints[row.joint]] |= static_cast<std::uint8_t>(1u << row.row);
+    }
+  }
+
   /// Brings manifolds to the new poses and takes out what the integration left of drift.
   void arrive() {
+    note_held_limits();
     result_.manifolds_reused += update_manifolds(state_, island_, elapsed_, result_.narrow);
     Spare<Assembly> rows;
     const bool hold = project_positions(state_, island_, elapsed_, result_, *rows);
@@ -550,6 +596,7 @@ class EventStep {
   bool forces_known_ = false;  ///< `forces_` are those of the mode and the present state
   double elapsed_ = 0;         ///< since the beginning of the step [s]
   double inner_step_ = 0;      ///< that error control wants next, 0: not known yet [s]
+  double ahead_ = 0;           ///< by which the next mode is decided later [s]
   double path_work_ = 0;       ///< for the paths alone
   int inner_steps_ = 0;
   int changes_ = 0;         ///< of the mode

@@ -27,17 +27,21 @@ std::optional<ContactKinematics> point_kinematics(const WorldState& state, const
 class ModeChoice {
  public:
   ModeChoice(const WorldState& state, const Island& island, const AccelerationProblem& problem,
-             double elapsed, const std::vector<Onset>& onsets, ContactMode& mode, ModeForces& forces)
+             double elapsed, const std::vector<Onset>& onsets, double ahead, ContactMode& mode,
+             ModeForces& forces)
       : state_(state),
         island_(island),
         problem_(problem),
         elapsed_(elapsed),
         onsets_(onsets),
+        ahead_(ahead),
         mode_(mode),
         forces_(forces),
         still_(1e-11 * (1 + speed_bound(state, island))) {}
 
   bool choose() {
+    // The accelerations of the mode before.
+    if (ahead_ > 0) accelerations_ = forces_.acceleration;
     mode_ = {};
     const State y = problem_.gather(mode_);
     for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
@@ -45,10 +49,22 @@ class ModeChoice {
     }
     for (std::size_t j = 0; j < island_.joints.size(); ++j) add_rows(j, y);
     if (mode_.points.empty() && mode_.free()) return true;
-    return problem_.choose(mode_, elapsed_, problem_.gather(mode_)) && is_consistent();
+    return problem_.choose(mode_, elapsed_ + ahead_, state_ahead()) && is_consistent();
   }
 
  private:
+  State state_ahead() const {
+    State y = problem_.gather(mode_);
+    for (std::size_t k = 0; k < accelerations_.size(); ++k) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double &place = y[6 * k + c], &speed = y[6 * k + 3 + c];
+        place += ahead_ * (speed + 0.5 * ahead_ * accelerations_[k][c]);
+        speed += ahead_ * accelerations_[k][c];
+      }
+    }
+    return y;
+  }
+
   /// Points of a contact that touch and do not part, with their friction. @return false if its geometry is
   /// not what the manifold says
   bool add_contact(std::size_t k, const State& y) {
@@ -63,6 +79,8 @@ class ModeChoice {
       const std::optional<ContactKinematics> kinematics =
           point_kinematics(state_, problem_, contact, i, elapsed_, y, features);
       if (features && features->past) continue;
+      // Of two corners that have passed each other by a hair nothing is left.
+      if (!kinematics && normal_velocity(state_, contact, point.position, elapsed_) > still_) continue;
       if (!kinematics || std::abs(kinematics->gap - point.separation) > 1e-6) return false;
       if (kinematics->gap_rate > still_) continue;
       mode_.points.push_back({k, i, point.feature, *features, false});
@@ -171,6 +189,8 @@ class ModeChoice {
   const AccelerationProblem& problem_;
   const double elapsed_;
   const std::vector<Onset>& onsets_;
+  const double ahead_;
+  std::vector<std::array<double, 3>> accelerations_;
   ContactMode& mode_;
   ModeForces& forces_;
   const double still_;  ///< slower than this is not moving [m/s]
@@ -202,8 +222,9 @@ double free_gap_acceleration(const WorldState& state, const AccelerationProblem&
 }
 
 bool choose_mode(const WorldState& state, const Island& island, const AccelerationProblem& problem,
-                 double elapsed, const std::vector<Onset>& onsets, ContactMode& mode, ModeForces& forces) {
-  return ModeChoice(state, island, problem, elapsed, onsets, mode, forces).choose();
+                 double elapsed, const std::vector<Onset>& onsets, double ahead, ContactMode& mode,
+                 ModeForces& forces) {
+  return ModeChoice(state, island, problem, elapsed, onsets, ahead, mode, forces).choose();
 }
 
 }  // namespace skerry

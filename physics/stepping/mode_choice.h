@@ -30,9 +30,12 @@ double free_gap_acceleration(const WorldState& state, const AccelerationProblem&
 /// with their speed; then checks that the forces are of the kind that the mode assumes.
 /// @param elapsed  since the beginning of the step [s]; the bodies are where they are then
 /// @param onsets   grips that let go since the last choice
+/// @param ahead    what closes is decided this much later [s], where the bodies would be by the accelerations
+///                 in `forces`: where a load passes from one point to the next, both are at zero now
 /// @param forces   of the mode, unless that is free
 /// @return false if there is no such mode, or none that can be followed
 bool choose_mode(const WorldState& state, const Island& island, const AccelerationProblem& problem,
-                 double elapsed, const std::vector<Onset>& onsets, ContactMode& mode, ModeForces& forces);
+                 double elapsed, const std::vector<Onset>& onsets, double ahead, ContactMode& mode,
+                 ModeForces& forces);
 
 }  // namespace skerry

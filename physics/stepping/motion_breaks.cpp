@@ -3,8 +3,11 @@
 
 #include <algorithm>
 
+#include "physics/spare.h"
 #include "physics/stepping/island_rows.h"
 #include "physics/stepping/one_piece.h"
+#include "physics/stepping/one_piece_joints.h"
+#include "physics/stepping/projection.h"
 #include "physics/stepping/time_stepping.h"
 #include "physics/world_state.h"
 
@@ -13,6 +16,8 @@ namespace {
 
 // Share of the time before a break that is left out on each side of it, and by which breaks are one.
 constexpr double kLeftOut = 1e-13, kOne = 1e-9;
+// Joints that are off by less of the smaller body's size have not jumped.
+constexpr double kJoined = 1e-8;
 
 double later(double t) {
   return t * (1 + kLeftOut);
@@ -62,7 +67,12 @@ bool begins_span(const WorldState& state, const Island& island, double elapsed) 
 }
 
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result) {
-  if (span.from > 0) result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
+  if (!(span.from > 0)) return;
+  result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
+  if (island.joints.empty() || !joints_are_off(state, island, span.from, kJoined)) return;
+  Spare<Assembly> rows;
+  project_positions(state, island, span.from, result, *rows);
+  result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
 }
 
 bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,

@@ -24,7 +24,8 @@ std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& isla
 /// Whether a span begins there: then velocities may be other ones than joints allow, and bodies in others.
 bool begins_span(const WorldState& state, const Island& island, double elapsed);
 
-/// What is to be done where a span begins that is not the first: manifolds are those of the ground there.
+/// What is to be done where a span begins that is not the first: what jumped takes along what is joined to
+/// it, whose motion that does not change, and manifolds are those of the ground there.
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result);
 
 /// A step of time_stepping with breaks. @return false, and nothing has happened, where there are none

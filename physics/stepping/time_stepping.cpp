@@ -422,18 +422,18 @@ class IslandStep {
   }
 
   /// Notes the limits and motors that hold what they are at in the piece that begins where the bodies are.
-  /// @param whole  it is not cut
+  /// @param by_limits  only limits that were reached, not any that carry  @param whole  it is not cut
   void note_held_rows(bool by_limits, bool whole) {
+    const std::uint8_t any = most_limits(state_, island_) > 0 ? 0xff : 0;
     share_each(state_.island_threads, limits_.size(), kContactsAPiece, [&](std::size_t k) {
-      const std::uint32_t slot = island_.joints[k];
-      state_.held_rows[slot] =
-          held_rows_of(state_, state_.joints[slot], elapsed_, by_limits ? limits_[k] : 0, whole);
+      const JointRecord& joint = state_.joints[island_.joints[k]];
+      const std::uint8_t reached = by_limits ? limits_[k] : any;
+      state_.held_rows[island_.joints[k]] = held_rows_of(state_, joint, elapsed_, reached, whole);
     });
   }
 
   void choose_limits(bool by_limits) {
-    if (!by_limits) return;
-    for (std::size_t k = 0; k < limits_.size(); ++k)
+    for (std::size_t k = 0; by_limits && k < limits_.size(); ++k)
       limits_[k] = reached_limits(state_, state_.joints[island_.joints[k]], elapsed_);
   }
 

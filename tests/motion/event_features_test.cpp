@@ -86,6 +86,24 @@ TEST(EventFeatures, TwoPointsHoldWhatResistsRolling) {
   }
 }
 
+/// Two halves of a box have a contact each, of which one may carry nothing but at one corner.
+TEST(EventFeatures, TwoContactsHoldWhatResistsRolling) {
+  for (const double resistance : {1e-3, 0.02, 0.1}) {
+    World world(by_events());
+    const auto surface = [&](const Shape& shape) {
+      ShapeDef def = rough(shape, 0.3);
+      def.material.rolling_resistance = resistance;
+      return def;
+    };
+    world.add_shape(world.create_body({.type = BodyType::Static}), surface(make_half_plane({0, 0}, {0, 1})));
+    const BodyId body = world.create_body({.position = {0, 0.1}, .velocity = {2, 0}});
+    for (const double x : {-0.1, 0.1}) world.add_shape(body, surface(make_box({0.2, 0.2}, {x, 0})));
+    EXPECT_EQ(fallbacks(world, 60, 1), 0) << resistance;
+    EXPECT_NEAR(world.position(body).x, 2 * 2 / (2 * 0.3 * 9.81), 1e-9) << resistance;
+    EXPECT_NEAR(world.angle(body), 0, 1e-12) << resistance;
+  }
+}
+
 /// Where sixty contacts of a cluster closed at once, each a millionth of the time before the one before, the
 /// time that was left had no millionth, and the search for the next one no end.
 TEST(EventFeatures, ATimeWithoutParts) {

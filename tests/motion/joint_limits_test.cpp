@@ -2,11 +2,14 @@
 //
 // Limits that are reached, ropes that become taut and motors that get to their speed within a step: each at a
 // moment of its own, and nothing of it depends on where steps begin.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -28,6 +31,66 @@ class JointLimits : public testing::TestWithParam<const char*> {
 };
 INSTANTIATE_TEST_SUITE_P(By, JointLimits, testing::Values("time_stepping", "event_driven"),
                          [](const auto& test) { return std::string(test.param); });
+
+/// A ball that falls into two slack ropes hangs still in the end, and each step of it is one piece.
+TEST_P(JointLimits, OfTwoRopesBringABallToRest) {
+  test::Draw draw(1132);
+  for (int run = 0; run < 40; ++run) {
+    World world = make({0, -9.81});
+    const BodyId ball = add(world, {0, 0}, smooth(make_disc(0.1)));
+    for (const double side : {-1, 1}) {
+      const double angle = side * draw.uniform(0.3, 1.2), length = draw.uniform(0.4, 0.8);
+      world.create_joint({.kind = JointKind::Rope,
+                          .b = ball,
+                          .anchor_a = {length * std::sin(angle), length * std::cos(angle)},
+                          .length = length * draw.uniform(1, 1.1)});
+    }
+    int most = 0;
+    while (world.time() < 2) {
+      const StepReport& report = world.step(kStep);
+      if (world.time() > 1.5) most = std::max(most, report.substeps + report.fallbacks);
+    }
+    EXPECT_LE(most, 2) << "run " << run;
+  }
+}
+
+/// Ropes that are taut stay so, whatever rounding leaves of speed along them.
+TEST_P(JointLimits, OfRopesUnderLoadDoNotLetGo) {
+  test::Draw draw(1133);
+  for (int run = 0; run < 40; ++run) {
+    World world = make({0, -9.81});
+    const double h = 1.0 / (60 << draw.pick(5)), way = draw.uniform(0.02, 0.05), omega = draw.uniform(3, 6);
+    BodyId above = world.create_body({.type = BodyType::Kinematic});
+    world.set_motion(above, [=](double t) { return Placement{{way * (1 - std::cos(omega * t)), 0}, 0}; });
+    Vec2 from{0, 0};
+    for (int k = 0; k < 2; ++k) {
+      const double angle = draw.uniform(-0.2, 0.2), length = draw.uniform(0.3, 0.8);
+      const Vec2 at = from + length * Vec2{std::sin(angle), -std::cos(angle)};
+      const BodyId ball = add(world, at, smooth(make_disc(0.05)), draw.uniform(0.5, 2));
+      world.create_joint({.kind = JointKind::Rope, .a = above, .b = ball, .anchor_a = from, .anchor_b = at});
+      above = ball;
+      from = at;
+    }
+    int events = 0;
+    while (world.time() < 2) events += world.step(h).events_found;
+    EXPECT_EQ(events, 0) << "run " << run;
+  }
+}
+
+/// A motor that is switched off is none.
+TEST_P(JointLimits, AMotorWithoutForceDoesNothing) {
+  const auto angle = [](std::optional<double> motor) {
+    World world = make({0, -9.81});
+    const BodyId bob = add(world, {1, 0}, smooth(make_disc(0.1)));
+    world.create_joint(
+        {.kind = JointKind::Revolute, .b = bob, .motor_speed = motor, .motor_limit = motor ? 0 : kInfinity});
+    int fallbacks = 0;
+    while (world.time() < 2) fallbacks += world.step(kStep).fallbacks;
+    EXPECT_EQ(fallbacks, 0);
+    return world.angle(bob);
+  };
+  EXPECT_EQ(angle(-1), angle({}));
+}
 
 /// A bar that turns freely about its middle stops where its limit is, and turns on until then.
 TEST_P(JointLimits, OfAHingeStopABarWhereTheyAre) {

@@ -184,6 +184,25 @@ TEST_P(MotionBreaks, WhatHangsOnWhatJumpsIsTakenAlong) {
   }
 }
 
+/// What lifts it takes nothing of its speed.
+TEST_P(MotionBreaks, ABarSwingsOnOnAHingeThatJumps) {
+  const auto turns = [](double up) {
+    World world = make();
+    const double start = 15.3 * kStep;
+    const BodyId carrier = world.create_body({.type = BodyType::Kinematic});
+    const BodyId bar = add(world, {0.5, 0}, rough(make_box({1, 0.1}), 0), 1);
+    world.create_joint({.kind = JointKind::Revolute, .a = carrier, .b = bar});
+    world.set_motion(carrier, [=](double t) { return Placement{{0, t < start ? 0.0 : up}, 0}; });
+    for (int i = 0; i < 16; ++i) world.step(kStep);
+    EXPECT_NEAR(length(world.position(bar) - Vec2{0, up}), 0.5, 1e-9);
+    return world.omega(bar);
+  };
+  const double without = turns(0);
+  EXPECT_LT(without, -3);
+  for (const double up : {-0.05, -0.01, 0.01, 0.05})
+    EXPECT_NEAR(turns(up), without, 0.2 * std::abs(up * without)) << up;
+}
+
 TEST_P(MotionBreaks, ABarGoesOnTurningAboutAHingeThatStops) {
   // Its hinge takes what goes along the arm: w = V r m / (I + m r^2), for ever.
   const double speed = 5, stop = 3.3 * kStep;
