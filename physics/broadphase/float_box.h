@@ -8,6 +8,7 @@
 #include <cfloat>
 #include <cstdint>
 
+#include "physics/cpu.h"
 #include "physics/math.h"
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <immintrin.h>
@@ -136,7 +137,7 @@ class FloatLimits {
 /// True if the processor can compare four boxes in one instruction; functions that do so are compiled for it
 /// and called only then.
 inline bool has_wide_tests() {
-  return __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("bmi2");
+  return cpu_has_avx512() && __builtin_cpu_supports("bmi2");
 }
 /// A bit a box from four bits a box, all of which have to be set.
 __attribute__((target("avx512f,avx512vl,bmi2,popcnt"))) inline std::uint32_t all_of_four(__mmask16 bits) {

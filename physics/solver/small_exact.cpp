@@ -52,16 +52,6 @@ SKERRY_AVX512 void solve_eight_avx512(const Topology& t, EightIslands& n) {
   solve_side_by_side(t, n.eight);
 }
 
-bool cpu_has_avx512() {
-#if defined(__x86_64__)
-  static const bool has = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                          __builtin_cpu_supports("avx512vl");
-  return has;
-#else
-  return false;
-#endif
-}
-
 void begin_answer(std::size_t rows, double residual, Solution& solution) {
   solution.status = SolveStatus::Solved;
   solution.method = "small_exact";
