@@ -79,8 +79,8 @@ bool StageValues::wants(double t) const {
 
 std::span<double> StageValues::add(double t, std::size_t functions) {
   const Stage stage{(t - from_) / length_, values_.size()};
-  const auto later = std::find_if(stages_.begin(), stages_.end(),
-                                  [&](const Stage& one) { return one.theta > stage.theta; });
+  const auto later =
+      std::find_if(stages_.begin(), stages_.end(), [&](const Stage& one) { return one.theta > stage.theta; });
   stages_.insert(later, stage);
   values_.resize(values_.size() + functions);
   return {values_.data() + stage.values, functions};
