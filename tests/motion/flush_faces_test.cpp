@@ -180,6 +180,7 @@ TEST_P(FlushFaces, TripNoCorner) {
 /// it.
 TEST_P(FlushFaces, AreNotStruckByACornerThatIsFarAway) {
   std::vector<Vec2> polygon;
+  polygon.reserve(6);
   for (int k = 0; k < 6; ++k)
     polygon.push_back(rotate(Rot::from_angle(kPi * k / 3 - 0.5 * kPi + 0.3139), {0.2, 0}));
   double low = 0;

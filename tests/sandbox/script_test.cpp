@@ -378,7 +378,8 @@ TEST_F(Script, AccelerationsAreMeansOfTheLastStep) {
   for (const Check& check : demo.checks())
     EXPECT_EQ(check.state, CheckState::Holds) << check.what << ' ' << check.value;
   EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb.ax = 1"),
-            "arch.lua:3: body: \"ax\" cannot be set; these can: type, color, group, category, ignores, x, y, angle, "
+            "arch.lua:3: body: \"ax\" cannot be set; these can: type, color, group, category, ignores, x, y, "
+            "angle, "
             "vx, vy, omega, friction, "
             "static_friction, restitution, rolling_resistance, surface_speed, mass, inertia, gravity_scale");
 }
