@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::size_t kMostIntervals = 400;  // per axis: more cannot be told apart
 constexpr std::size_t kMostCells = 6000;
-constexpr double kEndless = 1e9;  // the box of a half-plane is larger [m]
+constexpr double kMostInk = 0.25;  // mean share of the structure's colours over the scene
+constexpr double kEndless = 1e9;   // the box of a half-plane is larger [m]
 
 bool endless(const Aabb& box) {
   return box.upper.x - box.lower.x > kEndless || box.upper.y - box.lower.y > kEndless;
@@ -65,6 +66,25 @@ void draw_box(render::DrawLayer& layer, const Aabb& box, render::Color fill, ren
                                    {box.upper.x, box.upper.y},
                                    {box.lower.x, box.upper.y}};
   layer.polygon(corners, 4, fill, outline, 0, width);
+}
+
+/// How much of its colour a cell has inside. @param most  boxes that the fullest one has
+double fill_of(const Cell& cell, int most) {
+  return endless(cell.box) ? 0 : 0.04 + 0.16 * cell.count / most;
+}
+
+/// What is to be left of the fills: where boxes lie in boxes, as those of a tree, they would hide the scene.
+double thinned(const std::vector<Cell>& cells, int most) {
+  double inked = 0;
+  Aabb all{{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
+  for (const Cell& cell : cells) {
+    if (endless(cell.box)) continue;
+    const Vec2 size = cell.box.upper - cell.box.lower;
+    inked += size.x * size.y * fill_of(cell, most);
+    all = united(all, cell.box);
+  }
+  const Vec2 size = all.upper - all.lower;
+  return inked > 0 ? std::min(1.0, kMostInk * size.x * size.y / inked) : 1;
 }
 
 /// Intervals in lanes: each in the first lane whose last interval ended before it begins.
@@ -130,10 +150,10 @@ void draw_broadphase(const OverlayContext& context, render::DrawList& list) {
   // Coarse cells below fine ones.
   std::stable_sort(recorder.cells.begin(), recorder.cells.end(),
                    [](const Cell& a, const Cell& b) { return a.level > b.level; });
+  const double thin = thinned(recorder.cells, most);
   for (const Cell& cell : recorder.cells) {
     const render::Color color = level_color(style, cell.level);
-    const double share = 0.04 + 0.16 * cell.count / most;
-    draw_box(layer, cell.box, render::faded(color, endless(cell.box) ? 0 : share), render::faded(color, 0.75),
+    draw_box(layer, cell.box, render::faded(color, thin * fill_of(cell, most)), render::faded(color, 0.75),
              1.2f);
   }
   for (const auto& [index, axis] : recorder.axes) draw_axis(context, axis, index, layer);
