@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <imgui.h>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -264,6 +265,68 @@ TEST_F(WindowViewTest, MethodsParametersAndGhosts) {
   EXPECT_EQ(bench_->ghost().step(), 3u);
   key(render::kKeyF1 + 5);
   EXPECT_FALSE(bench_->has_ghost());
+}
+
+/// Clicks all over the settings: each of them is somewhere, and does what it says.
+TEST_F(WindowViewTest, SettingsAreChangedWithTheMouse) {
+  bench_->open(path_);
+  frames(2);
+  key(render::kKeyEnter);
+  ASSERT_TRUE(bench_->panels.settings);
+  const auto settings = [&] {
+    std::map<std::string, std::string> now;
+    for (const Overlay& overlay : overlays())
+      now[std::string(overlay.name)] = std::to_string(bench_->shows(std::string(overlay.name)));
+    const Methods methods = methods_of(player().demo().world());
+    now["solver"] = methods.solver;
+    now["stepper"] = methods.stepper;
+    now["broad phase"] = methods.broad_phase;
+    now["impact law"] = methods.impact_law;
+    now["ghost"] = std::to_string(bench_->has_ghost());
+    now["mu"] = std::to_string(player().demo().parameters().front().value);
+    now["right click"] = std::string(to_string(bench_->spawn_kind));
+    now["theme"] = bench_->theme() == render::Theme::Light ? "light" : "dark";
+    return now;
+  };
+  std::set<std::string> changed;
+  const auto click = [&](float x, float y) {
+    const std::map<std::string, std::string> before = settings();
+    input_.ui.mouse_x = x;
+    input_.ui.mouse_y = y;
+    button(0, true);
+    button(0, false);
+    for (const auto& [name, value] : settings())
+      if (before.at(name) != value) changed.insert(name);
+  };
+  const auto sweep = [&](int from, int to, int by, int below) {
+    for (int row = from; row < to; row += by) {
+      const auto y = static_cast<float>(row);
+      click(24, y);
+      frames();
+      click(30, y + static_cast<float>(below));  // what a list that has opened offers
+      click(90, y);
+    }
+  };
+  sweep(70, 360, 11, 40);
+  sweep(200, 360, 11, 52);
+  sweep(470, 600, 16, 40);
+  input_.ui.mouse_x = 100;
+  input_.ui.mouse_y = 400;
+  input_.ui.wheel = -30;
+  frames();
+  sweep(70, 640, 16, 40);
+  for (const auto& [name, value] : settings()) EXPECT_EQ(changed.count(name), 1u) << name;
+  EXPECT_EQ(player().divergence(), std::nullopt);
+}
+
+TEST_F(WindowViewTest, HelpCanBeOpenedAndClosed) {
+  bench_->open(path_);
+  frames(2);
+  key(render::kKeyF1);
+  EXPECT_TRUE(bench_->panels.help);
+  frames(3);
+  key(render::kKeyEscape);
+  EXPECT_FALSE(bench_->panels.help);
 }
 
 TEST_F(WindowViewTest, EveryKeyDoesSomethingOnceAndAppearsInTheTable) {
