@@ -102,7 +102,8 @@ TEST_F(SensorScript, SaysWhatIsWrong) {
             "arch.lua:2: chain: sensor expected true or false, got a table");
   EXPECT_THAT(
       error_of("local b = disc{ radius = 1 }\nb.sensor = true"),
-      HasSubstr("arch.lua:3: body: \"sensor\" cannot be set; these can: type, group, category, ignores"));
+      HasSubstr(
+          "arch.lua:3: body: \"sensor\" cannot be set; these can: type, color, group, category, ignores"));
   EXPECT_EQ(error_of("local b = disc{ radius = 1 }\nb:remove()\nprint(b.sensor)"),
             "arch.lua:4: body: \"sensor\" of a body that was removed");
 }
