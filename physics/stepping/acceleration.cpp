@@ -17,8 +17,9 @@ using Block = std::array<double, 3>;
 
 // Up to here a dense factorisation with full pivoting costs less than the sparse one does.
 constexpr int kDenseRows = 24;
-// Points nearer to each other than this are at one place [m].
-constexpr double kOnePlace = 1e-6;
+// Points nearer to each other along a face than this are at one place [m]; sine of the angle by which normals
+// may differ that are those of one face.
+constexpr double kOnePlace = 1e-6, kParallel = 1e-6;
 
 double product(const Block& x, const Block& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
@@ -419,18 +420,27 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
     }
     unknowns.push_back(normal);
   }
-  // Two points of a pair of bodies, of one contact or several, hold the angle already; resistance to rolling
-  // takes over when one of them parts.
+  // Two points of a pair of bodies, of one contact or several, that lie beside each other along one face hold
+  // the angle already; resistance to rolling takes over when one of them parts.
+  const auto same_pair = [](const AccelerationRow& x, const AccelerationRow& y) {
+    return (x.a == y.a && x.b == y.b) || (x.a == y.b && x.b == y.a);
+  };
+  const auto hold_angle = [&](std::size_t p, std::size_t q) {
+    if (!mode.points[p].closed || !mode.points[q].closed || !same_pair(g.normals[p], g.normals[q]))
+      return false;
+    const Vec2 normal = out.points[p].normal;
+    return std::abs(cross(normal, out.points[q].normal)) < kParallel &&
+           std::abs(cross(normal, out.points[q].position - out.points[p].position)) > kOnePlace;
+  };
   const auto holds = [&](const Grip& grip) {
     const auto is_closed = [&](int p) { return mode.points[static_cast<std::size_t>(p)].closed; };
     if (std::none_of(grip.points.begin(), grip.points.begin() + grip.count, is_closed)) return false;
     if (!grip.rolling) return true;
     const AccelerationRow& own = g.grips[static_cast<std::size_t>(&grip - mode.grips.data())];
-    std::optional<Vec2> first;
     for (std::size_t p = 0; p < mode.points.size(); ++p) {
-      if (!mode.points[p].closed || g.normals[p].a != own.a || g.normals[p].b != own.b) continue;
-      if (!first) first = out.points[p].position;
-      if (length(out.points[p].position - *first) > kOnePlace) return false;
+      if (!same_pair(g.normals[p], own)) continue;
+      for (std::size_t q = 0; q < p; ++q)
+        if (hold_angle(p, q)) return false;
     }
     return true;
   };

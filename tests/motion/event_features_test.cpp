@@ -104,6 +104,36 @@ TEST(EventFeatures, TwoContactsHoldWhatResistsRolling) {
   }
 }
 
+/// Two sides of a valley leave the angle of a disc to its resistance to rolling.
+TEST(EventFeatures, AValleyHoldsNoAngle) {
+  constexpr double kSlope = 0.6, kRadius = 0.2, kMass = 2;
+  for (const double share : {0.5, 1.5}) {
+    World world(by_events());
+    const BodyId valley = world.create_body({.type = BodyType::Kinematic});
+    const auto surface = [](const Shape& shape) {
+      ShapeDef def = test::smooth(shape);
+      def.material.rolling_resistance = 0.02;
+      return def;
+    };
+    for (const double side : {-1, 1}) {
+      const Vec2 normal{side * std::sin(kSlope), std::cos(kSlope)};
+      world.add_shape(valley, surface(make_half_plane({0, 0}, normal)));
+    }
+    world.set_motion(valley, [](double t) { return Placement{{0.3 * std::sin(3 * t), 0}, 0}; });
+    const BodyId disc =
+        add(world, {0, kRadius / std::cos(kSlope)}, surface(make_disc(kRadius)), kMass, {0.9, 0});
+    const double most = 0.02 * kMass * 9.81 / std::cos(kSlope);
+    const double torque = share * most;
+    for (int step = 0; step < 30; ++step) {
+      world.apply_torque(disc, torque);
+      EXPECT_EQ(world.step(1.0 / 60).fallbacks, 0);
+    }
+    const double spin = std::max(0.0, torque - most) / world.inertia(disc);
+    EXPECT_NEAR(world.omega(disc), 0.5 * spin, 1e-9) << share;
+    EXPECT_NEAR(world.angle(disc), 0.5 * spin * 0.25, 1e-9) << share;
+  }
+}
+
 /// Where sixty contacts of a cluster closed at once, each a millionth of the time before the one before, the
 /// time that was left had no millionth, and the search for the next one no end.
 TEST(EventFeatures, ATimeWithoutParts) {
