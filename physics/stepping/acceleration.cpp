@@ -422,8 +422,8 @@ bool AccelerationProblem::evaluate(const ContactMode& mode, double elapsed, cons
   }
   // Two points of a pair of bodies, of one contact or several, that lie beside each other along one face hold
   // the angle already; resistance to rolling takes over when one of them parts.
-  const auto same_pair = [](const AccelerationRow& x, const AccelerationRow& y) {
-    return (x.a == y.a && x.b == y.b) || (x.a == y.b && x.b == y.a);
+  const auto same_pair = [](const AccelerationRow& one, const AccelerationRow& other) {
+    return (one.a == other.a && one.b == other.b) || (one.a == other.b && one.b == other.a);
   };
   const auto hold_angle = [&](std::size_t p, std::size_t q) {
     if (!mode.points[p].closed || !mode.points[q].closed || !same_pair(g.normals[p], g.normals[q]))
