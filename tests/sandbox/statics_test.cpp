@@ -290,6 +290,49 @@ TEST(BridgeScript, WrongArgumentsAreRefusedWithTheirPlace) {
   EXPECT_THAT(complaint(nodes + "members = {{1, 2}}, method = \"magic\""), HasSubstr("no method \"magic\""));
 }
 
+/// Two legs at 45 degrees and a tie, loaded with P at the top: P / sqrt 2 in the legs, P / 2 in the tie.
+TEST(BridgeScript, SaysWhatItsMembersAndSupportsCarry) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("bridge.lua", R"(demo{ title = "Triangle", seconds = 0.1 }
+local P, area, strength = 1000, 0.01, 2e5
+local b = bridge{
+  nodes = { {0, 0}, {4, 0}, {2, 2, name = "top"} }, members = { {1, 2}, {1, 3}, {2, "top"} },
+  section = { area = area, modulus = 2e11, strength = strength }, supports = { {1, "pinned"}, {2, "roller"} },
+  deck = {1, 2}, loads = { {"top", {0, -P}} }, train = { axles = {1e-9}, speed = 1 },
+}
+local function near(what, value, wanted)
+  expect(what, function() return math.abs(value() / wanted - 1) end, { below = 1e-9 })
+end
+near("tie", function() return b:force(1) end, P / 2)
+near("leg", function() return b:force(2) end, -P / math.sqrt(2))
+near("stress of the tie", function() return b:stress(1) end, P / 2 / area)
+near("stress of a leg", function() return b:stress(3) end, -P / math.sqrt(2) / area)
+near("use of the tie", function() return b:use(1) end, P / 2 / area / strength)
+near("use of a leg", function() return b:use(2) end, -P / math.sqrt(2) / area / strength)
+near("peak", function() return (b:peak(2)) end, -P / math.sqrt(2) / area / strength)
+near("support", function() local x, y, m = b:reaction(1) return y + x + m end, P / 2)
+-- A unit load half way along the tie, on both nodes of the deck: the legs know nothing of it.
+expect("influence", function() return b:influence(2, 2) end, { equals = 0, within = 1e-12 })
+expect("sound", function() return b.residual end, { below = 1e-9 })
+expect("whole", function() return b.members - b.breaks + (b.moving and 1 or 0) end, { equals = 3, within = 0 })
+)");
+  const Outcome result = run({"run", path});
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("11 of 11 checks hold"));
+  const auto complaint = [&](const std::string& call) {
+    const std::string broken = folder.write("broken.lua",
+                                            "demo{ title = \"x\" }\nlocal b = bridge{ nodes = {{0, 0}, {1, "
+                                            "0}}, members = {{1, 2}}, deck = {1, 2},\n"
+                                            " section = { area = 1, modulus = 1e9, strength = 1e9 }, "
+                                            "supports = {{1, \"pinned\"}, {2, \"roller\"}} }\n" +
+                                                call);
+    return run({"run", broken}).err;
+  };
+  EXPECT_THAT(complaint("b:force(2)"), HasSubstr("broken.lua:4: force: "));
+  EXPECT_THAT(complaint("b:influence(1, 3)"), HasSubstr("influence: x must be from 0 to 1, got 3"));
+  EXPECT_THAT(complaint("print(b.mambers)"), HasSubstr("bridge: no field \"mambers\""));
+}
+
 TEST(TrussScript, MakesDeterminateTrussesOfEveryKindAndRefusesOthers) {
   const TemporaryFolder folder;
   const auto outcome = [&](const std::string& arguments) {
