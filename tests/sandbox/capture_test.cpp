@@ -378,6 +378,17 @@ TEST_F(Capture, SignalsThatEndItAtOnceLeaveNoUnfinishedFile) {
   }
 }
 
+TEST_F(Capture, ExportPlotsEnergyAndResiduals) {
+  const std::string plot = folder_ / "p.svg";
+  for (const auto& [curves, words] :
+       {std::pair("energy", "potential"), std::pair("residual", "worst residual of the islands")}) {
+    const Outcome outcome =
+        run({"export", "--demos", demo_tree(), "stack", "--at", "0.5", "--plot", plot, "--curves", curves});
+    ASSERT_EQ(outcome.code, kGood) << outcome.err;
+    EXPECT_THAT(read_file(plot), HasSubstr(words));
+  }
+}
+
 TEST_F(Capture, ExportWritesTheFrameAndCurvesAsFigures) {
   const std::string svg = folder_ / "f.svg", png = folder_ / "f.png", plot = folder_ / "p.svg";
   const Outcome outcome = run({"export", "--demos", demo_tree(), "four_body_chain", "--at", "0.6", "--svg",
