@@ -127,7 +127,7 @@ class PieceSolve {
     return true;
   }
 
-  /// The body that a point belongs to, as the corner of it that touches a side of the other one.
+  /// Whether a point is a corner of that body; it may be one of both.
   static bool is_corner_of_a(const ManifoldPoint& point) { return (point.feature >> 16) % 2 == 0; }
   static bool is_corner_of_b(const ManifoldPoint& point) { return point.feature % 2 == 0; }
 
