@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 26;
+constexpr std::uint32_t kSnapshotVersion = 27;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 
@@ -58,7 +58,7 @@ void check_tables(const WorldState& s, const WorldArchives& from) {
     require(from.joints, !joint.alive || (there(joint.def.b) && (!joint.def.a || there(joint.def.a))),
             "a joint to a body that is not there");
   }
-  require(from.bodies, below(s.touched, n), "a touched body that is not there");
+  require(from.bodies, below(s.touched, n) && below(s.displaced, n), "a touched body that is not there");
   const auto check = [&](const Archive& archive, const Contact& c) {
     require(archive,
             c.shape_a < s.shapes.size() && c.shape_b < s.shapes.size() && c.body_a < n && c.body_b < n &&

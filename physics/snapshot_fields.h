@@ -269,13 +269,13 @@ inline void fields(WorldArchives a, WorldState& v) {
          free_shapes, joints, free_joints, broad_phase, pool, island_threads, island_builder, islands,
          graph_bodies, graph_joints, links, contacts, parted, memories, resting, step_memory, support,
          step_paths, sleepers, ledger, field_threads, graph_known, table_changed, joints_changed, paths_known,
-         springs, awake, kinematic, touched, last_h, rests, kept, dynamic_bodies, active, active_joints,
-         acceleration, angular_acceleration, paths, reach, travelled, way, allowance, strayed, flight, went,
-         rerouted, start_box, local_index, backup, joint_start, held_rows, pairs, box_updates, shape_moved,
-         loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
+         springs, awake, kinematic, touched, displaced, last_h, rests, kept, dynamic_bodies, active,
+         active_joints, acceleration, angular_acceleration, paths, reach, travelled, way, allowance, strayed,
+         flight, went, rerouted, start_box, local_index, backup, joint_start, held_rows, pairs, box_updates,
+         shape_moved, loose_shapes, scratch, solver, impact_law, stepper, report, time, steps] = v;
   a.config(config, observe, time, steps);
   a.bodies(bodies, names, given_mass, given_inertia, shapes_of, joints_of, centre, radius, thickness,
-           stray_guess, support, free_bodies, touched, reach, drag, applied);
+           stray_guess, support, free_bodies, touched, displaced, reach, drag, applied);
   a.shapes(shapes, free_shapes, loose_shapes);
   a.joints(joints, free_joints);
   a.contacts(contacts, parted);

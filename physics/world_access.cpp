@@ -85,6 +85,11 @@ void touch_definition(WorldState& s, std::uint32_t body) {
   forget_resting(s);
 }
 
+void displace(WorldState& s, std::uint32_t body) {
+  touch(s, body);
+  s.displaced.push_back(body);
+}
+
 void make_loose(WorldState& s, std::uint32_t body) {
   touch(s, body);
   s.loose_shapes.insert(s.loose_shapes.end(), s.shapes_of[body].begin(), s.shapes_of[body].end());

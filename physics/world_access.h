@@ -57,6 +57,8 @@ void touch_pairs(WorldState& s, std::uint32_t body);
 void forget_resting(WorldState& s);
 /// As `touch`, and what is known of islands at rest is forgotten: it holds for the old surfaces and joints.
 void touch_definition(WorldState& s, std::uint32_t body);
+/// As `touch`, and joints that are off by then take along what they hold before anything moves.
+void displace(WorldState& s, std::uint32_t body);
 /// As `touch`, and queries look at the body's shapes themselves until the next step gives them boxes.
 void make_loose(WorldState& s, std::uint32_t body);
 

@@ -48,6 +48,7 @@ void World::set_pose(BodyId id, Vec2 position, double angle) {
   state_->bodies.angle[i] = angle;
   state_->bodies.rotation[i] = Rot::from_angle(angle);
   make_loose(*state_, i);
+  displace(*state_, i);
 }
 
 void World::set_velocity(BodyId id, Vec2 velocity, double omega) {

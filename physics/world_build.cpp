@@ -353,6 +353,7 @@ void World::set_type(BodyId id, BodyType type) {
     }
   }
   touch_pairs(s, i);
+  displace(s, i);
   std::erase(s.awake, i);
   std::erase(s.kinematic, i);
   begin_as(s, i, type);

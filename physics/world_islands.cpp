@@ -11,6 +11,7 @@
 #include "physics/stepping/coming_to_rest.h"
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_rows.h"
+#include "physics/stepping/motion_breaks.h"
 #include "physics/stepping/one_piece.h"
 #include "physics/stepping/one_piece_rule.h"
 #include "physics/stepping/past_chains.h"
@@ -318,7 +319,11 @@ void Step::step_islands() {
   const auto step = [&](std::size_t k) {
     SteppedIsland& island = s_.islands[to_step[k]];
     IslandResult& result = island.result();
-    if (!stop_if_slow(s_, island.island, h_, result)) s_.stepper->step(s_, island.island, h_, result);
+    if (!stop_if_slow(s_, island.island, h_, result)) {
+      follow_jump(s_, island.island, StepEnd::Beginning, h_, result);
+      s_.stepper->step(s_, island.island, h_, result);
+      follow_jump(s_, island.island, StepEnd::End, h_, result);
+    }
     put_in_front_of_chains(s_, island.island, h_, result);
     note_slowness(s_, island.island, h_, result);
     note_parted(s_, island.island, h_, result);

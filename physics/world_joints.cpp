@@ -128,6 +128,7 @@ void remove_joint(WorldState& s, std::uint32_t i) {
   for (const BodyId id : {s.joints[i].def.a, s.joints[i].def.b}) {
     if (!id) continue;
     touch_end(s, id.index, s.joints[i].def.collide);
+    displace(s, id.index);
     std::erase(s.joints_of[id.index], i);
   }
   s.joints_changed = true;
@@ -172,7 +173,9 @@ JointId World::create_joint(const JointDef& given) {
   joint.length = keeps ? joint_coordinate(joint, joint_end(s, def.a.index), joint_end(s, b)).value
                        : def.length.value_or(length(def.anchor_b - def.anchor_a));
   for (const BodyId end : {def.a, def.b}) {
-    if (end) touch_end(s, end.index, def.collide);
+    if (!end) continue;
+    touch_end(s, end.index, def.collide);
+    displace(s, end.index);
   }
   s.joints_changed = true;
   s.springs += def.stiffness > 0;
@@ -231,6 +234,7 @@ void World::set_joint(JointId id, const JointDef& given) {
   for (const BodyId end : {def.a, def.b}) {
     if (!end) continue;
     touch_definition(s, end.index);
+    displace(s, end.index);
     if (other_pairs) touch_pairs(s, end.index);
   }
 }

@@ -136,6 +136,7 @@ struct StepScratch {
   /// Where bodies were that a prescribed motion put elsewhere.
   std::vector<std::pair<std::uint32_t, BodyBackup>> before_motion;
   bool motion_breaks = false;             ///< a prescribed motion has a break in this step
+  bool motion_jumps = false;              ///< one jumps where it begins or ends
   std::vector<SteppedIsland> last_round;  ///< islands of the round before
   std::vector<std::size_t> to_step;       ///< islands of this round
   std::vector<std::size_t> pieces;        ///< of it, that a thread takes at a time
@@ -213,6 +214,7 @@ struct WorldState {
   std::vector<std::uint32_t> awake;      ///< dynamic bodies that do not sleep
   std::vector<std::uint32_t> kinematic;  ///< all kinematic bodies
   std::vector<std::uint32_t> touched;    ///< bodies that the user changed since the last step; in any order
+  std::vector<std::uint32_t> displaced;  ///< of those, the ones that may be off their joints
 
   double last_h = 0;                ///< length of the last step [s]
   std::vector<std::uint8_t> rests;  ///< by body: its island's last step was known to change nothing

@@ -103,7 +103,8 @@ void Step::begin() {
   clear(s_.report);
   s_.scratch.before_motion.clear();
   s_.scratch.distant.clear();
-  s_.scratch.motion_breaks = false;
+  s_.scratch.motion_breaks = s_.scratch.motion_jumps = false;
+  std::sort(s_.displaced.begin(), s_.displaced.end());
   // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
   if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
@@ -292,11 +293,13 @@ void Step::begin_joint(std::uint32_t i) const {
 /// Puts a body on the way that is prescribed for this step.
 void Step::follow(std::size_t i) {
   BodyArrays& b = s_.bodies;
-  s_.paths[i].sample(s_.prescribed[i], s_.time, h_);
-  s_.scratch.motion_breaks |= !s_.paths[i].breaks().empty();
+  MotionPath& path = s_.paths[i];
+  path.sample(s_.prescribed[i], s_.time, h_, {b.position[i], b.angle[i]});
+  s_.scratch.motion_breaks |= !path.breaks().empty();
+  s_.scratch.motion_jumps |= path.begins_with_jump() || path.ends_with_jump();
   s_.scratch.before_motion.push_back(
       {static_cast<std::uint32_t>(i), {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]}});
-  const KinematicState now = s_.paths[i].at(0);
+  const KinematicState now = path.at(0);
   b.position[i] = now.p;
   if (b.angle[i] != now.angle) {
     b.angle[i] = now.angle;
@@ -339,6 +342,7 @@ void Step::restore(const std::vector<std::uint32_t>& bodies) {
 }
 
 void Step::finish() {
+  s_.displaced.clear();
   BodyArrays& b = s_.bodies;
   // Kinematic bodies move as told.
   for (const std::uint32_t i : s_.kinematic) {

@@ -43,6 +43,14 @@ std::vector<double> breaks_of(const WorldState& state, const Island& island) {
   return breaks;
 }
 
+/// What is joined to a body that has jumped.
+void take_along(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
+  if (island.joints.empty() || !joints_are_off(state, island, elapsed, kJoined)) return;
+  Spare<Assembly> rows;
+  project_positions(state, island, elapsed, result, *rows);
+  result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
+}
+
 }  // namespace
 
 std::vector<SmoothSpan> smooth_spans(const WorldState& state, const Island& island, double h) {
@@ -69,10 +77,25 @@ bool begins_span(const WorldState& state, const Island& island, double elapsed) 
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result) {
   if (!(span.from > 0)) return;
   result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
-  if (island.joints.empty() || !joints_are_off(state, island, span.from, kJoined)) return;
-  Spare<Assembly> rows;
-  project_positions(state, island, span.from, result, *rows);
-  result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
+  take_along(state, island, span.from, result);
+}
+
+void follow_jump(WorldState& state, const Island& island, StepEnd where, double h, IslandResult& result) {
+  const bool begins = where == StepEnd::Beginning;
+  if (!state.scratch.motion_jumps && (!begins || state.displaced.empty())) return;
+  // What flows has joints that are off, and no exact place for all that it is wedged into.
+  const bool placed = begins && !was_in_flow(state, island);
+  const auto jumps = [&](BodyId body) {
+    if (!body) return false;
+    if (placed && std::binary_search(state.displaced.begin(), state.displaced.end(), body.index)) return true;
+    if (!state.prescribed[body.index]) return false;
+    const MotionPath& path = state.paths[body.index];
+    return begins ? path.begins_with_jump() : path.ends_with_jump();
+  };
+  const bool any = std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
+    return jumps(state.joints[slot].def.a) || jumps(state.joints[slot].def.b);
+  });
+  if (any) take_along(state, island, begins ? 0 : later(h), result);
 }
 
 bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,

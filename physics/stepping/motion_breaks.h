@@ -28,6 +28,12 @@ bool begins_span(const WorldState& state, const Island& island, double elapsed);
 /// it, whose motion that does not change, and manifolds are those of the ground there.
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result);
 
+enum class StepEnd { Beginning, End };
+
+/// The same for a body that jumps where the step of the length `h` [s] begins or ends, which is not a break,
+/// and for what the user put away from its joints before the step, unless it flows.
+void follow_jump(WorldState& state, const Island& island, StepEnd where, double h, IslandResult& result);
+
 /// A step of time_stepping with breaks. @return false, and nothing has happened, where there are none
 bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,
                       IslandResult& result);

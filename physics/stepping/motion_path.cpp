@@ -78,6 +78,10 @@ class MotionPath::Sampler {
     Miss off, most, rounding;  ///< it is, may be, and is by rounding alone
     /// How many times it is off what it may be.
     double times() const { return std::max(off.way / most.way, off.turn / most.turn); }
+    /// Whether two places are farther apart than it may be off.
+    bool tells_apart(const Placement& x, const Placement& y) const {
+      return skerry::length(x.position - y.position) > most.way || std::abs(x.angle - y.angle) > most.turn;
+    }
   };
 
   Sampler(const PrescribedMotion& motion, double time, double h) : motion_(motion), time_(time), h_(h) {}
@@ -223,7 +227,7 @@ KinematicState MotionPath::Part::state(double t) const {
           second[2] / (length * length)};
 }
 
-void MotionPath::sample(const PrescribedMotion& motion, double time, double h) {
+void MotionPath::sample(const PrescribedMotion& motion, double time, double h, const Placement& before) {
   h_ = h;
   parts_.clear();
   breaks_.clear();
@@ -233,17 +237,27 @@ void MotionPath::sample(const PrescribedMotion& motion, double time, double h) {
   end_ = step.last;
   extent_ = step.spread.way;
   turn_ = step.spread.turn;
-  if (step.times() <= 1) return;
-  sampler.look(step);
-  if (sampler.found().empty() || sampler.is_too_much()) return;
+  if (step.times() > 1) {
+    sampler.look(step);
+    if (!sampler.found().empty() && !sampler.is_too_much()) cut(sampler, step.first);
+  }
+  const KinematicState first = parts_.front().state(0), last = parts_.back().state(h);
+  jump_before_ = step.tells_apart(before, {first.p, first.angle});
+  jump_after_ = step.tells_apart({last.p, last.angle}, end_);
+}
+
+/// Puts a polynomial on either side of each break.
+void MotionPath::cut(Sampler& sampler, const Placement& first) {
+  const double h = h_;
+  const Part whole = parts_.front();
   parts_.clear();
   double from = 0;
   const auto end_part = [&](double to) {
     if (!(to - from > sampler.apart())) return;
     const Sampler::Fit fit = sampler.fit(from, to);
     parts_.push_back(fit.part);
-    extent_ = std::max(extent_, skerry::length(fit.first.position - step.first.position) + fit.spread.way);
-    turn_ = std::max(turn_, std::abs(fit.first.angle - step.first.angle) + fit.spread.turn);
+    extent_ = std::max(extent_, skerry::length(fit.first.position - first.position) + fit.spread.way);
+    turn_ = std::max(turn_, std::abs(fit.first.angle - first.angle) + fit.spread.turn);
   };
   for (const Sampler::Gap& gap : sampler.found()) {
     const std::size_t before = parts_.size();
@@ -254,7 +268,7 @@ void MotionPath::sample(const PrescribedMotion& motion, double time, double h) {
   end_part(h);
   // Where rounding hides all of the step nothing is known of its breaks.
   if (parts_.size() != breaks_.size() + 1) {
-    parts_.assign(1, step.part);
+    parts_.assign(1, whole);
     breaks_.clear();
   }
   sharpen_breaks();
@@ -280,6 +294,12 @@ void MotionPath::sharpen_breaks() {
 }
 
 KinematicState MotionPath::at(double t) const {
+  if (jump_after_ && t > h_) {
+    KinematicState there = parts_.back().state(h_);
+    there.p = end_.position;
+    there.angle = end_.angle;
+    return there;
+  }
   const auto later = std::upper_bound(breaks_.begin(), breaks_.end(), t);
   return parts_[static_cast<std::size_t>(later - breaks_.begin())].state(t);
 }

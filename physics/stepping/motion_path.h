@@ -30,9 +30,11 @@ struct KinematicState {
 class MotionPath {
  public:
   /// Asks `motion` at ten times of the step, and up to some thousand where it has breaks.
+  /// @param before  where the body was at the end of the last step
   /// @throws std::invalid_argument if it is not finite there
-  void sample(const PrescribedMotion& motion, double time, double h);
-  /// @param t  since the beginning of the step [s]; at a break what is after it
+  void sample(const PrescribedMotion& motion, double time, double h, const Placement& before);
+  /// @param t  since the beginning of the step [s]; at a break what is after it, and after the end where a
+  ///           jump there leads
   KinematicState at(double t) const;
   /// The same polynomials as those of paths, in the order of time.
   void append_to(std::vector<PathPiece>& pieces, std::uint32_t body, std::uint32_t generation) const;
@@ -42,6 +44,9 @@ class MotionPath {
   double length() const { return h_; }
   /// Where it has breaks, ascending, since the beginning of the step [s].
   const std::vector<double>& breaks() const { return breaks_; }
+  /// Whether it jumps where the step begins or ends, which are no breaks of the step.
+  bool begins_with_jump() const { return jump_before_; }
+  bool ends_with_jump() const { return jump_after_; }
   /// About the farthest that the centre goes from where it begins [m], and the largest turn [rad].
   double extent() const { return extent_; }
   double turn() const { return turn_; }
@@ -55,6 +60,7 @@ class MotionPath {
     std::array<std::array<double, kNodes>, 3> divided{};  ///< Newton's differences of x, y, angle
     KinematicState state(double t) const;
   };
+  void cut(Sampler& sampler, const Placement& first);
   void sharpen_breaks();
 
   double h_ = 1;
@@ -62,6 +68,7 @@ class MotionPath {
   std::vector<double> breaks_;  ///< [s]
   Placement end_;
   double extent_ = 0, turn_ = 0;
+  bool jump_before_ = false, jump_after_ = false;
 };
 
 }  // namespace skerry

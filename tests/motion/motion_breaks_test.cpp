@@ -186,21 +186,43 @@ TEST_P(MotionBreaks, WhatHangsOnWhatJumpsIsTakenAlong) {
 
 /// What lifts it takes nothing of its speed.
 TEST_P(MotionBreaks, ABarSwingsOnOnAHingeThatJumps) {
-  const auto turns = [](double up) {
+  const auto turns = [](double up, double start) {
     World world = make();
-    const double start = 15.3 * kStep;
     const BodyId carrier = world.create_body({.type = BodyType::Kinematic});
     const BodyId bar = add(world, {0.5, 0}, rough(make_box({1, 0.1}), 0), 1);
     world.create_joint({.kind = JointKind::Revolute, .a = carrier, .b = bar});
     world.set_motion(carrier, [=](double t) { return Placement{{0, t < start ? 0.0 : up}, 0}; });
-    for (int i = 0; i < 16; ++i) world.step(kStep);
-    EXPECT_NEAR(length(world.position(bar) - Vec2{0, up}), 0.5, 1e-9);
+    for (int i = 0; i < 16; ++i) {
+      world.step(kStep);
+      EXPECT_NEAR(length(world.position(bar) - world.position(carrier)), 0.5, 1e-9);
+    }
+    EXPECT_EQ(world.position(carrier).y, up);
     return world.omega(bar);
   };
-  const double without = turns(0);
-  EXPECT_LT(without, -3);
-  for (const double up : {-0.05, -0.01, 0.01, 0.05})
-    EXPECT_NEAR(turns(up), without, 0.2 * std::abs(up * without)) << up;
+  // Within a step, where one ends and another begins, and a little before and after that.
+  for (const double step : {15.3, 15.0, 15 * (1 - 1e-12), 15 * (1 + 1e-12)}) {
+    const double start = step * kStep, without = turns(0, start);
+    EXPECT_LT(without, -3);
+    for (const double up : {-0.05, -0.01, 0.01, 0.05})
+      EXPECT_NEAR(turns(up, start), without, 0.2 * std::abs(up * without)) << up << " at step " << step;
+  }
+}
+
+TEST_P(MotionBreaks, WhatHangsAtRestGoesWithAHookThatJumps) {
+  // Asleep, and where a step ends or begins; then it swings from where the jump has put it.
+  for (const double step : {130.0, 130 * (1 - 1e-12), 130 * (1 + 1e-12)}) {
+    World world = make();
+    const BodyId hook = world.create_body({.type = BodyType::Kinematic});
+    const BodyId bar = add(world, {0, -0.5}, rough(make_box({0.1, 1}), 0), 1);
+    world.create_joint({.kind = JointKind::Revolute, .a = hook, .b = bar});
+    world.set_motion(hook, [=](double t) { return Placement{{0, t < step * kStep ? 0.0 : 0.1}, 0}; });
+    for (int i = 0; i < 140; ++i) {
+      world.step(kStep);
+      EXPECT_NEAR(length(world.position(bar) - world.position(hook) + Vec2{0, 0.5}), 0, 1e-9) << i;
+      EXPECT_NEAR(length(world.velocity(bar)), 0, 1e-9) << i;
+    }
+    EXPECT_EQ(world.position(hook).y, 0.1);
+  }
 }
 
 TEST_P(MotionBreaks, ABarGoesOnTurningAboutAHingeThatStops) {
@@ -384,7 +406,8 @@ TEST(MotionPaths, HaveTheirBreaksWhereTheyAre) {
             const double since = t - time;
             return Placement{{since + bend * std::max(since - kink, 0.0), 0}, 0};
           },
-          time, kStep);
+          time, kStep, {});
+      EXPECT_FALSE(path.begins_with_jump() || path.ends_with_jump()) << seed;
       if (path.breaks().size() != 1) continue;
       ++found;
       far = std::max(far, std::abs(path.breaks()[0] - kink));
@@ -410,7 +433,7 @@ TEST(MotionPaths, AreThereWhereRoundingHidesTheirBreaks) {
                 const double gone = way * since / kStep + (since > kink ? jump + way * (since - kink) : 0);
                 return Placement{{far + gone, gone}, turn + gone};
               },
-              time, kStep);
+              time, kStep, {{far, 0}, turn});
           for (int k = 0; k <= 16; ++k) {
             const KinematicState state = path.at(k * kStep / 16);
             ASSERT_TRUE(is_finite(state.p) && is_finite(state.v) && std::isfinite(state.omega));

@@ -181,6 +181,52 @@ TEST_P(UserEdits, LeaveNoOverlapsAndNoOpenJoints) {
   }
 }
 
+/// What is off its joints goes where they are, and its speed stays: the height is no work.
+TEST_P(UserEdits, ABarSwingsOnWhereItIsPut) {
+  enum class Edit { None, StaticHook, KinematicHook, Bar, Motion, Length };
+  const auto turns = [&](Edit edit, double up) {
+    WorldConfig config;
+    config.stepper = GetParam();
+    World world(config);
+    const BodyId hook = world.create_body(
+        {.type = edit == Edit::StaticHook ? BodyType::Static : BodyType::Kinematic, .position = {0, 0}});
+    const BodyId bar = add(world, {0.5, 0}, rough(make_box({1, 0.1}), 0.5), 1);
+    JointDef def{.kind = JointKind::Revolute, .a = hook, .b = bar};
+    if (edit == Edit::Length) def = {.kind = JointKind::Distance, .a = hook, .b = bar, .anchor_b = {0.5, 0}};
+    const JointId joint = world.create_joint(def);
+    for (int i = 0; i < 15; ++i) world.step(kStep);
+    switch (edit) {
+      case Edit::None:
+        break;
+      case Edit::StaticHook:
+      case Edit::KinematicHook:
+        world.set_pose(hook, {0, up}, 0);
+        break;
+      case Edit::Bar:
+        world.set_pose(bar, world.position(bar) - Vec2{0, up}, world.angle(bar));
+        break;
+      case Edit::Motion:
+        world.set_motion(hook, [=](double) { return Placement{{0, up}, 0}; });
+        break;
+      case Edit::Length:
+        def.length = 0.5 - up;
+        world.set_joint(joint, def);
+    }
+    world.step(kStep);
+    const Vec2 arm = world.position(bar) - world.position(hook);
+    EXPECT_NEAR(length(arm), edit == Edit::Length ? 0.5 - up : 0.5, 1e-12);
+    return edit == Edit::Length ? cross(arm, world.velocity(bar)) / length(arm) : world.omega(bar);
+  };
+  const double without = turns(Edit::None, 0), on_a_rod = turns(Edit::Length, 0);
+  for (const double up : {-0.05, -0.01, 0.01, 0.05}) {
+    for (const Edit edit : {Edit::StaticHook, Edit::KinematicHook, Edit::Bar, Edit::Motion}) {
+      EXPECT_NEAR(turns(edit, up), without, 0.1 * std::abs(up * without))
+          << up << ", edit " << static_cast<int>(edit);
+    }
+    EXPECT_NEAR(turns(Edit::Length, up), on_a_rod, 0.1 * std::abs(up * on_a_rod)) << up;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(By, UserEdits, testing::Values("time_stepping", "event_driven", "auto"),
                          [](const auto& given) { return std::string(given.param); });
 
