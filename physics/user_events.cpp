@@ -2,6 +2,8 @@
 #include "physics/user_events.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -13,6 +15,8 @@ namespace {
 
 // Parts of a step at whose ends signs are compared.
 constexpr int kParts = 8;
+// Share of a time by which a difference of two is rounded.
+constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 struct Root {
   double time;
@@ -48,7 +52,12 @@ void UserEvents::remove(int number) {
 int UserEvents::look(const World& world) {
   const StepReport& report = world.report();
   if (report.step == 0 || watched_.empty()) return 0;
-  const double begin = report.time - report.h, part = report.h / kParts;
+  double begin = report.time - report.h;
+  // A step begins where the last one ended, which rounding may put into it again: twice would be a root
+  // there.
+  if (std::abs(looked_ - begin) <= kRounding * report.time) begin = looked_;
+  looked_ = report.time;
+  const double part = (report.time - begin) / kParts;
   require_paths(world, begin);
   std::vector<Root> roots;
   for (const Watched& one : watched_) {

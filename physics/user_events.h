@@ -55,6 +55,7 @@ class UserEvents {
   };
   std::vector<Watched> watched_;
   int next_ = 0;
+  double looked_ = 0;  ///< end of the step that was looked at last [s]
 };
 
 }  // namespace skerry

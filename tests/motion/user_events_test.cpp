@@ -4,7 +4,9 @@
 #include "physics/user_events.h"
 
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "tests/support/worlds.h"
 
@@ -105,6 +107,75 @@ TEST(UserEvents, WithoutPathsTheStepIsRefusedWhateverTheQuantityIsMadeOf) {
   EXPECT_EQ(actions, 0);
   events.remove(number);
   EXPECT_EQ(events.look(world), 0);
+}
+
+TEST(UserEvents, AtTheEndOfAPartOfAStepAreNotLost) {
+  for (const double sign : {1.0, -1.0}) {
+    World world(test::weightless());
+    add(world, {0, 0}, smooth(make_disc(1)));
+    world.observe({.paths = true});
+    UserEvents events;
+    int called = 0;
+    for (int k = 1; k < 8; ++k) {
+      events.add([=](double t) { return sign * (t - k / 512.0); },
+                 [&](double t, bool rising) {
+                   ++called;
+                   EXPECT_EQ(rising, sign > 0);
+                   EXPECT_NEAR(t, called / 512.0, 1e-15);
+                 });
+    }
+    world.step(1.0 / 64);
+    EXPECT_EQ(events.look(world), 7);
+    world.step(1.0 / 64);
+    EXPECT_EQ(events.look(world), 0);
+  }
+}
+
+TEST(UserEvents, ManyAtOneTimeComeInTheOrderOfTheirNumbers) {
+  World world(test::weightless());
+  add(world, {0, 0}, smooth(make_disc(1)));
+  world.observe({.paths = true});
+  UserEvents events;
+  std::vector<int> order, ascending;
+  for (int k = 0; k < 100; ++k) {
+    events.add([](double t) { return t - 0.01; }, [&order, k](double, bool) { order.push_back(k); });
+    ascending.push_back(k);
+  }
+  world.step(1.0 / 64);
+  events.look(world);
+  EXPECT_EQ(order, ascending);
+}
+
+/// The beginning of a step is known to rounding, which is another one where times pass a power of two.
+TEST(UserEvents, AtTheEndOfAStepHappenOnce) {
+  for (const double h : {1.0 / 60, 1.0 / 144, 0.01, 0.013, 0.02}) {
+    const int steps = 1000;
+    const auto run = [&](const std::function<void(const World&)>& look) {
+      World world(test::weightless());
+      add(world, {0, 0}, smooth(make_disc(1)));
+      world.observe({.paths = true});
+      for (int i = 0; i < steps; ++i) {
+        world.step(h);
+        look(world);
+      }
+    };
+    std::vector<double> ends;
+    run([&](const World& world) { ends.push_back(world.time()); });
+    UserEvents events;
+    std::vector<int> called(ends.size(), 0);
+    const auto passes = [&](std::size_t k) { return std::ilogb(ends[k]) != std::ilogb(ends[k - 1]); };
+    for (std::size_t k = 1; k + 1 < ends.size(); ++k) {
+      if (!passes(k) && !passes(k + 1)) continue;
+      events.add([=](double t) { return t - ends[k]; }, [&called, k](double, bool) { ++called[k]; });
+    }
+    run([&](const World& world) { events.look(world); });
+    int once = 0;
+    for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+      EXPECT_LE(called[k], 1) << h << " s, step " << k;
+      once += called[k];
+    }
+    EXPECT_GE(once, 10) << h;
+  }
 }
 
 }  // namespace user_events_test
