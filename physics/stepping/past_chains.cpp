@@ -94,8 +94,6 @@ void put_in_front_of_chains(WorldState& state, const Island& island, double h, I
     const Vec2 back = way_back(state, contact, h);
     if (back == Vec2{}) continue;
     const std::uint32_t body = of_a ? contact.body_b : contact.body_a;
-    // A chain that moves freely may run over what does not; only bodies of the island are moved.
-    if (state.local_index[body] < 0) continue;
     const std::array<double, 3> shift{back.x, back.y, 0};
     shift_body(state, body, shift);
     note_shift(state, body, shift);
