@@ -161,6 +161,9 @@ class World {
   BodyId create_body(const BodyDef& def);
   /// Adds a shape. The centre of mass moves to that of all shapes, and the position with it.
   ShapeId add_shape(BodyId body, const ShapeDef& def);
+  /// Joins two bodies, or one and the world (`def.a` not given). Anchors that are apart come together in the
+  /// next step, which changes no velocity.
+  /// @throws std::invalid_argument for what the kind does not have, and numbers beyond their ranges
   JointId create_joint(const JointDef& def);
   /// Makes a body static, kinematic or dynamic from now on: it stays where it is, with its shapes and joints.
   /// What moves keeps its velocity, what is static has none; drag is that of dynamic bodies, a prescribed
@@ -178,9 +181,9 @@ class World {
   void set_filter(ShapeId shape, const Filter& filter);
   /// Another definition of a joint: limits, motor, spring, length, largest and breaking loads, whether
   /// its bodies touch. Take `joints()[joint.index].def` and change that. A length that is given is the new
-  /// one [m] (Distance, Rope, Spring), without one the old one stays. It holds at once: what it is off by goes
-  /// in the next step, through what stands in between where that is more than the size of a body; a motor
-  /// hauls.
+  /// one [m] (Distance, Rope, Spring), without one the old one stays. It holds at once: what it is off by
+  /// goes in the next step, through what stands in between where that is more than the size of a body; a
+  /// motor hauls.
   /// @throws std::invalid_argument as `create_joint`, and if the kind, the bodies, the anchors, the axis, the
   /// pulleys or the ratio are others; nothing is changed then
   void set_joint(JointId joint, const JointDef& def);
@@ -202,12 +205,18 @@ class World {
   Transform pose(BodyId body) const;
   Vec2 velocity_at(BodyId body, Vec2 point_world) const;
   std::string_view name(BodyId body) const;
+  /// Puts the centre of mass at `position` [m, world frame] and turns the body to `angle` [rad]; its velocity
+  /// stays. What is joined to it comes along in the next step, and keeps its velocity, too.
+  /// @throws std::invalid_argument unless all are finite, as the next four do, too
   void set_pose(BodyId body, Vec2 position, double angle);
+  /// Of the centre of mass [m/s, world frame], and of turning [rad/s].
+  /// @throws std::invalid_argument for a static body
   void set_velocity(BodyId body, Vec2 velocity, double omega);
   /// Adds a force for the next step. Off the centre of mass it turns the body: torque = (point - position) x
-  /// force.
+  /// force [N, m, world frame].
   void apply_force(BodyId body, Vec2 force, Vec2 point_world);
-  void apply_torque(BodyId body, double torque);
+  void apply_torque(BodyId body, double torque);  ///< for the next step [N m]
+  /// Changes the velocity at once [N s, m, world frame].
   void apply_impulse(BodyId body, Vec2 impulse, Vec2 point_world);
   /// Sets the force field of the world; none: an empty function. Called at states that are only tried, so it
   /// must depend on its argument alone. What it throws leaves `step`, and the bodies are where they were

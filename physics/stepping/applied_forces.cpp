@@ -40,8 +40,9 @@ bool meets_prescribed_motion(const WorldState& state, const Island& island) {
 
 bool moves_as_told(const WorldState& state, std::uint32_t body) {
   const BodyArrays& all = state.bodies;
-  return body != BodyId::kNone && all.type[body] == BodyType::Kinematic &&
-         (state.prescribed[body] || all.velocity[body] != Vec2{} || all.omega[body] != 0);
+  if (body == BodyId::kNone || all.type[body] != BodyType::Kinematic) return false;
+  if (state.prescribed[body]) return state.paths[body].moves();
+  return all.velocity[body] != Vec2{} || all.omega[body] != 0;
 }
 
 bool meets_motion(const WorldState& state, const Island& island) {

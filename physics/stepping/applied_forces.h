@@ -22,7 +22,7 @@ bool has_varying_forces(const WorldState& state, const Island& island);
 /// Whether a contact or joint of the island has a body with a prescribed motion.
 bool meets_prescribed_motion(const WorldState& state, const Island& island);
 
-/// Whether a body is kinematic and moves, or is told how to.
+/// Whether a body is kinematic and moves in this step: what is told to stand still does not.
 bool moves_as_told(const WorldState& state, std::uint32_t body);
 
 /// Whether a contact or joint of the island has one that does.

@@ -9,6 +9,7 @@
 #include "physics/stepping/one_piece_joints.h"
 #include "physics/stepping/projection.h"
 #include "physics/stepping/time_stepping.h"
+#include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -18,6 +19,8 @@ namespace {
 constexpr double kLeftOut = 1e-13, kOne = 1e-9;
 // Joints that are off by less of the smaller body's size have not jumped.
 constexpr double kJoined = 1e-8;
+// What overlaps by more than this share of the smaller body is wedged.
+constexpr double kWedged = 1e-5;
 
 double later(double t) {
   return t * (1 + kLeftOut);
@@ -46,8 +49,16 @@ std::vector<double> breaks_of(const WorldState& state, const Island& island) {
 /// What is joined to a body that has jumped.
 void take_along(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
   if (island.joints.empty() || !joints_are_off(state, island, elapsed, kJoined)) return;
+  // Loads were those of the place before: nothing is held that was pressed there.
+  for (const std::uint32_t index : island.contacts) {
+    for (PointMemory& memory : state.contacts[index].points) {
+      memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+      memory.sticking = false;
+    }
+  }
+  for (const std::uint32_t slot : island.joints) state.held_rows[slot] = 0;
   Spare<Assembly> rows;
-  project_positions(state, island, elapsed, result, *rows);
+  project_positions(state, island, elapsed, result, *rows, true);
   result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
 }
 
@@ -83,19 +94,30 @@ void begin_span(WorldState& state, const Island& island, const SmoothSpan& span,
 void follow_jump(WorldState& state, const Island& island, StepEnd where, double h, IslandResult& result) {
   const bool begins = where == StepEnd::Beginning;
   if (!state.scratch.motion_jumps && (!begins || state.displaced.empty())) return;
-  // What flows has joints that are off, and no exact place for all that it is wedged into.
-  const bool placed = begins && !was_in_flow(state, island);
-  const auto jumps = [&](BodyId body) {
-    if (!body) return false;
-    if (placed && std::binary_search(state.displaced.begin(), state.displaced.end(), body.index)) return true;
-    if (!state.prescribed[body.index]) return false;
-    const MotionPath& path = state.paths[body.index];
+  const auto jumps = [&](std::uint32_t body) {
+    if (body == BodyId::kNone) return false;
+    if (begins && std::binary_search(state.displaced.begin(), state.displaced.end(), body)) return true;
+    if (!state.prescribed[body]) return false;
+    const MotionPath& path = state.paths[body];
     return begins ? path.begins_with_jump() : path.ends_with_jump();
   };
-  const bool any = std::any_of(island.joints.begin(), island.joints.end(), [&](std::uint32_t slot) {
-    return jumps(state.joints[slot].def.a) || jumps(state.joints[slot].def.b);
-  });
-  if (any) take_along(state, island, begins ? 0 : later(h), result);
+  const auto is_of_one = [&](std::uint32_t slot) {
+    return jumps(state.joints[slot].def.a.index) || jumps(state.joints[slot].def.b.index);
+  };
+  if (std::none_of(island.joints.begin(), island.joints.end(), is_of_one)) return;
+  const double there = begins ? 0 : later(h);
+  // What flows has joints that are off anyway, and no exact place for all that it is wedged into.
+  const auto is_off_anyway = [&](std::uint32_t slot) {
+    return !is_of_one(slot) && how_far_off(state, slot, there) > kJoined;
+  };
+  const auto is_wedged = [&](std::uint32_t index) {
+    const Contact& contact = state.contacts[index];
+    return !jumps(contact.body_a) && !jumps(contact.body_b) && is_deep(state, contact, kWedged);
+  };
+  if (was_in_flow(state, island) && (std::any_of(island.joints.begin(), island.joints.end(), is_off_anyway) ||
+                                     std::any_of(island.contacts.begin(), island.contacts.end(), is_wedged)))
+    return;
+  take_along(state, island, there, result);
 }
 
 bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,

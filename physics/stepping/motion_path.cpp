@@ -43,6 +43,9 @@ constexpr double kApart = 1e-6, kRoundings = 1e6, kFarApart = 1e-2;
 constexpr std::size_t kMostBreaks = 8;
 constexpr int kMostAsked = 10000;
 
+// A time is after the end if it is by more of the step than sums of times are rounded.
+constexpr double kAfter = 5e-14;
+
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// How far the places of a motion are from the first of them, and from the origin, at most [m, rad].
@@ -294,7 +297,7 @@ void MotionPath::sharpen_breaks() {
 }
 
 KinematicState MotionPath::at(double t) const {
-  if (jump_after_ && t > h_) {
+  if (jump_after_ && t > h_ * (1 + kAfter)) {
     KinematicState there = parts_.back().state(h_);
     there.p = end_.position;
     there.angle = end_.angle;

@@ -47,6 +47,8 @@ class MotionPath {
   /// Whether it jumps where the step begins or ends, which are no breaks of the step.
   bool begins_with_jump() const { return jump_before_; }
   bool ends_with_jump() const { return jump_after_; }
+  /// Whether it goes anywhere in the step.
+  bool moves() const { return extent_ != 0 || turn_ != 0 || !breaks_.empty() || jump_before_ || jump_after_; }
   /// About the farthest that the centre goes from where it begins [m], and the largest turn [rad].
   double extent() const { return extent_; }
   double turn() const { return turn_; }

@@ -52,28 +52,6 @@ struct Fall {
 // Least size of what hangs on a joint without a size or an arm [m].
 constexpr double kLeastSize = 1e-3;
 
-/// By how much what a joint holds, or limits, is off: the largest share of the size of the smaller body (of
-/// the joint where that has none, a point); of angles, which move its ends by its size, in rad.
-double how_far_off(const WorldState& state, std::uint32_t slot, double elapsed) {
-  const JointRecord& joint = state.joints[slot];
-  const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
-  double least = std::min(size_in_island(state, a), size_in_island(state, b));
-  if (!(least > 0))
-    least = std::max({length(joint.local_a), length(joint.local_b), joint.length, kLeastSize});
-  JointRows rows;
-  const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
-  double most = 0;
-  for (int k = 0; k < count; ++k) {
-    const JointRow& row = rows[static_cast<std::size_t>(k)];
-    const bool holds = row.kind == JointRowKind::Hold;
-    if (!holds && row.kind != JointRowKind::Limit) continue;
-    const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
-    const double error = holds ? std::abs(row.error) : -row.error;
-    most = std::max(most, turns || error <= 0 ? error : error / least);
-  }
-  return most;
-}
-
 /// Moves the bodies of one joint by what its rows want, row by row. @param shift  what is added to theirs
 void mend(WorldState& state, std::uint32_t slot, double elapsed, std::vector<Velocity>& shift) {
   const JointRecord& joint = state.joints[slot];
@@ -157,6 +135,26 @@ void mend_together(WorldState& state, const Island& island, double elapsed, std:
 }
 
 }  // namespace
+
+double how_far_off(const WorldState& state, std::uint32_t slot, double elapsed) {
+  const JointRecord& joint = state.joints[slot];
+  const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
+  double least = std::min(size_in_island(state, a), size_in_island(state, b));
+  if (!(least > 0))
+    least = std::max({length(joint.local_a), length(joint.local_b), joint.length, kLeastSize});
+  JointRows rows;
+  const int count = joint_geometry(joint, joint_end(state, a, elapsed), joint_end(state, b, elapsed), rows);
+  double most = 0;
+  for (int k = 0; k < count; ++k) {
+    const JointRow& row = rows[static_cast<std::size_t>(k)];
+    const bool holds = row.kind == JointRowKind::Hold;
+    if (!holds && row.kind != JointRowKind::Limit) continue;
+    const bool turns = row.Jb[0] == 0 && row.Jb[1] == 0;
+    const double error = holds ? std::abs(row.error) : -row.error;
+    most = std::max(most, turns || error <= 0 ? error : error / least);
+  }
+  return most;
+}
 
 std::optional<double> aim_actuator(const RowOrigin& origin, double h, std::size_t row, IslandSystem& system) {
   if (origin.spring()) {

@@ -52,6 +52,11 @@ void store_joint_impulses(WorldState& state, const Island& island, const Assembl
 void bind_jointed(const WorldState& state, const Island& island, double h, std::vector<std::uint8_t>& pushed,
                   std::vector<Vec2>& lag);
 
+/// By how much what a joint holds, or limits, is off: the largest share of the size of the smaller body (of
+/// the joint where that has none, a point); of angles, which move its ends by its size, in rad.
+/// @param elapsed  since the beginning of the step [s]
+double how_far_off(const WorldState& state, std::uint32_t slot, double elapsed);
+
 /// True if what joints hold, or limit, is off by more than a share of the size of the smaller body.
 /// @param elapsed  since the beginning of the step [s]
 bool joints_are_off(const WorldState& state, const Island& island, double elapsed, double share);

@@ -28,6 +28,11 @@ constexpr double kFarShift = 10;
 // Where a shift makes errors larger, a share of it is tried, so many times.
 constexpr double kShorter = 0.25;
 constexpr int kShorterShifts = 3;
+// Shifts of what is drift, and of what may have far to go.
+constexpr int kShifts = 5, kFarShifts = 40;
+// What has far to go may reach what is so many times as far away as it is off; and above this [m or rad] its
+// shifts are shortened as often as they have to be.
+constexpr double kReach = 2, kCoarse = 1e-3;
 // Errors above this that a solve leaves are no rounding [m or rad].
 constexpr double kContradiction = 1e-6;
 // What went aside has to be no better at once, and is allowed so many times the error.
@@ -38,12 +43,13 @@ constexpr double kSweptShift = 40;
 constexpr std::size_t kContactsAPiece = 1024, kRowsAPiece = 2048;
 
 /// Points that are near enough to be pushed into contact by a projection.
-void find_near_points(const WorldState& state, const Island& island, std::vector<std::uint8_t>& points) {
+void find_near_points(const WorldState& state, const Island& island, double near,
+                      std::vector<std::uint8_t>& points) {
   points.assign(island.contacts.size(), 0);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Manifold& manifold = state.contacts[island.contacts[k]].manifold;
     for (int i = 0; i < manifold.count; ++i) {
-      if (manifold.points[i].separation <= state.config.contact_margin) points[k] |= 1u << i;
+      if (manifold.points[i].separation <= near) points[k] |= 1u << i;
     }
   }
 }
@@ -184,11 +190,11 @@ void go_back(WorldState& state, const Island& island, const std::vector<Place>& 
 /// Newton's iteration of `project_positions`. @return whether `assembly` has the rows where the bodies are
 /// now. @pre needs_projection
 bool move_onto_constraints(WorldState& state, const Island& island, double elapsed, Assembly& assembly,
-                           IslandResult& result) {
+                           IslandResult& result, bool far) {
   BodyArrays& all = state.bodies;
   double last = kInfinity;
   bool held_back = false, pulls = true, went_aside = false;
-  int shorter = 0;
+  int shorter = 0, shortened = 0;
   Spare<PositionScratch> scratch;
   std::vector<Velocity>& shift = scratch->shift;
   AssemblyRequest request;
@@ -203,30 +209,38 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     }
     result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
   };
-  for (int round = 0; round < 5 && (round == 0 || needs_projection(state, island)); ++round) {
-    find_near_points(state, island, scratch->points);
+  const auto take_rows = [&] {
+    find_near_points(state, island, request.rope_slack, scratch->points);
     assemble(state, island, request, assembly);
+    return position_error(state, assembly);
+  };
+  if (far) request.rope_slack = std::max(request.rope_slack, kReach * take_rows());
+  const int most = far ? kFarShifts : kShifts;
+  for (int round = 0; round < most && (round == 0 || needs_projection(state, island)); ++round) {
+    const double error = take_rows();
     double extent = 0;
     for (const std::uint32_t body : island.bodies) {
       extent = std::max({extent, std::abs(all.position[body].x), std::abs(all.position[body].y)});
     }
-    const double error = position_error(state, assembly), floor = position_floor(state, {extent, extent});
+    const double floor = position_floor(state, {extent, extent});
     if (error > (went_aside ? kMoreAside : 1) * last && error > kContradiction) {
       // Rows that contradict each other, or bodies that turn far: what made it worse is undone.
       go_back(state, island, scratch->before);
-      if (shorter == kShorterShifts) {
+      if (shorter == kShorterShifts || shortened == kFarShifts) {
         result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
         return false;
       }
-      ++shorter;
+      ++(far && error > kCoarse ? shortened : shorter);
       --round;
       for (Velocity& one : shift)
         for (double& component : one) component *= kShorter;
       try_shift();
       continue;
     }
-    // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding.
-    if (error <= floor || error > 0.5 * last) return true;
+    // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding. From afar it
+    // does so in the end.
+    const bool comes_nearer = far && error > kContradiction && error < last;
+    if (error <= floor || (error > 0.5 * last && !comes_nearer)) return true;
     last = error;
 
     for (std::size_t i = 0; i < assembly.system.rows.size(); ++i) {
@@ -271,13 +285,13 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
 }  // namespace
 
 bool project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
-                       Assembly& rows) {
+                       Assembly& rows, bool far) {
   if (!needs_projection(state, island)) return false;
   // Moving bodies changes their angular momentum; a free island gets it back as a common rotation, which no
   // contact feels.
   const bool free = is_off_ground(state, island);
   const double momentum = free ? rigid_motion(state, island).momentum : 0;
-  const bool current = move_onto_constraints(state, island, elapsed, rows, result);
+  const bool current = move_onto_constraints(state, island, elapsed, rows, result, far);
   if (free) give_spin(state, island, momentum - rigid_motion(state, island).momentum);
   return current && only_holds(state, island);
 }

@@ -18,10 +18,12 @@ struct Assembly;
 /// when all errors are at rounding level already.
 /// @param elapsed  since the beginning of the step [s]
 /// @param rows     memory for rows
+/// @param far      joints may be off by much: more and smaller shifts are tried, and what they may reach is
+///                 looked at, not only what is near
 /// @return whether `rows` are those that hold at the new places: the island is nothing but joints without
 ///         limits, motors and springs
 bool project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
-                       Assembly& rows);
+                       Assembly& rows, bool far = false);
 
 /// Adds angular momentum [kg m^2/s] to an island as a common rotation, which no contact within it feels.
 void give_spin(WorldState& state, const Island& island, double momentum);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the user does to bodies at rest: puts one into another, gives one more shapes, moves or takes away
-// what they lie or hang on. Overlaps go, and joints close, whichever stepper it is.
+// What the user does to bodies: puts one into another, gives one more shapes, moves or takes away what they
+// lie or hang on. Overlaps go, and joints close, whichever stepper it is, and what swings goes on.
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
 
@@ -18,6 +19,7 @@ namespace user_edits_test {
 using test::add;
 using test::add_ground;
 using test::rough;
+using test::smooth;
 
 constexpr double kStep = 1.0 / 60;
 
@@ -225,6 +227,151 @@ TEST_P(UserEdits, ABarSwingsOnWhereItIsPut) {
     }
     EXPECT_NEAR(turns(Edit::Length, up), on_a_rod, 0.1 * std::abs(up * on_a_rod)) << up;
   }
+}
+
+/// Bars that hang at rest from a hook, one from the other, with limits of their hinges [rad]; 0: none.
+struct HungBars {
+  HungBars(const char* stepper, int count, double limit) : world(with(stepper)) {
+    hook = world.create_body({.type = BodyType::Static});
+    BodyId above = hook;
+    for (int i = 0; i < count; ++i) {
+      ShapeDef bar = rough(make_box({0.1, 0.5}), 0.5);
+      bar.filter.mask = 0;
+      const BodyId body = add(world, {0, -0.25 - 0.5 * i}, bar, 1);
+      JointDef hinge{.a = above, .b = body, .anchor_a = {0, -0.5 * i}, .anchor_b = {0, -0.5 * i}};
+      if (limit > 0) {
+        hinge.lower = -limit;
+        hinge.upper = limit;
+      }
+      hinges.push_back(world.create_joint(hinge));
+      above = body;
+      bodies.push_back(body);
+    }
+    for (int i = 0; i < 5; ++i) world.step(kStep);
+  }
+  static WorldConfig with(const char* stepper) {
+    WorldConfig config;
+    config.stepper = stepper;
+    return config;
+  }
+  /// How far anchors are apart [m], or beyond limits [rad].
+  double worst(double limit) const {
+    double most = 0;
+    BodyId above = hook;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const Vec2 lower_end = i == 0 ? Vec2{} : Vec2{0, -0.25};
+      most = std::max(
+          most, length(to_world(world.pose(above), lower_end) - to_world(world.pose(bodies[i]), {0, 0.25})));
+      if (limit > 0) most = std::max(most, std::abs(world.joint_position(hinges[i])) - limit);
+      above = bodies[i];
+    }
+    return most;
+  }
+
+  World world;
+  BodyId hook;
+  std::vector<BodyId> bodies;
+  std::vector<JointId> hinges;
+};
+
+TEST_P(UserEdits, BarsGoWithAHookThatIsPutFarAway) {
+  for (const double limit : {0.0, 0.1, 0.3}) {
+    for (const int count : {1, 2, 5}) {
+      for (const double way : {0.05, 0.2, 1.0}) {
+        // What is turned far comes up against limits one after the other.
+        if (limit > 0 && (count > 2 || way > 0.3)) continue;
+        for (int k = 0; k < 12; ++k) {
+          HungBars bars(GetParam(), count, limit);
+          const double angle = 2 * kPi * k / 12;
+          bars.world.set_pose(bars.hook, way * Vec2{std::cos(angle), std::sin(angle)}, 0);
+          bars.world.step(kStep);
+          EXPECT_LT(bars.worst(limit), 1e-9) << limit << " rad, " << count << " bars, " << way << " m, " << k;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(UserEdits, AChainFollowsItsHookStepByStep) {
+  test::Draw draw(1);
+  HungBars bars(GetParam(), 20, 0);
+  int off = 0;
+  Vec2 hook;
+  for (int i = 0; i < 60; ++i) {
+    const double angle = draw.uniform(0, 2 * kPi);
+    hook += 0.05 * Vec2{std::cos(angle), std::sin(angle)};
+    bars.world.set_pose(bars.hook, hook, 0);
+    bars.world.step(kStep);
+    off += bars.worst(0) > 1e-6;
+    EXPECT_GT(bars.world.kinetic_energy(), 0) << i;
+  }
+  EXPECT_EQ(off, 0);
+}
+
+TEST_P(UserEdits, ABarIsNotPulledThroughAWall) {
+  // The lower end would be behind the wall, beyond what counts as near.
+  for (const double thick : {0.01, 0.05}) {
+    for (const double gap : {0.0, 0.01, 0.03}) {
+      for (const double way : {0.05, 0.1, 0.15}) {
+        World world(HungBars::with(GetParam()));
+        const BodyId hook = world.create_body({.type = BodyType::Static});
+        const BodyId bar = add(world, {0, -0.25}, rough(make_box({0.02, 0.5}), 0.3), 1);
+        world.create_joint({.a = hook, .b = bar});
+        const BodyId wall =
+            world.create_body({.type = BodyType::Static, .position = {-0.01 - gap - 0.5 * thick, -0.5}});
+        world.add_shape(wall, rough(make_box({thick, 0.3}), 0.3));
+        for (int i = 0; i < 10; ++i) world.step(kStep);
+        world.set_pose(hook, {way, 0}, 0);
+        for (int i = 0; i < 60; ++i) {
+          world.step(kStep);
+          EXPECT_GT(to_world(world.pose(bar), {0, -0.25}).x, -0.011 - gap)
+              << thick << " m, " << gap << " m, " << way << " m, step " << i;
+        }
+      }
+    }
+  }
+}
+
+/// A step of many pieces is not one in flow.
+TEST_P(UserEdits, ABarKeepsItsSpeedAfterABusyStep) {
+  for (const double up : {-0.01, 0.01, 0.03}) {
+    World world(HungBars::with(GetParam()));
+    add_ground(world, rough(make_disc(1), 0.5));
+    const BodyId hook = world.create_body({.type = BodyType::Static, .position = {0, 2}});
+    const BodyId bar = add(world, {0.5, 2}, rough(make_box({1, 0.1}), 0.5), 1);
+    world.create_joint({.a = hook, .b = bar, .anchor_a = {0, 2}, .anchor_b = {0, 2}});
+    // Balls that land in one step, joined by slack ropes.
+    for (int i = 0; i < 6; ++i) {
+      const Vec2 at{1 + 0.3 * i, 0.3 + 0.003 * i};
+      const BodyId ball = add(world, at, rough(make_disc(0.1), 0.5), 0.1);
+      world.create_joint(
+          {.kind = JointKind::Rope, .a = bar, .b = ball, .anchor_a = {0.5, 2}, .anchor_b = at, .length = 4});
+    }
+    int most = 0;
+    for (int k = 0; k < 60 && most <= 4; ++k) most = world.step(kStep).substeps;
+    ASSERT_GT(most, 4);
+    const double before = world.kinetic_energy();
+    world.set_pose(hook, {0, 2 + up}, 0);
+    world.step(1e-6);
+    EXPECT_NEAR(world.kinetic_energy(), before, 5 * up * up) << up;
+  }
+}
+
+/// What is told to stand still is ground like any other.
+TEST_P(UserEdits, ADoublePendulumKeepsItsEnergyOnWhatIsToldToStandStill) {
+  World world(HungBars::with(GetParam()));
+  const BodyId hook = world.create_body({.type = BodyType::Kinematic});
+  world.set_motion(hook, [](double) { return Placement{}; });
+  BodyId above = hook;
+  for (int i = 0; i < 2; ++i) {
+    const BodyId bar = add(world, {0.5 + i, 0}, smooth(make_box({1, 0.1})), 1);
+    world.create_joint({.a = above, .b = bar, .anchor_a = {1.0 * i, 0}, .anchor_b = {1.0 * i, 0}});
+    above = bar;
+  }
+  const auto energy = [&] { return world.kinetic_energy() + world.potential_energy(); };
+  const double before = energy();
+  for (int i = 0; i < 300; ++i) world.step(kStep);
+  EXPECT_NEAR(energy(), before, 1e-9);
 }
 
 INSTANTIATE_TEST_SUITE_P(By, UserEdits, testing::Values("time_stepping", "event_driven", "auto"),
