@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "physics/narrowphase/collide.h"
 
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace skerry {
@@ -56,6 +58,40 @@ TEST(Collide, MeetsEveryPairOfKinds) {
     EXPECT_EQ(ground.normal, (Vec2{0, 1}));
     EXPECT_NEAR(ground.points[0].separation, -0.1, 1e-15);
     EXPECT_NEAR(ground.points[0].position.y, 0.95, 1e-15);
+  }
+}
+
+/// A small box that is tilted, its lowest corner 2 mm above the line of the upper side of a large one, and as
+/// far beyond its end as `beyond` [m] says.
+struct AtAnEnd {
+  AtAnEnd(double side, double tilt, double beyond) : turned(Rot::from_angle(-side * tilt)) {
+    const Vec2 lowest{side * (0.05 + beyond), 0.052};
+    pose = {lowest - rotate(turned, {side * 0.015, -0.01}), turned};
+  }
+  Manifold meet(bool exchanged = false) const {
+    return exchanged ? collide(small, pose, large, {}, 0.006) : collide(large, {}, small, pose, 0.006);
+  }
+  Shape large = make_box({0.1, 0.1}), small = make_box({0.03, 0.02});
+  Rot turned;
+  Transform pose;
+};
+
+TEST(Collide, ACornerThatPassesTheEndOfAnEdgeKeepsTheOtherPointAndTheirOrder) {
+  for (const double tilt : {0.02, 0.05, 0.08, 0.12}) {
+    for (const double side : {1.0, -1.0}) {
+      for (const bool exchanged : {false, true}) {
+        const double first = AtAnEnd(side, tilt, -20e-6).meet(exchanged).points[0].position.x;
+        for (int k = -20; k <= 20; ++k) {
+          const Manifold there = AtAnEnd(side, tilt, 1e-6 * k).meet(exchanged);
+          ASSERT_EQ(there.count, 2) << tilt << ", " << k;
+          EXPECT_NEAR(there.points[0].position.x, first, 1e-3) << tilt << ", " << side << ", " << exchanged;
+          if (exchanged) continue;
+          const auto [least, most] = std::minmax({there.points[0].separation, there.points[1].separation});
+          EXPECT_NEAR(least, 0.002, 1e-6) << tilt << ", " << k;
+          EXPECT_NEAR(most, 0.002 + 0.03 * std::sin(tilt), 1e-4) << tilt << ", " << k;
+        }
+      }
+    }
   }
 }
 

@@ -340,5 +340,17 @@ TEST(ShapeCast, AgainstAChainTouchesThereWithANormalAgainstTheMotion) {
   EXPECT_GT(hits, 500);
 }
 
+TEST(RayCast, MeetsABoxThatIsOffItsBodyAlongOneAxis) {
+  for (const Vec2 middle : {Vec2{0, 0.75}, Vec2{0.75, 0}}) {
+    const Shape box = make_box({1, 1}, middle);
+    const auto down = ray_cast(box, {}, {.origin = {middle.x, 10}, .direction = {0, -1}, .t_max = 100});
+    ASSERT_TRUE(down);
+    EXPECT_NEAR(down->point.y, middle.y + 0.5, 1e-14);
+    const auto left = ray_cast(box, {}, {.origin = {10, middle.y}, .direction = {-1, 0}, .t_max = 100});
+    ASSERT_TRUE(left);
+    EXPECT_NEAR(left->point.x, middle.x + 0.5, 1e-14);
+  }
+}
+
 }  // namespace queries_test
 }  // namespace skerry

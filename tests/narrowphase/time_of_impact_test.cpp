@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/narrowphase/collide.h"
+#include "physics/narrowphase/queries.h"
 #include "tests/narrowphase/oracle.h"
 
 namespace skerry {
@@ -329,6 +330,39 @@ TEST(TimeOfImpact, RefusesBadArguments) {
                  "omega inf, a (0, 0), alpha 0");
   }
   EXPECT_THROW(time_of_impact(disc, {.p0 = {std::nan(""), 0}}, disc, {}, 1), std::invalid_argument);
+}
+
+/// Nothing touches before the time that was found.
+void expect_apart_until(const Shape& a, const Motion& ma, const Shape& b, const Motion& mb, double t) {
+  for (int k = 0; k < 2000; ++k) {
+    const double before = t * k / 2000;
+    ASSERT_GT(distance(a, ma.at(before), b, mb.at(before)).distance, 0) << before << " s of " << t;
+  }
+  EXPECT_NEAR(distance(a, ma.at(t), b, mb.at(t)).distance, 0, 1e-9);
+}
+
+TEST(TimeOfImpact, OfAFastSpinningBarIsTheFirstOfSeveralThatItsFeaturesHave) {
+  const Shape box = make_box({1.62, 0.92}), bar = make_box({3.02, 0.35});
+  const Motion slow{.angle0 = 1.679, .v = {-0.712, 0.085}, .omega = 1.486};
+  const Motion fast{
+      .p0 = {-2.026, 1.528}, .angle0 = -1.981, .v = {1.4, -4.222}, .omega = -10.596, .a = {0, -3.508}};
+  const ImpactTime impact = time_of_impact(box, slow, bar, fast, 1);
+  ASSERT_TRUE(impact.hit);
+  expect_apart_until(box, slow, bar, fast, impact.t);
+}
+
+TEST(TimeOfImpact, OfATouchingStartFollowsTheFaceThatTurns) {
+  const Shape plank = make_box({8, 1});
+  const Motion turning{.omega = 1};
+  for (const double speed : {1.0, 0.2, -0.2, -1.0}) {
+    // In the plank's frame the disc gets higher by -w (0.6 w + 2 v) t^2 / 2.
+    const Motion along{.p0 = {0, 0.6}, .v = {speed, 0}};
+    const ImpactTime impact = time_of_impact(plank, turning, make_disc(0.1), along, 0.1);
+    EXPECT_EQ(impact.hit, 0.6 + 2 * speed > 0) << speed;
+    if (impact.hit) {
+      EXPECT_EQ(impact.t, 0) << speed;
+    }
+  }
 }
 
 }  // namespace time_of_impact_test

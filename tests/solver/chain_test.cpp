@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <random>
 
@@ -240,6 +241,107 @@ TEST(Chains, AJudgeSeesOneWrongImpulseInAThousand) {
     wrong[i] += 1e-3;
     EXPECT_GT(clamp_and_judge(system, wrong), 1e-5) << "row " << i;
   }
+}
+
+TEST(Chains, OfFacesThatMeetAtTwoPointsAreAnswered) {
+  // Two rows of a pair of bodies are coupled through both of them, in whatever order they come.
+  for (const int pairs : {1, 2}) {
+    for (const bool backwards : {false, true}) {
+      IslandSystem system;
+      system.bodies = {{1, 6}, {0.5, 2}, {1, 6}, {2, 3}};
+      system.bodies.resize(static_cast<std::size_t>(2 * pairs));
+      for (const double x : {-0.5, 0.4}) {
+        for (int pair = 0; pair < pairs; ++pair) {
+          Row row;
+          row.a = 2 * pair + (backwards ? 1 : 0);
+          row.b = 2 * pair + (backwards ? 0 : 1);
+          row.Ja = {0, -1, -x};
+          row.Jb = {0, 1, x + 0.1};
+          system.rows.push_back(row);
+          system.b.push_back(1 + x);
+        }
+      }
+      const Solution solution = find_solver("tridiagonal").solve(system, {}, {}, nullptr);
+      EXPECT_EQ(solution.status, SolveStatus::Solved);
+      EXPECT_LT(natural_map_residual(system, solution.lambda), 1e-13);
+      for (const double lambda : solution.lambda) EXPECT_GT(lambda, 0);
+    }
+  }
+}
+
+TEST(Chains, WithBoundsOfAllKindsAndComplianceAreAnswered) {
+  for (unsigned seed = 1; seed <= 400; ++seed) {
+    std::mt19937 random(seed);
+    const auto real = [&](double low, double high) { return low + (high - low) * (random() / 4294967296.0); };
+    IslandSystem system;
+    const int discs = 2 + static_cast<int>(seed % 30);
+    for (int k = 0; k < discs; ++k) system.bodies.push_back({real(0.1, 2), real(0.1, 2)});
+    std::vector<Row> rows;
+    for (int k = -1; k + 1 < discs; ++k) {
+      Row row;
+      row.kind = RowKind::Joint;
+      row.a = k;
+      row.b = k + 1;
+      const double angle = real(0, 6), turn = real(-0.3, 0.3);
+      if (k >= 0) row.Ja = {-std::cos(angle), -std::sin(angle), turn};
+      row.Jb = {std::cos(angle), std::sin(angle), turn};
+      const int bounds = static_cast<int>(random() % 5);
+      if (bounds == 0 || bounds == 3) row.lower = -kInfinity;
+      if (bounds == 1) {
+        row.lower = real(-0.2, 0.2);
+        row.upper = row.lower + real(0, 0.5);
+      }
+      if (bounds == 2) row.lower = row.upper = real(-0.5, 0.5);
+      if (bounds == 3) row.upper = real(-0.2, 0.2);
+      rows.push_back(row);
+      system.b.push_back(real(-1, 1));
+    }
+    // Each second one in another order.
+    for (std::size_t k = rows.size(); seed % 2 == 0 && k > 1; --k) std::swap(rows[k - 1], rows[random() % k]);
+    system.rows = rows;
+    for (std::size_t k = 0; seed % 3 == 0 && k < rows.size(); ++k) system.compliance.push_back(real(0, 0.5));
+    std::unique_ptr<SolverMemory> memory;
+    for (int again = 0; again < 3; ++again) {
+      const Solution solution = find_solver("tridiagonal").solve(system, {}, {}, &memory);
+      EXPECT_EQ(solution.status, SolveStatus::Solved) << "seed " << seed << ", " << again;
+      EXPECT_LT(natural_map_residual(system, solution.lambda), 1e-12) << "seed " << seed << ", " << again;
+      EXPECT_LE(solution.iterations, 30) << "seed " << seed << ", " << again;
+      for (double& b : system.b) b += again == 0 ? 0 : real(-0.2, 0.2);
+    }
+  }
+}
+
+TEST(Chains, OfContradictingRowsAreTold) {
+  IslandSystem system;
+  system.bodies = {{1, 0}};
+  for (const double wanted : {1.0, 2.0}) {
+    Row row;
+    row.b = 0;
+    row.kind = RowKind::Joint;
+    row.lower = -kInfinity;
+    row.Jb = {0, 1, 0};
+    system.rows.push_back(row);
+    system.b.push_back(wanted);
+  }
+  const Solution solution = find_solver("tridiagonal").solve(system, {}, {}, nullptr);
+  EXPECT_EQ(solution.status, SolveStatus::Singular);
+  EXPECT_EQ(solution.lambda, (std::vector<double>{0, 0}));
+}
+
+TEST(Chains, ThatAreRingsAreLeftToOthers) {
+  IslandSystem system;
+  system.bodies = {{1, 1}, {1, 1}, {1, 1}, {1, 1}};
+  for (int k = 0; k < 4; ++k) {
+    const Vec2 along = k % 2 == 0 ? Vec2{1, 0} : Vec2{0, 1};
+    Row row;
+    row.a = k;
+    row.b = (k + 1) % 4;
+    row.Ja = {-along.x, -along.y, 0.1};
+    row.Jb = {along.x, along.y, 0.1};
+    system.rows.push_back(row);
+    system.b.push_back(1);
+  }
+  EXPECT_EQ(find_solver("tridiagonal").solve(system, {}, {}, nullptr).status, SolveStatus::Unsupported);
 }
 
 }  // namespace chain_test

@@ -301,5 +301,37 @@ TEST(Import, ReadsBlockStorageByColumnsOfEachBlock) {
   EXPECT_EQ(problem.rows[3].mu, 0.25);
 }
 
+TEST(ResidualFloor, CountsWhatComplianceGives) {
+  IslandSystem system;
+  system.bodies = {{1, 1}};
+  Row row;
+  row.b = 0;
+  row.Jb = {0, 1, 0};
+  system.rows = {row};
+  system.b = {1};
+  system.compliance = {0};
+  // Never below a rounding of what is wanted.
+  EXPECT_EQ(residual_floor(system, {1e-3}), residual_floor(system, {0}));
+  EXPECT_DOUBLE_EQ(residual_floor(system, {1e3}), 1e3 * residual_floor(system, {0}));
+  system.compliance = {1e6};
+  EXPECT_DOUBLE_EQ(residual_floor(system, {1e3}), (1e9 + 1e3) * residual_floor(system, {0}));
+}
+
+TEST(ClampAndJudge, ShowsVelocitiesThatAreNoNumbers) {
+  IslandSystem system;
+  system.bodies = {{10, 10}, {10, 10}};
+  for (int k = 0; k < 2; ++k) {
+    Row row;
+    row.a = k - 1;
+    row.b = k;
+    if (k > 0) row.Ja = {0, -1, 0};
+    row.Jb = {0, 1, 0};
+    system.rows.push_back(row);
+    system.b.push_back(1);
+  }
+  std::vector<double> lambda{1e308, 1e308};
+  EXPECT_FALSE(clamp_and_judge(system, lambda) <= 1);
+}
+
 }  // namespace island_system_test
 }  // namespace skerry

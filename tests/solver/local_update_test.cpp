@@ -223,5 +223,22 @@ TEST(LocalUpdate, PushesOnBoxesNearTheTopSettleInAFewSolves) {
   EXPECT_LE(factors, 10);
 }
 
+TEST(LocalUpdate, GoesOnAfterARefusal) {
+  const Scene scene = scenes::pyramid(36);
+  BodySpaceModel model;
+  SolveWork work;
+  model.assign(scene.system, work);
+  const std::size_t n = scene.system.rows.size();
+  const std::vector<double> g(n, 1.0), h(n, 0.0);
+  ASSERT_TRUE(model.factor(g.data(), h.data(), work));
+  std::vector<double> many = g, few = g;
+  for (std::size_t i = 0; i < n; i += n / 100) many[i] = 2;
+  for (std::size_t k = 0; k < 5; ++k) few[k * (n / 100)] = 2;
+  EXPECT_TRUE(model.adapt(few.data(), h.data(), work));
+  ASSERT_TRUE(model.factor(g.data(), h.data(), work));
+  EXPECT_FALSE(model.adapt(many.data(), h.data(), work));
+  EXPECT_TRUE(model.adapt(few.data(), h.data(), work)) << "what was refused is forgotten";
+}
+
 }  // namespace local_update_test
 }  // namespace skerry

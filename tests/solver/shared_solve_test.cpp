@@ -236,5 +236,28 @@ TEST(SharedConePath, HasTheBitsOfOneThread) {
   }
 }
 
+TEST(SharedSolve, NoNumberIsHiddenFromSeveralThreads) {
+  ThreadPool threads(2);
+  IslandSystem system;
+  const int discs = 5000;
+  const auto add = [&](int a, int b, double up) {
+    Row row;
+    row.a = a;
+    row.b = b;
+    if (a >= 0) row.Ja = {0, -up, 0};
+    row.Jb = {0, up, 0};
+    system.rows.push_back(row);
+    system.b.push_back(1);
+  };
+  for (int k = 0; k < discs; ++k) {
+    system.bodies.push_back({10, 10});
+    add(k - 1, k, 1);
+  }
+  add(-1, discs - 1, -1);
+  std::vector<double> lambda(system.rows.size(), 1e308);
+  for (ThreadPool* pool : {&threads, static_cast<ThreadPool*>(nullptr)})
+    EXPECT_FALSE(clamp_and_judge(system, lambda, kInfinity, pool) <= 1);
+}
+
 }  // namespace shared_solve_test
 }  // namespace skerry

@@ -224,5 +224,69 @@ TEST(WeldedBodies, AreNoneWhereNothingIsWelded) {
   EXPECT_FALSE(welded.find(pinned.finish().system));
 }
 
+TEST(WeldedBodies, TurnAsTheOneThatCannotBeTurnedIsTold) {
+  SceneBuilder builder({.friction = 0.5});
+  for (int k = 0; k < 3; ++k) builder.body({0, k + 0.5}, 1, scenes::box_inertia(1, 1, 1));
+  builder.weld(0, 1, {0, 1});
+  builder.weld(1, 2, {0, 2});
+  builder.contact(-1, 0, {0.4, 0}, {0, 1});
+  Scene scene = builder.finish();
+  scene.system.bodies[2].angular = 0;
+  for (std::size_t i = 0; i < scene.system.rows.size(); ++i) {
+    if (scene.system.rows[i].kind == RowKind::Joint) scene.system.b[i] = 0.1 * (static_cast<double>(i) + 1);
+  }
+  WeldedBodies welded;
+  ASSERT_TRUE(welded.find(scene.system));
+  std::vector<double> own(welded.groups().rows.size(), 0.0), all;
+  own[0] = 0.3;
+  SolveWork work;
+  welded.expand(own, {}, nullptr, all, work);
+  std::vector<std::array<double, 3>> by_rows(3), by_groups(3);
+  apply_impulses(scene.system, all, by_rows);
+  welded.move(own, by_groups);
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(by_rows[k][c], by_groups[k][c], 1e-12) << k << ", " << c;
+  }
+}
+
+TEST(WeldedBodies, GoOnTurningWithOneThatNothingTurns) {
+  for (const bool turns : {true, false}) {
+    SceneBuilder builder({.friction = 0.5});
+    for (int k = 0; k < 2; ++k) builder.body({0, k + 0.5}, 1 + k, scenes::box_inertia(1, 1, 1));
+    builder.weld(0, 1, {0, 1});
+    builder.contact(-1, 0, {0.4, 0}, {0, 1});
+    Scene scene = builder.finish();
+    if (!turns) scene.system.bodies[1].angular = 0;
+    for (std::size_t i = 0; i < 3; ++i) scene.system.b[i] = 0;
+    WeldedBodies welded;
+    ASSERT_TRUE(welded.find(scene.system));
+    const std::vector<std::array<double, 3>> rigid{{1 + 0.3 * 0.5, 2, 0.3}, {1 - 0.3 * 0.5, 2, 0.3}};
+    std::vector<std::array<double, 3>> groups, bodies(2);
+    welded.join(rigid, groups);
+    welded.spread(groups, bodies);
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(bodies[k][c], rigid[k][c], 1e-13) << turns << ", " << k << ", " << c;
+    }
+  }
+}
+
+TEST(WeldedBodies, HeldByTheGroundTellWhatTheyAreTold) {
+  SceneBuilder builder({.friction = 0.5});
+  for (int k = 0; k < 2; ++k) builder.body({0, k + 0.5}, 1, scenes::box_inertia(1, 1, 1));
+  builder.weld(-1, 0, {0, 0});
+  builder.contact(0, 1, {0.4, 1}, {0, 1});
+  Scene scene = builder.finish();
+  for (std::size_t i = 0; i < 3; ++i) scene.system.b[i] = 0.1 * (static_cast<double>(i) + 1);
+  WeldedBodies welded;
+  ASSERT_TRUE(welded.find(scene.system));
+  const std::vector<std::array<double, 3>> still(2);
+  for (std::size_t k = 0; k < welded.rows().size(); ++k) {
+    const double all = scene.system.b[static_cast<std::size_t>(welded.rows()[k])];
+    EXPECT_NEAR(welded.told(k, still), all - welded.groups().b[k], 1e-13) << k;
+  }
+  EXPECT_GT(std::abs(welded.told(0, still)), 0.01);
+}
+
 }  // namespace welded_bodies_test
 }  // namespace skerry

@@ -6,7 +6,10 @@
 #include <random>
 
 #include "physics/solver/impact_law.h"
+#include "physics/solver/impact_laws.h"
 #include "physics/solver/solver.h"
+#include "tests/support/draw.h"
+#include "tests/support/island_scenes.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -345,6 +348,32 @@ TEST(Impact, OfHingedBodiesEndsSoonThoughTheirJointsMoveApart) {
     }
   }
   EXPECT_GT(struck, 50);
+}
+
+TEST(Reflections, LeaveNoApproachWhateverBouncesHowMuch) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    test::Draw draw(seed);
+    const scenes::Scene scene = scenes::pyramid(4, {.friction = seed % 2 == 0 ? 0 : 0.5});
+    ImpactProblem problem;
+    problem.system = scene.system;
+    problem.solver = &find_solver("auto");
+    for (std::size_t k = 0; k < scene.system.bodies.size(); ++k)
+      problem.velocity.push_back({draw.uniform(-1, 1), draw.uniform(-3, 1), draw.uniform(-2, 2)});
+    problem.drive.assign(scene.system.rows.size(), 0);
+    for (std::size_t i = 0; i < scene.system.rows.size(); ++i)
+      problem.restitution.push_back(draw.one_in(2) ? 0.0 : draw.uniform(0.5, 1));
+    const ImpactResult result = impact::apply_reflections(problem);
+    for (std::size_t i = 0; i < scene.system.rows.size(); ++i) {
+      const Row& row = scene.system.rows[i];
+      if (row.kind != RowKind::Normal) continue;
+      double speed = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (row.a >= 0) speed += row.Ja[c] * result.velocity[static_cast<std::size_t>(row.a)][c];
+        if (row.b >= 0) speed += row.Jb[c] * result.velocity[static_cast<std::size_t>(row.b)][c];
+      }
+      ASSERT_GT(speed, -1e-5) << "seed " << seed << ", row " << i;
+    }
+  }
 }
 
 }  // namespace impact_test

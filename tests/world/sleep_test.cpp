@@ -2,11 +2,15 @@
 //
 // Sleep must never show: the same bits with and without it, whatever the user does, and nothing to do while
 // everything sleeps. The same for islands that are awake and kept as they are.
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "physics/snapshot.h"
 #include "physics/stepping/stepper.h"
+#include "tests/support/draw.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
 
@@ -255,6 +259,116 @@ TEST(Sleep, NearIslandsThatFellAsleepOneAfterTheOtherShareTheirContactOnWaking) 
     step(world, 1);
     EXPECT_FALSE(world.asleep(right));
     EXPECT_GT(world.velocity(right).x, 0);
+  }
+}
+
+/// What is counted and summed up over sleepers, as their neighbours come, go, and are woken one by one.
+std::vector<double> counts_of_neighbours(unsigned seed, bool sleep) {
+  test::Draw draw(seed);
+  const double gap = 0.005 * (seed % 40);
+  const auto radius = [](int k) { return k % 2 == 0 ? 1.0 : 0.1; };
+  const auto place = [&](int k, double up) { return Vec2{(0.7 + gap) * k, radius(k) + up}; };
+  World world(with_sleep(sleep));
+  add_ground(world, rough(make_disc(1), 0.5));
+  std::vector<BodyId> discs(6);
+  std::vector<double> seen;
+  for (int act = 0; act < 30; ++act) {
+    const int k = draw.pick(6), what = draw.pick(4);
+    BodyId& disc = discs[static_cast<std::size_t>(k)];
+    if (!disc) {
+      disc = add(world, place(k, 0), rough(make_disc(radius(k)), 0.5));
+    } else if (what == 0) {
+      world.destroy(disc);
+      disc = {};
+    } else if (what == 1) {
+      world.set_pose(disc, place(k, 3), 0);
+    } else if (what == 2) {
+      world.set_pose(disc, place(k, 0), 0);
+      world.set_velocity(disc, {}, 0);
+    } else {
+      world.wake(disc);
+    }
+    for (int i = 0; i < 4; ++i) {
+      const StepReport& report = world.step(1.0 / 60);
+      for (const int count :
+           {report.pairs, report.pairs_out_of_reach, report.contacts, report.contact_points, report.rows})
+        seen.push_back(count);
+      for (const double sum : {report.total_normal_impulse, report.total_friction_impulse,
+                               report.worst_penetration, report.worst_residual})
+        seen.push_back(sum);
+    }
+  }
+  return seen;
+}
+
+TEST(Sleep, NeighboursThatComeAndGoAreCountedAsWithoutIt) {
+  for (unsigned seed = 1; seed <= 160; ++seed) {
+    const std::vector<double> with = counts_of_neighbours(seed, true),
+                              without = counts_of_neighbours(seed, false);
+    ASSERT_EQ(with.size(), without.size());
+    for (std::size_t i = 0; i < with.size(); ++i) {
+      ASSERT_NEAR(with[i], without[i], 1e-11 * std::abs(without[i]) + 1e-13)
+          << "seed " << seed << ", step " << i / 9 << ", number " << i % 9;
+    }
+  }
+}
+
+TEST(Sleep, PairsWithWhatIsToldToMoveStayAwake) {
+  std::vector<int> pairs[2];
+  for (const bool sleep : {true, false}) {
+    World world(with_sleep(sleep));
+    add_ground(world, rough(make_disc(1), 0.5));
+    add(world, {0, 1}, rough(make_disc(1), 0.5));
+    const BodyId told =
+        world.create_body({.type = BodyType::Kinematic, .position = {-1.9, 2.9}, .velocity = {0.5, 0}});
+    world.add_shape(told, rough(make_disc(1), 0.5));
+    for (int i = 0; i < 120; ++i) {
+      if (i == 60) world.set_velocity(told, {-5, 0}, 0);
+      world.step(1.0 / 60);
+      pairs[sleep ? 1 : 0].push_back(world.report().pairs);
+    }
+  }
+  EXPECT_EQ(pairs[0], pairs[1]);
+}
+
+TEST(Sleep, ReportsOfWhatLiesInAZoneAndOnASlopeAreTheSame) {
+  std::vector<double> seen[2];
+  for (const bool sleep : {true, false}) {
+    World world(with_sleep(sleep));
+    add_ground(world, rough(make_disc(1), 0.5), 0.2);
+    for (const double x : {0.0, 3.0, -3.0})
+      add(world, rotate(Rot::from_angle(0.2), {x, 0.5}), rough(make_box({1, 1}), 0.5), 1, {}, 0, 0.2);
+    const BodyId zone = world.create_body({.type = BodyType::Static});
+    world.add_shape(zone, {.shape = make_box({20, 20}), .sensor = true});
+    step(world, 60);
+    const StepReport& report = world.report();
+    EXPECT_EQ(report.bodies_asleep, sleep ? 3 : 0);
+    seen[sleep ? 1 : 0] = {static_cast<double>(report.pairs), static_cast<double>(report.pairs_out_of_reach),
+                           report.total_friction_impulse, report.total_normal_impulse};
+  }
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(seen[0][k], seen[1][k], 1e-12) << k;
+}
+
+TEST(Sleep, WhatHangsOnWhatTheUserMovesWakes) {
+  for (const BodyType type : {BodyType::Static, BodyType::Kinematic}) {
+    for (const char* act : {"set_pose", "set_velocity", "set_type"}) {
+      const bool moves = act == std::string("set_velocity"), is_other = act == std::string("set_type");
+      if (moves && type == BodyType::Static) continue;
+      if (is_other && type == BodyType::Kinematic) continue;
+      World world;
+      const BodyId hook = world.create_body({.type = type});
+      const BodyId bob = add(world, {0, -1}, rough(make_disc(0.1), 0));
+      world.create_joint({.kind = JointKind::Revolute, .a = hook, .b = bob});
+      step(world, 20);
+      ASSERT_TRUE(world.asleep(bob));
+      if (is_other) world.set_type(hook, BodyType::Kinematic);
+      if (moves || is_other)
+        world.set_velocity(hook, {0.5, 0}, 0);
+      else
+        world.set_pose(hook, {0.5, 0}, 0);
+      step(world, 20);
+      EXPECT_GT(world.position(bob).x, 1e-4) << act;
+    }
   }
 }
 
