@@ -46,10 +46,7 @@ std::vector<double> breaks_of(const WorldState& state, const Island& island) {
   return breaks;
 }
 
-/// What is joined to a body that has jumped.
-void take_along(WorldState& state, const Island& island, double elapsed, IslandResult& result) {
-  if (island.joints.empty() || !joints_are_off(state, island, elapsed, kJoined)) return;
-  // Loads were those of the place before: nothing is held that was pressed there.
+void forget_loads(WorldState& state, const Island& island) {
   for (const std::uint32_t index : island.contacts) {
     for (PointMemory& memory : state.contacts[index].points) {
       memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
@@ -57,8 +54,16 @@ void take_along(WorldState& state, const Island& island, double elapsed, IslandR
     }
   }
   for (const std::uint32_t slot : island.joints) state.held_rows[slot] = 0;
+}
+
+/// What is joined to a body that has jumped.
+/// @param far  nothing flows, where joints are off anyway and crowds have no exact place
+void take_along(WorldState& state, const Island& island, double elapsed, bool far, IslandResult& result) {
+  if (island.joints.empty() || !joints_are_off(state, island, elapsed, kJoined)) return;
+  // Loads were those of the place before: nothing is held that was pressed there.
+  if (far) forget_loads(state, island);
   Spare<Assembly> rows;
-  project_positions(state, island, elapsed, result, *rows, true);
+  project_positions(state, island, elapsed, result, *rows, far);
   result.manifolds_reused += update_manifolds(state, island, elapsed, result.narrow);
 }
 
@@ -88,7 +93,7 @@ bool begins_span(const WorldState& state, const Island& island, double elapsed) 
 void begin_span(WorldState& state, const Island& island, const SmoothSpan& span, IslandResult& result) {
   if (!(span.from > 0)) return;
   result.manifolds_reused += update_manifolds(state, island, span.from, result.narrow);
-  take_along(state, island, span.from, result);
+  take_along(state, island, span.from, !was_in_flow(state, island), result);
 }
 
 void follow_jump(WorldState& state, const Island& island, StepEnd where, double h, IslandResult& result) {
@@ -117,7 +122,7 @@ void follow_jump(WorldState& state, const Island& island, StepEnd where, double 
   if (was_in_flow(state, island) && (std::any_of(island.joints.begin(), island.joints.end(), is_off_anyway) ||
                                      std::any_of(island.contacts.begin(), island.contacts.end(), is_wedged)))
     return;
-  take_along(state, island, there, result);
+  take_along(state, island, there, true, result);
 }
 
 bool step_over_breaks(WorldState& state, const Island& island, const OnePieceRule& rule, double h,

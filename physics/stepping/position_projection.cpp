@@ -31,8 +31,9 @@ constexpr int kShorterShifts = 3;
 // Shifts of what is drift, and of what may have far to go.
 constexpr int kShifts = 5, kFarShifts = 40;
 // What has far to go may reach what is so many times as far away as it is off; and above this [m or rad] its
-// shifts are shortened as often as they have to be.
-constexpr double kReach = 2, kCoarse = 1e-3;
+// shifts are shortened as often as they have to be. Each one has to leave less than this share, and all may
+// take so many visits a row, which forty of those that are no riddle do not.
+constexpr double kReach = 2, kCoarse = 1e-3, kNearer = 0.99, kFarVisits = 1000;
 // Errors above this that a solve leaves are no rounding [m or rad].
 constexpr double kContradiction = 1e-6;
 // What went aside has to be no better at once, and is allowed so many times the error.
@@ -195,6 +196,7 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
   double last = kInfinity;
   bool held_back = false, pulls = true, went_aside = false;
   int shorter = 0, shortened = 0;
+  const auto visits = result.work.visits;
   Spare<PositionScratch> scratch;
   std::vector<Velocity>& shift = scratch->shift;
   AssemblyRequest request;
@@ -239,7 +241,9 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
     }
     // Newton's iteration converges quadratically; when it no longer gains, the rest is rounding. From afar it
     // does so in the end.
-    const bool comes_nearer = far && error > kContradiction && error < last;
+    const bool comes_nearer =
+        far && error > kContradiction && error < kNearer * last &&
+        result.work.visits - visits < kFarVisits * static_cast<double>(assembly.system.rows.size());
     if (error <= floor || (error > 0.5 * last && !comes_nearer)) return true;
     last = error;
 
