@@ -420,5 +420,29 @@ TEST_P(MovingGroundBy, WhatIsSqueezedCostsLittleAndStays) {
 INSTANTIATE_TEST_SUITE_P(By, MovingGroundBy, testing::Values("time_stepping", "event_driven"),
                          [](const auto& one) { return std::string(one.param); });
 
+/// What a rope holds to a ground that moves on swings as if the ground stood.
+TEST(MovingGround, ARopeOnItSwingsAsOnGroundThatStands) {
+  for (const Vec2 start : {Vec2{-2, 0}, Vec2{-1.5, -1.2}}) {
+    Vec2 ends[2];
+    for (const bool moves : {false, true}) {
+      World world;
+      const BodyId ground =
+          world.create_body({.type = BodyType::Kinematic, .velocity = {moves ? 3.0 : 0.0, 0}});
+      world.add_shape(ground, test::smooth(make_disc(0.1)));
+      const BodyId bob =
+          test::add(world, start, test::smooth(make_disc(0.2)), 1, world.bodies().velocity[ground.index]);
+      world.create_joint({.kind = JointKind::Rope,
+                          .a = ground,
+                          .b = bob,
+                          .anchor_a = {0, 0},
+                          .anchor_b = start,
+                          .length = 2});
+      for (int k = 0; k < 120; ++k) world.step(1.0 / 60);
+      ends[moves ? 1 : 0] = world.position(bob) - world.position(ground);
+    }
+    EXPECT_LE(length(ends[1] - ends[0]), 2e-3);
+  }
+}
+
 }  // namespace moving_ground_test
 }  // namespace skerry

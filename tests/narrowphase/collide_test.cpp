@@ -61,28 +61,23 @@ TEST(Collide, MeetsEveryPairOfKinds) {
   }
 }
 
-/// A small box that is tilted, its lowest corner 2 mm above the line of the upper side of a large one, and as
-/// far beyond its end as `beyond` [m] says.
-struct AtAnEnd {
-  AtAnEnd(double side, double tilt, double beyond) : turned(Rot::from_angle(-side * tilt)) {
-    const Vec2 lowest{side * (0.05 + beyond), 0.052};
-    pose = {lowest - rotate(turned, {side * 0.015, -0.01}), turned};
-  }
-  Manifold meet(bool exchanged = false) const {
-    return exchanged ? collide(small, pose, large, {}, 0.006) : collide(large, {}, small, pose, 0.006);
-  }
-  Shape large = make_box({0.1, 0.1}), small = make_box({0.03, 0.02});
-  Rot turned;
-  Transform pose;
-};
+/// Of a small box that is tilted, its lowest corner 2 mm above the line of the upper side of a large one, and
+/// as far beyond its end as `beyond` [m] says.
+Manifold meet_at_an_end(double side, double tilt, double beyond, bool exchanged) {
+  const Shape large = make_box({0.1, 0.1}), small = make_box({0.03, 0.02});
+  const Rot turned = Rot::from_angle(-side * tilt);
+  const Vec2 lowest{side * (0.05 + beyond), 0.052};
+  const Transform pose{lowest - rotate(turned, {side * 0.015, -0.01}), turned};
+  return exchanged ? collide(small, pose, large, {}, 0.006) : collide(large, {}, small, pose, 0.006);
+}
 
 TEST(Collide, ACornerThatPassesTheEndOfAnEdgeKeepsTheOtherPointAndTheirOrder) {
   for (const double tilt : {0.02, 0.05, 0.08, 0.12}) {
     for (const double side : {1.0, -1.0}) {
       for (const bool exchanged : {false, true}) {
-        const double first = AtAnEnd(side, tilt, -20e-6).meet(exchanged).points[0].position.x;
+        const double first = meet_at_an_end(side, tilt, -20e-6, exchanged).points[0].position.x;
         for (int k = -20; k <= 20; ++k) {
-          const Manifold there = AtAnEnd(side, tilt, 1e-6 * k).meet(exchanged);
+          const Manifold there = meet_at_an_end(side, tilt, 1e-6 * k, exchanged);
           ASSERT_EQ(there.count, 2) << tilt << ", " << k;
           EXPECT_NEAR(there.points[0].position.x, first, 1e-3) << tilt << ", " << side << ", " << exchanged;
           if (exchanged) continue;
@@ -91,6 +86,21 @@ TEST(Collide, ACornerThatPassesTheEndOfAnEdgeKeepsTheOtherPointAndTheirOrder) {
           EXPECT_NEAR(most, 0.002 + 0.03 * std::sin(tilt), 1e-4) << tilt << ", " << k;
         }
       }
+    }
+  }
+}
+
+/// Where the end of an edge lies on the other's inside by rounding, the normal is that of the other one.
+TEST(Collide, ACornerOnAnEdgeNextToItsEndHasTheNormalOfTheEdge) {
+  const Shape box = make_box({1, 1});
+  for (const double turn : {0.02, 0.1, 0.3, 0.6}) {
+    for (const double beyond : {5e-16, 1e-15, 2e-15, 4e-15}) {
+      // The lower right corner of the first one is on the left edge of the other, which leans away.
+      Transform pose{{0, 0}, Rot::from_angle(-turn)};
+      pose.p = Vec2{0.5, -0.5} - rotate(pose.q, {-0.5, -0.5 + beyond});
+      const Manifold there = collide(box, {{0, 0}, {}}, box, pose, 0.005);
+      ASSERT_GE(there.count, 1);
+      EXPECT_LE(length(there.normal - rotate(pose.q, {1, 0})), 1e-12) << turn << ", " << beyond;
     }
   }
 }

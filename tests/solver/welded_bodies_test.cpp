@@ -288,5 +288,40 @@ TEST(WeldedBodies, HeldByTheGroundTellWhatTheyAreTold) {
   EXPECT_GT(std::abs(welded.told(0, still)), 0.01);
 }
 
+/// A gear between bodies that turn as one holds the group.
+TEST(WeldedBodies, AreTurnedAsAWholeByAGearBetweenThemselves) {
+  SceneBuilder builder({.friction = 0.5});
+  for (int k = 0; k < 2; ++k) builder.body({0, k + 0.5}, 1, scenes::box_inertia(1, 1, 1));
+  builder.weld(0, 1, {0, 1});
+  Scene scene = builder.finish();
+  Row gear = scene.system.rows.back();
+  gear.Ja = {0, 0, 1};
+  gear.Jb = {0, 0, 2};
+  gear.source += 1;
+  scene.system.rows.push_back(gear);
+  scene.system.b.assign(4, 0.0);
+  WeldedBodies welded;
+  ASSERT_TRUE(welded.find(scene.system));
+  ASSERT_EQ(welded.rows().size(), 1u);
+  EXPECT_EQ(welded.rows()[0], 3);
+  const Row& whole = welded.groups().rows[0];
+  EXPECT_EQ(whole.b, -1);
+  EXPECT_NEAR(whole.Ja[2], 3, 1e-12);
+}
+
+/// Three rows that hold two bodies together, but let one turn twice as far as the other, weld nothing.
+TEST(WeldedBodies, AreNoneWhereTheyTurnUnequally) {
+  for (const bool equal : {true, false}) {
+    SceneBuilder builder({.friction = 0.5});
+    for (int k = 0; k < 2; ++k) builder.body({0, k + 0.5}, 1, scenes::box_inertia(1, 1, 1));
+    builder.weld(0, 1, {0, 1});
+    builder.contact(-1, 0, {0.4, 0}, {0, 1});
+    Scene scene = builder.finish();
+    if (!equal) scene.system.rows[2].Ja[2] *= 2;
+    WeldedBodies welded;
+    EXPECT_EQ(welded.find(scene.system), equal);
+  }
+}
+
 }  // namespace welded_bodies_test
 }  // namespace skerry

@@ -13,6 +13,7 @@
 
 #include "physics/solver/impact_law.h"
 #include "physics/stepping/stepper.h"
+#include "tests/support/draw.h"
 #include "tests/support/scale.h"
 #include "tests/support/worlds.h"
 
@@ -544,6 +545,36 @@ TEST(Archive, DamagedBytesNeverReadBeyondTheirEnd) {
       read(words, lists, maybe, flag);
       read.finish();
     } catch (const ArchiveError&) {
+    }
+  }
+}
+
+/// What falls asleep keeps the way of its last step: what comes near, or just not, looks at it.
+TEST(Snapshot, SleepersAreAsFarFromWhatComesFastAsTheyWere) {
+  for (unsigned seed = 0; seed < 120; ++seed) {
+    test::Draw draw(seed);
+    World world;
+    add_ground(world, rough(make_disc(1), 0.5));
+    for (int i = 0; i < 20; ++i) {
+      for (const Vec2 at : {Vec2{6.0 * i, 0.3}, Vec2{6.0 * i + 1, 0.3}, Vec2{6.0 * i, 0.9}}) {
+        add(world, at, rough(make_box({0.8, 0.6}), 0.5, 0.3));
+      }
+    }
+    for (int i = 0; i < 5; ++i) world.step(kStep);
+    ASSERT_TRUE(world.asleep(world.body_id(1)));
+    for (int i = 0; i < 20; ++i) {
+      // It ends a step right above one, or flies across several.
+      const bool across = seed >= 20;
+      const double speed = draw.uniform(across ? 10 : 20, 60), x = 6 * i + draw.uniform(0.5, 1.5);
+      const double y = across ? draw.uniform(0.7, 1.6) : 0.7 + speed * kStep + draw.uniform(-0.01, 0.01);
+      const Vec2 velocity = across ? Vec2{-speed, draw.uniform(-speed, 0)} : Vec2{0, -speed};
+      add(world, {x, y}, rough(make_disc(0.1), 0.5, 0.3), 1, velocity);
+    }
+    World loaded = load_snapshot(save_snapshot(world));
+    for (int i = 0; i < 2; ++i) {
+      const StepReport &x = world.step(kStep), &y = loaded.step(kStep);
+      expect_same(x, y, "seed " + std::to_string(seed));
+      ASSERT_FALSE(HasFatalFailure() || HasNonfatalFailure());
     }
   }
 }
