@@ -131,10 +131,15 @@ void OutputFile::make_part() {
     target_ = (whole.parent_path() /
                (stem + '.' + std::to_string(getpid()) + '-' + std::to_string(count++) + ".part"))
                   .string();
-    const int file = ::open(target_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file < 0 && errno == EEXIST) continue;
-    if (file < 0) fail("create", errno);
+    // Before there is a file: a signal between the two would leave it. A name in use is forgotten at once.
     remembered_ = remember(target_);
+    const int file = ::open(target_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) {
+      const int error = errno;
+      forget(remembered_);
+      if (error == EEXIST) continue;
+      fail("create", error);
+    }
     // Where the file system has no permissions the old ones do not matter either.
     if (permissions_ != 0) static_cast<void>(::fchmod(file, permissions_));
     ::close(file);
