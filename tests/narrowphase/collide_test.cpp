@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <vector>
 
 namespace skerry {
 namespace collide_test {
@@ -42,8 +43,8 @@ TEST(Collide, ReportsNearPairsByClosestCorners) {
 }
 
 TEST(Collide, MeetsEveryPairOfKinds) {
-  const Shape shapes[] = {make_disc(0.5), make_capsule({-0.25, 0}, {0.25, 0}, 0.5), make_box({1, 1}),
-                          make_box({1, 1}, {}, 0, 0.1)};
+  const std::vector<Shape> shapes = {make_disc(0.5), make_capsule({-0.25, 0}, {0.25, 0}, 0.5),
+                                     make_box({1, 1}), make_box({1, 1}, {}, 0, 0.1)};
   for (const Shape& a : shapes) {
     for (const Shape& b : shapes) {
       const Manifold m = collide(a, at(3, 0), b, at(3, 0.9), 0);

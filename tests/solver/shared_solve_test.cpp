@@ -14,7 +14,6 @@
 namespace skerry {
 namespace shared_solve_test {
 
-using scenes::Scene;
 using scenes::SceneBuilder;
 using scenes::SceneOptions;
 using Edges = std::vector<std::array<int, 2>>;

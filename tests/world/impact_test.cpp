@@ -31,7 +31,7 @@ struct CradleResult {
 };
 
 CradleResult run_cradle(const std::vector<double>& start, double gap, double seconds,
-                        WorldConfig config = weightless()) {
+                        const WorldConfig& config = weightless()) {
   World world(config);
   const auto discs = add_row(world, start, 1, gap);
   const double energy = world.kinetic_energy();
@@ -82,6 +82,7 @@ TEST(Cradle, TwoDiscsFromBothSidesAtOnceLeaveSymmetrically) {
   World world(weightless());
   const auto left = add(world, {-1.5, 0}, smooth(make_disc(0.5), 1), 1, {1, 0});
   std::vector<BodyId> still;
+  still.reserve(3);
   for (int i = 0; i < 3; ++i)
     still.push_back(add(world, {static_cast<double>(i), 0}, smooth(make_disc(0.5), 1)));
   const auto right = add(world, {3.5, 0}, smooth(make_disc(0.5), 1), 1, {-1, 0});
