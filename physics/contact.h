@@ -25,6 +25,12 @@ struct PointForces {
   double friction_impulse = 0;
   double rolling_impulse = 0;
   double h = 0;  ///< length of the sub-step of that solve [s]
+
+  /// Nothing presses here any more.
+  void let_go() {
+    sticking = false;
+    normal_impulse = friction_impulse = rolling_impulse = 0;
+  }
 };
 
 /// What a contact point carries from sub-step to sub-step and from step to step.

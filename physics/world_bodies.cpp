@@ -151,8 +151,11 @@ void World::adopt(const WorldCallbacks& callbacks) {
     s.prescribed[i] = nullptr;
     touch(s, i);
   }
-  for (const auto& [body, motion] : callbacks.motions)
-    if (alive(body) && s.bodies.type[body.index] == BodyType::Kinematic) s.prescribed[body.index] = motion;
+  for (const auto& [body, motion] : callbacks.motions) {
+    if (!alive(body) || s.bodies.type[body.index] != BodyType::Kinematic) continue;
+    s.prescribed[body.index] = motion;
+    touch(s, body.index);
+  }
 }
 
 bool World::asleep(BodyId id) const {

@@ -333,8 +333,7 @@ void forget_loads(WorldState& s, std::uint32_t body) {
   }
   for (Contact& contact : s.contacts) {
     if (!spreads(contact.body_a) && !spreads(contact.body_b)) continue;
-    for (PointMemory& memory : contact.points)
-      memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
+    for (PointMemory& memory : contact.points) memory.let_go();
   }
 }
 

@@ -108,6 +108,7 @@ void Step::begin() {
   // Sleep holds for steps of one length, and an observer of the equations wants to see all of them.
   if (!s_.sleepers.none() && (s_.sleepers.h() != h_ || s_.observe.systems)) s_.sleepers.wake_all(s_);
   may_keep_ = h_ == s_.last_h && s_.config.reuse_resting && !s_.observe.systems && !s_.field;
+  follow_motions();
   choose_active();
   s_.dynamic_bodies = s_.awake.size() + static_cast<std::size_t>(s_.sleepers.totals().bodies);
   s_.backup.resize(s_.bodies.size());
@@ -134,7 +135,7 @@ void Step::choose_active() {
   others.clear();
   others.swap(s_.touched);
   for (const std::uint32_t i : s_.kinematic) {
-    if (b.velocity[i] != Vec2{} || b.omega[i] != 0 || s_.prescribed[i]) others.push_back(i);
+    if (b.velocity[i] != Vec2{} || b.omega[i] != 0) others.push_back(i);
   }
   // Awake bodies are in the set already.
   std::erase_if(others, [&](std::uint32_t i) {
@@ -193,10 +194,8 @@ bool Step::is_where_it_was(std::uint32_t i) const {
 }
 
 void Step::begin_all() {
-  const bool asks = s_.field || std::any_of(s_.kinematic.begin(), s_.kinematic.end(),
-                                            [this](std::uint32_t i) { return bool{s_.prescribed[i]}; });
-  if (asks) {
-    // What the user's functions throw leaves bodies behind that have not begun.
+  if (s_.field) {
+    // What the user's function throws leaves bodies behind that have not begun.
     for (const std::uint32_t i : s_.active) {
       begin(i);
       ++saved_;
@@ -226,7 +225,6 @@ bool Step::begin_alone(std::uint32_t i) {
   BodyArrays& b = s_.bodies;
   s_.kept[i] = b.type[i] == BodyType::Dynamic && is_where_it_was(i);
   if (s_.kept[i]) return false;
-  if (s_.prescribed[i]) follow(i);
   s_.backup[i] = {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]};
   s_.travelled[i] = s_.strayed[i] = 0;
   s_.acceleration[i] = {};
@@ -290,15 +288,23 @@ void Step::begin_joint(std::uint32_t i) const {
   start.begun = s_.steps + 1;
 }
 
-/// Puts a body on the way that is prescribed for this step.
-void Step::follow(std::size_t i) {
+/// Puts bodies on the ways that are prescribed for this step. Those that go nowhere are begun once more, as
+/// what stands still; what sleeps on them wakes when they go.
+void Step::follow_motions() {
+  s_.active.clear();  // of the last step: nothing has begun if one of the user's functions throws
+  for (const std::uint32_t i : s_.kinematic)
+    if (s_.prescribed[i]) follow(i);
+}
+
+void Step::follow(std::uint32_t i) {
   BodyArrays& b = s_.bodies;
   MotionPath& path = s_.paths[i];
+  if (path.moves()) s_.touched.push_back(i);
   path.sample(s_.prescribed[i], s_.time, h_, {b.position[i], b.angle[i]});
   s_.scratch.motion_breaks |= !path.breaks().empty();
   s_.scratch.motion_jumps |= path.begins_with_jump() || path.ends_with_jump();
   s_.scratch.before_motion.push_back(
-      {static_cast<std::uint32_t>(i), {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]}});
+      {i, {b.position[i], b.angle[i], b.rotation[i], b.velocity[i], b.omega[i]}});
   const KinematicState now = path.at(0);
   b.position[i] = now.p;
   if (b.angle[i] != now.angle) {
@@ -307,6 +313,9 @@ void Step::follow(std::size_t i) {
   }
   b.velocity[i] = now.v;
   b.omega[i] = now.omega;
+  if (!path.moves()) return;
+  s_.touched.push_back(i);
+  s_.sleepers.wake_at(s_, i);
 }
 
 /// A body that is about to leave the numbers stops where it is.

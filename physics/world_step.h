@@ -50,7 +50,8 @@ class Step {
   bool begin_alone(std::uint32_t body);
   void begin(Contact& contact) const;
   void begin_joint(std::uint32_t joint) const;
-  void follow(std::size_t body);
+  void follow_motions();
+  void follow(std::uint32_t body);
   std::array<double, 3> acceleration_at_start(std::uint32_t body) const;
   double reach_at_start(std::uint32_t body) const;
   bool has_bounds_of_rest(std::uint32_t body) const;

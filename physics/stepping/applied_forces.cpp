@@ -34,7 +34,7 @@ bool meets(const Island& island, const WorldState& state, const Test& test) {
 
 bool meets_prescribed_motion(const WorldState& state, const Island& island) {
   return !state.kinematic.empty() && meets(island, state, [&](std::uint32_t body) {
-    return body != BodyId::kNone && state.prescribed[body];
+    return body != BodyId::kNone && state.prescribed[body] && state.paths[body].moves();
   });
 }
 

@@ -19,7 +19,7 @@ struct WorldState;
 /// rest because it rested.
 bool has_varying_forces(const WorldState& state, const Island& island);
 
-/// Whether a contact or joint of the island has a body with a prescribed motion.
+/// Whether a contact or joint of the island has a body that goes somewhere by a prescribed motion.
 bool meets_prescribed_motion(const WorldState& state, const Island& island);
 
 /// Whether a body is kinematic and moves in this step: what is told to stand still does not.

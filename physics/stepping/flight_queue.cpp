@@ -151,10 +151,7 @@ class FlightQueue {
   /// In flight nothing is held.
   void forget_loads() {
     share_each(state_.island_threads, island_.contacts.size(), kContactsAPiece, [this](std::size_t k) {
-      for (PointMemory& memory : contact_at(k).points) {
-        memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-        memory.sticking = false;
-      }
+      for (PointMemory& memory : contact_at(k).points) memory.let_go();
     });
   }
 

@@ -292,7 +292,7 @@ double with_work_of_forces(const WorldState& state, const Island& island, double
 bool ground_is_steady(const WorldState& state, const Island& island) {
   if (state.kinematic.empty()) return true;
   const auto is_steady = [&](std::uint32_t body) {
-    return !is_kinematic(state, body) || (!state.prescribed[body] && state.bodies.omega[body] == 0);
+    return !moves_as_told(state, body) || (!state.prescribed[body] && state.bodies.omega[body] == 0);
   };
   return !any_of(state.island_threads, island.contacts.size(), kContactsAPiece, [&](std::size_t k) {
     const Contact& contact = state.contacts[island.contacts[k]];

@@ -48,10 +48,7 @@ std::vector<double> breaks_of(const WorldState& state, const Island& island) {
 
 void forget_loads(WorldState& state, const Island& island) {
   for (const std::uint32_t index : island.contacts) {
-    for (PointMemory& memory : state.contacts[index].points) {
-      memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-      memory.sticking = false;
-    }
+    for (PointMemory& memory : state.contacts[index].points) memory.let_go();
   }
   for (const std::uint32_t slot : island.joints) state.held_rows[slot] = 0;
 }

@@ -142,9 +142,7 @@ void open_row(WorldState& state, const RowOrigin& origin) {
     state.held_rows[origin.index] &= static_cast<std::uint8_t>(~(1u << origin.point));
     return;
   }
-  PointMemory& memory = state.contacts[origin.index].points[origin.point];
-  memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
-  memory.sticking = false;
+  state.contacts[origin.index].points[origin.point].let_go();
 }
 
 void solve_for_motion(WorldState& state, SolvePurpose purpose, const Assembly& assembly, double floor,
