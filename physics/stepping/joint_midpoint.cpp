@@ -19,6 +19,9 @@ namespace {
 constexpr int kMostRounds = 4;
 // A round that leaves more than this share of the errors does not converge, or left their rounding.
 constexpr double kConverging = 0.5;
+// Joints that are off by this share of the touch tolerance are closed. Rows that repeat each other would
+// contradict each other by what is left, and a motor among them pays for that with any force.
+constexpr double kClosed = 1e-4;
 
 struct MidpointScratch {
   std::vector<std::uint8_t> no_points;
@@ -84,7 +87,7 @@ void hold_joints(WorldState& state, const Island& island, double elapsed, std::v
       poses = scratch->poses;
       angles = scratch->angles;
     }
-    if (error <= state.config.touch_tolerance || round == kMostRounds) break;
+    if (error <= kClosed * state.config.touch_tolerance || round == kMostRounds) break;
     last = error;
     SolveOptions options;
     options.threads = state.island_threads;

@@ -60,6 +60,13 @@ constexpr std::size_t kCrowd = 1000, kCrowdOfBody = 24;
 // what flow leaves of joints wants exact steps sooner.
 constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // Contacts that a thread takes at a time.
+// Pieces in which everything bounces; from the next on what is slow does not, at first what is slower than a
+// fourteenth of g h. That doubles every so many pieces, up to g h itself.
+constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
+constexpr double kBouncePiecesADoubling = 4;
+// Height of bounces [touch tolerances] that are none from then on where something turns.
+constexpr double kLowBounce = 16;
+
 constexpr std::size_t kContactsAPiece = 256;
 
 /// Points beside so many joints up to which exact forces cost no more than a step in one piece.
@@ -134,6 +141,18 @@ PointCounts count_points(const WorldState& state, const Island& island, double h
 
 double slow_speed(const WorldState& state, const Island& island, double h) {
   return h * largest_acceleration(state, island) + state.config.rest_speed;
+}
+
+double slowest_bounce(const WorldState& state, const Island& island, double h, int piece) {
+  if (piece <= kBouncingPieces || state.config.accuracy) return 0;
+  const double share = std::exp2((piece - kLowBouncePieces) / kBouncePiecesADoubling);
+  // What turns is thrown against what it touches far harder than by gravity: its lowest bounces are shorter
+  // than what landings are found by.
+  double turning = 0;
+  for (const std::uint32_t i : island.bodies)
+    turning = std::max(turning, state.bodies.omega[i] * state.bodies.omega[i] * state.radius[i]);
+  const double low = std::sqrt(2 * turning * kLowBounce * state.config.touch_tolerance);
+  return std::max(low, std::min(1.0, share) * slow_speed(state, island, h));
 }
 
 bool is_crowded(const WorldState& state, const Island& island) {

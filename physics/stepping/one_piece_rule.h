@@ -65,6 +65,12 @@ bool flows_on(const WorldState& state, const Island& island, double h);
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 
+/// Approach below which nothing bounces in a piece of a step of `h` [s], but for what loses nothing [m/s]. In
+/// a step that was cut often, bounces of a pile that die away are most of what cuts it: the lowest ones are
+/// left out, and the more, the more pieces there were; in the end those that would last about a step.
+/// @param piece  the number of the piece
+double slowest_bounce(const WorldState& state, const Island& island, double h, int piece);
+
 /// Reports an island inexact whose joints a step of `h` [s] left off by more than 1e-5 of a body's size, or,
 /// if it was exact, whose contacts are so deep in each other; with such joints its bodies are `kParted` after
 /// an exact step.

@@ -28,8 +28,10 @@ constexpr int kInVain = 2;
 // `kLastSteps` steps, whatever their error.
 constexpr int kMostTries = 100000, kLastSteps = 16;
 constexpr double kTryShare = 0.5;
-// Visits that a try costs for each body, contact and joint besides its solves: rows, manifolds, flights.
-constexpr double kTryVisits = 300;
+// Visits that a piece costs for each body, contact and joint besides its solves: rows, manifolds, flights;
+// and pieces of a try at least.
+constexpr double kPieceVisits = 100;
+constexpr int kFewestPieces = 3;
 
 /// Positions and velocities of an island, six numbers a body.
 std::vector<double> state_of(const WorldState& state, const Island& island) {
@@ -94,7 +96,7 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
     const double last = state.step_memory[i].inner_step;
     if (last > 0) wanted = std::min(wanted, last);
   }
-  double elapsed = span.from, last_error = kInfinity;
+  double elapsed = span.from, last_error = kInfinity, visits_beside = 0;
   int tries = 0, in_vain = 0;
   bool gave_up = false;
   // Flight between contacts that do not act is exact unless it passed ground that moves as told; what rests
@@ -107,8 +109,8 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
       static_cast<double>(island.bodies.size() + island.contacts.size() + island.joints.size());
   while (elapsed < span.to) {
     ++tries;
-    if (!gave_up && (tries >= kMostTries ||
-                     (most_work > 0 && result.work.visits + tries * kTryVisits * parts > most_work))) {
+    if (!gave_up &&
+        (tries >= kMostTries || (most_work > 0 && result.work.visits + visits_beside > most_work))) {
       gave_up = true;
       wanted = std::max(wanted, (span.to - elapsed) / kLastSteps);
     }
@@ -131,6 +133,7 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
       ++result.inner_steps;
       wanted = std::max(wanted, 4 * length);
       elapsed = to;
+      visits_beside += kPieceVisits * parts * kFewestPieces;
       continue;
     }
 
@@ -142,15 +145,16 @@ void step_span(WorldState& state, const Island& island, const SmoothSpan& span, 
     double from = elapsed;
     for (const double end : ends) {
       const double middle = from + 0.5 * (end - from);
-      advance_island(state, island, {}, from, middle, halves);
+      advance_island(state, island, {}, from, middle, halves, nullptr, 0.5 * length);
       const std::vector<HoldMargin> margins = hold_margins(state, island);
-      advance_island(state, island, {}, middle, end, halves);
+      advance_island(state, island, {}, middle, end, halves, nullptr, 0.5 * length);
       const LateRelease now =
           late_release(margins, hold_margins(state, island), end - from, kEventShare * accuracy);
       late = {std::max(late.velocity, now.velocity), now.ahead};
       from = end;
     }
     book_work(halves, result);
+    visits_beside += kPieceVisits * parts * std::max(kFewestPieces, whole.substeps + halves.substeps);
     const std::vector<double> twice = state_of(state, island);
     const double error = std::max(largest_difference(once, twice) / 3, late.velocity);
     const bool eventful = halves.mode_changes > 0 || halves.impacts > 0 || late.velocity > 0;

@@ -27,6 +27,7 @@
 #include "physics/stepping/piece_forces.h"
 #include "physics/stepping/point_memory.h"
 #include "physics/stepping/projection.h"
+#include "physics/stepping/snapping_joints.h"
 #include "physics/stepping/step_doubling.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -41,6 +42,8 @@ constexpr double kMadeInside = 0.01;
 constexpr double kVainOfSqueezed = 2e6;
 // Pieces of a step at most for stability: a load of 1e6 times the links' mass wants 130 at 1/60 s.
 constexpr double kStablePieces = 256;
+// Share of a piece that stepped over what is faster than it, with which it is made again.
+constexpr double kSnapped = 0.25;
 // A piece is solved again where its own forces want one of less than this share of it.
 constexpr double kMuchShorter = 0.7;
 // How often a piece that something ends is solved again for what is left of it, where joints act, and the
@@ -59,12 +62,6 @@ constexpr double kAimed = 1e-13;
 // always.
 constexpr int kPieceBudget = 512;
 constexpr int kFewPieces = 4;
-// Pieces in which everything bounces; from the next on what is slow does not, at first what is slower than a
-// fourteenth of g h. That doubles every so many pieces, up to g h itself.
-constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
-constexpr double kBouncePiecesADoubling = 4;
-// Height of bounces [touch tolerances] that are none from then on where something turns.
-constexpr double kLowBounce = 16;
 // Ends of sliding that cut a step; further ones are of first order.
 constexpr int kMostStops = 4;
 // Limits of joints that cut a step, of islands with so many joints; fewer of those with more. Then limits
@@ -113,6 +110,7 @@ class IslandStep {
         resting_(take_spare<std::vector<std::uint8_t>>()),
         varying_(has_varying_forces(state, island)),
         told_(meets_prescribed_motion(state, island)),
+        snaps_(may_snap(state, island)),
         holds_(std::any_of(island.joints.begin(), island.joints.end(),
                            [&](std::uint32_t slot) {
                              const JointDef& def = state.joints[slot].def;
@@ -135,8 +133,8 @@ class IslandStep {
   /// Brings the island from one time of the step to another [s]. @return where it came to: it gives up where
   /// the forces cost more than they may (`IslandResult::work_limit`), where nothing is left to find them
   /// with, a large one finds no exact impact, or it was cut too often (`OnePieceRule::most_pieces`)
-  /// @param ends  if given, when its pieces ended is added [s]
-  double run(double from, double to, std::vector<double>* ends = nullptr) {
+  /// @param ends, part_of  see `advance_island`
+  double run(double from, double to, std::vector<double>* ends = nullptr, double part_of = 0) {
     elapsed_ = from;
     // A piece costs in proportion to the island, and much less where nothing rests, so busy islands get
     // fewer: a heap of 100 contacts is cut 5 times, a row of balls or a gas as often as its bounces want.
@@ -152,6 +150,7 @@ class IslandStep {
                 });
     Spare<StepVectors> vectors;
     std::vector<Velocity>&before = vectors->before, &after = vectors->after;
+    double unsnapped = kInfinity;  // the length up to which pieces go well [s]
     while (elapsed_ < to) {
       if (ends && elapsed_ > from) ends->push_back(elapsed_);
       if (rule_.vain_limit > 0 && result_.vain > rule_.vain_limit) return elapsed_;
@@ -184,7 +183,7 @@ class IslandStep {
       }
       if (last && end_in_one_piece(to)) return to;
       if (!last) {
-        const double slow = slowest_bounce(piece, to - from);
+        const double slow = slowest_bounce(state_, island_, to - from, piece);
         const ImpactOutcome impact =
             apply_impact(state_, island_, elapsed_,
                          {.normal_acceleration = {}, .work_limit = rule_.work_limit, .slow = slow}, result_);
@@ -194,10 +193,11 @@ class IslandStep {
       const double left = to - elapsed_;
       const double foreseen = told_ ? foreseeable_length(state_, island_, elapsed_, left) : left;
       const double slowed = varying_ ? stable_length_of_drag(state_, island_, elapsed_, left) : left;
-      const double stable =
-          std::max(std::min({stable_length(state_, island_, left), stable_length_of_springs(state_, island_),
-                             stable_length_of_turns(state_, island_, to - from), foreseen, slowed}),
-                   (to - from) / kStablePieces);
+      const double shortest = std::max(to - from, part_of) / kStablePieces;
+      const double stable = std::max(
+          std::min({stable_length(state_, island_, left), stable_length_of_springs(state_, island_),
+                    stable_length_of_turns(state_, island_, to - from), foreseen, slowed, unsnapped}),
+          shortest);
       bool whole = to - elapsed_ <= stable || out_of_work;
       double length = whole ? to - elapsed_ : (to - elapsed_) / std::ceil((to - elapsed_) / stable);
       const bool by_limits = limits_left_ > 0 && !last;
@@ -241,7 +241,7 @@ class IslandStep {
         continue;
       }
       // Forces that no solve knew before this one: of bodies that were at rest, of joints that are new.
-      if (const double now = std::max(stable_once_moving(after, length), (to - from) / kStablePieces);
+      if (const double now = std::max(stable_once_moving(after, length), shortest);
           now < kMuchShorter * length && !out_of_work) {
         whole = false;
         length = (to - elapsed_) / std::ceil((to - elapsed_) / now);
@@ -281,7 +281,9 @@ class IslandStep {
       if (!over && result_.work_limit > 0 && result_.work.visits > result_.work_limit) return elapsed_;
       spent += forces.act ? points : points / kFlightShare;
       if (state_.observe.paths) remember_start(last, after);
-      const double start = elapsed_;
+      std::optional<SnapGuard> guard;
+      if (snaps_ && !last && hit * kSnapped > shortest) guard.emplace(state_, island_, elapsed_, to - from);
+      const double start = elapsed_, passed = passed_;
       const bool jointed = !island_.joints.empty();
       const bool pushed = !jointed && may_be_given_energy(state_, island_);
       std::optional<IslandEnergy> energy;
@@ -290,7 +292,6 @@ class IslandStep {
       advance(hit, solved, before, after, last);
       if (pushed && !last) energy->end_motion(state_, island_);
       elapsed_ = hit < length || !whole ? elapsed_ + hit : to;
-      if (hit < length || whole) ++piece;
       refresh_manifolds();
       {
         StageTimer timer(state_, result_, Stage::Apply);
@@ -320,28 +321,23 @@ class IslandStep {
         else if (energy)
           energy->take_much(state_, island_, hit, hit / solved * forces.brought, passed_);
       }
+      if (guard && guard->snapped(state_, island_, elapsed_)) {
+        guard->restore(state_, island_);
+        if (ends && start > from) ends->pop_back();
+        passed_ = passed;
+        elapsed_ = start;
+        unsnapped = kSnapped * hit;
+        continue;
+      }
+      unsnapped *= 2;
       if (state_.observe.paths) record_hermite(state_, island_.bodies, start, hit, start_, result_);
+      if (hit < length || whole) ++piece;
       ++result_.substeps;
     }
     return elapsed_;
   }
 
  private:
-  /// Approach below which nothing bounces in this piece [m/s], but for what loses nothing. In a step that was
-  /// cut often, bounces of a pile that die away are most of what cuts it: the lowest ones are left out, and
-  /// the more, the more pieces there were; in the end those that would last about a step.
-  double slowest_bounce(int piece, double h) const {
-    if (piece <= kBouncingPieces || state_.config.accuracy) return 0;
-    const double share = std::exp2((piece - kLowBouncePieces) / kBouncePiecesADoubling);
-    // What turns is thrown against what it touches far harder than by gravity: its lowest bounces are
-    // shorter than what landings are found by.
-    double turning = 0;
-    for (const std::uint32_t i : island_.bodies)
-      turning = std::max(turning, state_.bodies.omega[i] * state_.bodies.omega[i] * state_.radius[i]);
-    const double low = std::sqrt(2 * turning * kLowBounce * state_.config.touch_tolerance);
-    return std::max(low, std::min(1.0, share) * slow_speed(state_, island_, h));
-  }
-
   /// The length up to which a piece is stable under the forces that were found for it [s]; infinity where
   /// nothing moves at its end either.
   double stable_once_moving(const std::vector<Velocity>& after, double length) const {
@@ -634,6 +630,7 @@ class IslandStep {
   std::vector<std::uint8_t> resting_;  ///< per contact of the island: bits of the points in the force solve
   bool varying_;                       ///< forces depend on the state
   bool told_;                          ///< something here moves as prescribed
+  bool snaps_;                         ///< its joints may snap straight
   bool holds_;                         ///< a joint of the island acts wherever its bodies are
   std::vector<std::uint8_t> limits_;   ///< per joint of the island: bits of the limits in the force solve
   int limits_left_;                    ///< that may cut the step
@@ -691,8 +688,8 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
 }
 
 double advance_island(WorldState& state, const Island& island, const OnePieceRule& rule, double from,
-                      double to, IslandResult& result, std::vector<double>* ends) {
-  const double there = IslandStep(state, island, rule, result).run(from, to, ends);
+                      double to, IslandResult& result, std::vector<double>* ends, double part_of) {
+  const double there = IslandStep(state, island, rule, result).run(from, to, ends, part_of);
   if (ends && (ends->empty() || ends->back() < to)) ends->push_back(to);
   return there;
 }

@@ -26,8 +26,11 @@ void step_island_by_time_stepping(WorldState& state, const Island& island, doubl
 
 /// The method itself: from one time of the step to another [s], without error control.
 /// @param ends  if given, when its pieces ended is added [s]
+/// @param part_of  a time [s] of which this is a part: pieces are no shorter for stability than its own would
+/// be
 /// @return where it came to: it may give up as the rule says
 double advance_island(WorldState& state, const Island& island, const OnePieceRule& rule, double from,
-                      double to, IslandResult& result, std::vector<double>* ends = nullptr);
+                      double to, IslandResult& result, std::vector<double>* ends = nullptr,
+                      double part_of = 0);
 
 }  // namespace skerry

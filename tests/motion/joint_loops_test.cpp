@@ -11,11 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
 namespace joint_loops_test {
 
+using test::Draw;
 using test::smooth;
 
 constexpr double kStep = 1.0 / 60;
@@ -137,6 +139,32 @@ TEST_P(JointLoops, OneJointMoreThanIsNeededChangesNothing) {
     return world.position(sledge);
   };
   EXPECT_LT(length(slider(2) - slider(1)), 1e-9);
+}
+
+/// A slider between two bodies that are also welded has nowhere to go, however its motor pushes.
+TEST_P(JointLoops, ADriveThatCannotMoveLoadsNothingBeyondItsForce) {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    Draw draw(31 * seed);
+    World world(Pair::by(GetParam()));
+    world.set_gravity({0, 0});
+    const auto body = [&](Vec2 at) {
+      const Vec2 v{draw.uniform(-2, 2), draw.uniform(-2, 2)};
+      return test::add(world, at, smooth(make_box({0.4, 0.2})), 1, v, draw.uniform(-4, 4));
+    };
+    const BodyId a = body({1.5, 0}), b = body({3, draw.uniform(-1, 1)});
+    JointDef slider{.kind = JointKind::Prismatic, .a = a, .b = b};
+    slider.anchor_a = {3 + draw.uniform(-0.3, 0.3), 0.2};
+    slider.axis = {draw.uniform(-1, 1), 1};
+    slider.motor_speed = 1;
+    slider.motor_limit = draw.uniform(1, 30);
+    JointDef weld{.kind = JointKind::Weld, .a = a, .b = b};
+    weld.anchor_a = {2.5 + draw.uniform(-0.3, 0.3), draw.uniform(-0.3, 0.3)};
+    weld.break_force = 1e4;
+    world.create_joint(slider);
+    world.create_joint(weld);
+    for (int k = 0; k < 60; ++k)
+      ASSERT_TRUE(world.step(kStep).joint_events.empty()) << "seed " << seed << ", step " << k;
+  }
 }
 
 }  // namespace joint_loops_test
