@@ -167,6 +167,7 @@ class Bridge {
   std::vector<Break> breaks_;
   std::vector<BridgePiece> pieces_;
   std::vector<std::vector<Attachment>> attached_;  ///< by node, when moving
+  std::vector<std::uint8_t> is_weight_;            ///< by node: its only body is what its cables weigh
   std::vector<std::vector<JointId>> joints_;       ///< by node, ropes not included
   std::vector<RopeMember> ropes_;
   std::vector<std::vector<JointId>> held_by_;  ///< by support, when moving

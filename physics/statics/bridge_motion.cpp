@@ -30,6 +30,7 @@ void Bridge::let_go(World& world) {
 
   const Structure& s = def_.structure;
   attached_.assign(s.nodes.size(), {});
+  is_weight_.assign(s.nodes.size(), 0);
   joints_.assign(s.nodes.size(), {});
   held_by_.assign(s.supports.size(), {});
   response_ = {};
@@ -87,6 +88,7 @@ void Bridge::let_go(World& world) {
       world.add_shape(body,
                       filters::plain(make_disc(0.25 * def_.thickness), filters::kMember, filters::kWorld));
       attached_[n].push_back({body, {0, 0}, false});
+      is_weight_[n] = 1;
     }
   }
   for (std::size_t node = 0; node < s.nodes.size(); ++node) connect(world, node);
@@ -240,7 +242,8 @@ void Bridge::measure_reactions(const World& world) {
   }
 }
 
-// Fixed loads on a node, those on its cables among them, which have no body.
+// Fixed loads on a node; those on its cables among them, and their weight, as they have no body. Where there
+// are cables alone, that is the weight of the node's.
 Vec2 Bridge::fixed_force(std::size_t node) const {
   const Structure& s = def_.structure;
   Vec2 sum{};
@@ -255,6 +258,12 @@ Vec2 Bridge::fixed_force(std::size_t node) const {
   for (const SpanLoad& l : def_.fixed.spans) add_share(l.member, l.share, l.force);
   for (const LineLoad& l : def_.fixed.lines)
     add_share(l.member, 0.5, member_length(s, l.member) * l.force_per_length);
+  if (is_weight_[node]) return sum;
+  for (const RopeMember& rope : ropes_) {
+    const Member& m = s.members[static_cast<std::size_t>(rope.member)];
+    if (!members_[static_cast<std::size_t>(rope.member)].broken)
+      add_share(rope.member, 0.5, m.density * m.area * member_length(s, rope.member) * gravity_);
+  }
   return sum;
 }
 
@@ -341,7 +350,8 @@ void Bridge::measure(World& world, double time) {
   }
   for (RopeMember& rope : ropes_) {
     if (!rope.joint || !world.alive(rope.joint)) continue;
-    const double pull = length(world.joints()[rope.joint.index].impulse) / world.report().h;
+    const double h = world.report().h;
+    const double pull = h > 0 ? length(world.joints()[rope.joint.index].impulse) / h : 0;
     members_[static_cast<std::size_t>(rope.member)].slack = pull == 0;
     if (!note(rope.member, pull)) continue;
     members_[static_cast<std::size_t>(rope.member)].broken = true;

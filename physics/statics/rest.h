@@ -131,7 +131,8 @@ struct PairForce {
   Vec2 at;                   ///< where the resultant crosses the joint (centre of pressure) [m]
   Vec2 force;                ///< on b [N]
   double normal = 0, friction = 0;
-  double grip = 0;  ///< |friction| over mu times normal: 1 at the onset of sliding
+  /// |friction| over mu times normal: 1 at the onset of sliding; 0 of what carries nothing, as the next one.
+  double grip = 0;
   /// How far the centre of pressure is from the middle of the joint, over half its length: 1 at the edge.
   double eccentricity = 0;
   bool unique = true;  ///< force and centre of pressure are the only possible ones

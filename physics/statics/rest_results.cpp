@@ -7,6 +7,12 @@
 #include "physics/statics/rest.h"
 
 namespace skerry::statics {
+namespace {
+
+// A pair with less than this share of the largest normal force carries nothing: it is what solves leave.
+constexpr double kCarries = 1e-7;
+
+}  // namespace
 
 const char* to_string(Fate fate) {
   switch (fate) {
@@ -48,6 +54,8 @@ Fate fate_of(const RestAnalysis& rest) {
 }
 
 std::vector<PairForce> pair_forces(const RestAnalysis& rest) {
+  double largest = 0;
+  for (const RestContact& c : rest.contacts) largest = std::max(largest, c.normal_force);
   std::vector<PairForce> result;
   for (std::size_t i = 0; i < rest.contacts.size();) {
     PairForce pair;
@@ -68,11 +76,12 @@ std::vector<PairForce> pair_forces(const RestAnalysis& rest) {
     const auto number = static_cast<std::size_t>(rest.contacts[i].pair);
     pair.unique = number >= rest.pair_unique.size() || rest.pair_unique[number] != 0;
     middle = middle / static_cast<double>(pair.count);
-    pair.at = pair.normal > 0 ? moment_point / pair.normal : middle;
+    const bool carries = pair.normal > kCarries * largest;
+    pair.at = carries ? moment_point / pair.normal : middle;
     const double half =
         pair.count == 2 ? 0.5 * length(rest.contacts[i + 1].position - rest.contacts[i].position) : 0;
     pair.eccentricity = half > 0 ? length(pair.at - middle) / half : 0;
-    pair.grip = mu * pair.normal > 0 ? std::abs(pair.friction) / (mu * pair.normal) : 0;
+    pair.grip = carries && mu > 0 ? std::abs(pair.friction) / (mu * pair.normal) : 0;
     result.push_back(pair);
     i = end;
   }

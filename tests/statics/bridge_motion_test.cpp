@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "tests/statics/bridges.h"
@@ -263,6 +264,54 @@ TEST(BridgeMotion, FixedLoadsGoOnWhenTheBridgeIsBodies) {
   def.fixed = {};
   def.fixed.lines = {{1, {0, -2e4}}};
   expect_alike(def, "line load");
+}
+
+/// Two bars with a joint in the middle that cables hold up.
+BridgeDef hung_bars() {
+  BridgeDef def;
+  def.structure.nodes = {{{-4, 0}}, {{0, 0}}, {{4, 0}}, {{-4, 6}}, {{4, 6}}};
+  for (const auto& [a, b, cable] :
+       {std::tuple(0, 1, false), std::tuple(1, 2, false), std::tuple(3, 1, true), std::tuple(4, 1, true)}) {
+    Member member{a, b, MemberKind::Bar, 2.1e11, 0.01};
+    member.density = 7850;
+    member.cable = cable;
+    member.strength = 1e12;
+    def.structure.members.push_back(member);
+  }
+  def.structure.supports = {{0}, {2, SupportKind::Roller}, {3}, {4}};
+  def.fixed.nodes = {{1, {0, -1e4}}};
+  return def;
+}
+
+TEST(BridgeMotion, CablesWeighOnTheBarsThatTheyHold) {
+  BridgeDef def = hung_bars();
+  World world, moving_world;
+  Bridge still(def, world);
+  still.advance(world, 0.01);
+  def.dynamic = true;
+  Bridge moving(def, moving_world);
+  for (int i = 0; i < 120; ++i) {
+    moving_world.step(1.0 / 60);
+    moving.advance(moving_world, moving_world.time());
+  }
+  double up = 0, up_of_moving = 0;
+  for (const Reaction& reaction : still.response().reactions) up += reaction.force.y;
+  for (const Reaction& reaction : moving.response().reactions) up_of_moving += reaction.force.y;
+  EXPECT_NEAR(up_of_moving, up, 1e-6 * up);
+  for (std::size_t m = 0; m < 4; ++m)
+    EXPECT_NEAR(moving.members()[m].axial, still.members()[m].axial, 1e-6 * up) << "member " << m;
+}
+
+TEST(BridgeMotion, ForcesAreNothingBeforeTheFirstStep) {
+  BridgeDef def = hung_bars();
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  bridge.advance(world, 0);
+  for (const MemberState& member : bridge.members()) {
+    EXPECT_EQ(member.axial, 0);
+    EXPECT_EQ(member.signed_use, 0);
+  }
 }
 
 TEST(BridgeMotion, AMomentOnABeamThatBreaksIsNoErrorAndOneOnAHingeIs) {

@@ -194,6 +194,32 @@ TEST(Rest, StepAndStaticsAgreeOnEveryForceOfAWallOf300BricksThatEquilibriumDoesN
   EXPECT_NEAR(sum, 300 * 9.81, 1e-8);
 }
 
+TEST(Rest, AWallThatCarriesNothingHoldsNoShareOfItsFriction) {
+  // Two boxes, one on the other, touch a wall that they do not need.
+  for (const double width : {0.7, 0.77, 0.83, 0.9, 1.0}) {
+    World world;
+    add_ground(world, rough(make_disc(1), 0.5));
+    const BodyId wall = world.create_body({.type = BodyType::Static, .position = {0, 5}});
+    world.add_shape(wall, rough(make_box({1, 10}), 0.5));
+    add(world, {0.5 + width / 2, 0.35}, rough(make_box({width, 0.7}), 0.5));
+    add(world, {0.5 + width / 4, 1}, rough(make_box({width / 2, 0.6}), 0.5));
+    const RestAnalysis rest = analyse_rest(world);
+    ASSERT_TRUE(rest.stands);
+    int idle = 0;
+    for (const PairForce& pair : pair_forces(rest)) {
+      if (rest.contacts[static_cast<std::size_t>(pair.first)].body_a != wall) {
+        EXPECT_GT(pair.normal, 1);
+        continue;
+      }
+      EXPECT_LT(pair.normal, 1e-6);
+      EXPECT_EQ(pair.grip, 0);
+      EXPECT_EQ(pair.eccentricity, 0);
+      ++idle;
+    }
+    EXPECT_EQ(idle, 2);
+  }
+}
+
 TEST(Rest, WhatIsMarkedUniqueIsTheSameFromTheLastStepAndFromNothing) {
   // A box on two rough corners: each corner's friction is open, the resultant is not.
   World world;
