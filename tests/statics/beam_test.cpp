@@ -309,5 +309,73 @@ TEST(Beam, InfluenceVectorsGiveTheSolvedForcesForRandomFramesAndLoads) {
   }
 }
 
+TEST(Beam, WithoutStiffnessForcesAreTheLeastThatBalance) {
+  // A frame that is clamped at both feet; forces are orthogonal to all states of self-stress.
+  Structure s;
+  s.nodes = {{{0, 0}}, {{0, 3}}, {{4, 4}}, {{5, 0}}};
+  for (int i = 0; i < 3; ++i) s.members.push_back({i, i + 1, MemberKind::Beam});
+  s.supports = {{0, SupportKind::Fixed}, {3, SupportKind::Fixed}};
+  StructureSolver solver(s);
+  ASSERT_EQ(solver.method(), ForceMethod::MinimumNorm);
+  Load load;
+  load.nodes = {{1, {100, -50}, 30}, {2, {0, -70}}};
+  const Response response = solver.solve(load);
+  EXPECT_LT(response.residual, 1e-12);
+  const auto states = solver.self_stresses();
+  ASSERT_EQ(states.size(), 3u);
+  for (const std::vector<MemberForce>& state : states) {
+    double product = 0;
+    for (std::size_t m = 0; m < state.size(); ++m) {
+      const double span = member_length(s, static_cast<int>(m));
+      const MemberForce &x = state[m], &y = response.members[m];
+      product += x.axial * y.axial + (x.moment_a * y.moment_a + x.moment_b * y.moment_b) / (span * span);
+    }
+    EXPECT_NEAR(product, 0, 1e-9);
+  }
+}
+
+/// 4 m long and slender.
+Structure one_member(MemberKind kind) {
+  Structure s;
+  s.nodes = {{{0, 0}}, {{4, 0}}};
+  Member m{0, 1, kind, 2e11, 0.01};
+  m.second_moment = 1e-9;
+  m.depth = 0.1;
+  m.strength = 1e9;
+  s.members = {m};
+  return s;
+}
+
+TEST(MemberStress, IsLookedAtOnBothSidesOfALoadAlongTheMember) {
+  // Pulled at its middle, pushed along its length: the largest pull is just before the middle.
+  Structure s = one_member(MemberKind::Beam);
+  s.supports = {{0, SupportKind::Fixed}};
+  Load load;
+  const double pull = 1000, push = 100;
+  load.spans = {{0, 0.5, {pull, 0}}};
+  load.lines = {{0, {-push, 0}}};
+  StructureSolver solver(s);
+  const MemberStress stress = member_stress(s, load, solver.solve(load), 0);
+  EXPECT_NEAR(stress.tension, (pull - 2 * push) / 0.01, 1e-3);
+  EXPECT_NEAR(stress.compression, 2 * push / 0.01, 1e-3);
+  EXPECT_NEAR(stress.share, 0.5, 1e-9);
+}
+
+TEST(MemberStress, APartThatBucklesIsSqueezedHoweverHardTheRestIsPulled) {
+  // Held at both ends and loaded along it: one half is pulled, the other pushed.
+  const Structure s = one_member(MemberKind::Bar);
+  const double least = buckling_load(s, 0);
+  for (const double side : {1.0, -1.0}) {
+    Load load;
+    load.spans = {{0, 0.5, {side * 6 * least, 0}}};
+    Response response;
+    response.members = {{least, 0, 0}};  // 4 and -2 times the buckling load
+    const MemberStress stress = member_stress(s, load, response, 0);
+    EXPECT_TRUE(stress.buckles) << side;
+    EXPECT_TRUE(stress.squeezed) << side;
+    EXPECT_NEAR(stress.utilisation, 2, 1e-9) << side;
+  }
+}
+
 }  // namespace beam_test
 }  // namespace skerry::statics::test

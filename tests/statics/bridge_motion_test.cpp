@@ -26,27 +26,18 @@ double largest_difference(double speed, double h) {
   Bridge bridge(def, world);
   // The same with its axles as loads at places that are set.
   StructureSolver still(def.structure);
-  const auto wheels = [&] {
-    std::vector<double> result;
-    const BodyId wagon = bridge.wagons()[0];
-    for (const ShapeRecord& shape : world.shapes()) {
-      if (shape.alive && shape.body == wagon && shape.shape->kind == ShapeKind::Disc)
-        result.push_back(to_world(world.pose(wagon), shape.shape->vertices[0]).x);
-    }
-    return result;
-  };
   double worst = 0;
   const double duration = 1.2;
   for (int step = 1; step * h <= duration; ++step) {
-    const std::vector<double> before = wheels();
+    const std::vector<Vec2> before = wheels(world, bridge);
     world.step(h);
     bridge.advance(world, world.time());
     if (step * h < 0.5 * duration) continue;  // wheels and bearings settle
-    const std::vector<double> after = wheels();
+    const std::vector<Vec2> after = wheels(world, bridge);
     Load load = self_weight(def.structure);
     for (std::size_t k = 0; k < 2; ++k) {
       // Forces are means over the step. Half of the light body above the wheels goes to each.
-      const double x = 0.5 * (before[k] + after[k]), axle = def.train.axles[k] + 0.5 * 9.81;
+      const double x = 0.5 * (before[k].x + after[k].x), axle = def.train.axles[k] + 0.5 * 9.81;
       const int panel = static_cast<int>(x / 2);
       load.spans.push_back({panel, x / 2 - panel, {0, -axle}});
     }
@@ -185,6 +176,48 @@ Member steel(int a, int b, MemberKind kind) {
   return m;
 }
 
+/// From a support at the left.
+BridgeDef one_member(MemberKind kind, double length, SupportKind support) {
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{length, 0}}};
+  def.structure.members = {steel(0, 1, kind)};
+  def.structure.supports = {{0, support}};
+  return def;
+}
+
+/// Two beams from a clamp, to the right and up.
+BridgeDef corner() {
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{4, 0}}, {{4, 3}}};
+  def.structure.members = {steel(0, 1, MemberKind::Beam), steel(1, 2, MemberKind::Beam)};
+  def.structure.supports = {{0, SupportKind::Fixed}};
+  return def;
+}
+
+/// A level bar whose end a cable of `strength` [Pa] joins to an anchor above or below it.
+BridgeDef bar_on_a_cable(double above, double strength) {
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{3, 0}}, {{3, above}}};
+  def.structure.members = {steel(0, 1, MemberKind::Bar), steel(1, 2, MemberKind::Bar)};
+  def.structure.members[1].cable = true;
+  def.structure.members[1].strength = strength;
+  def.structure.supports = {{0}, {2}};
+  return def;
+}
+
+void run(Bridge& bridge, World& world, int steps) {
+  for (int i = 0; i < steps; ++i) {
+    world.step(1.0 / 60);
+    bridge.advance(world, world.time());
+  }
+}
+
+int ropes(const World& world) {
+  int count = 0;
+  for (const JointRecord& joint : world.joints()) count += joint.alive && joint.def.kind == JointKind::Rope;
+  return count;
+}
+
 /// Static forces and those of the same bridge as bodies, after a while.
 void expect_alike(BridgeDef def, const std::string& what) {
   def.breaks = false;
@@ -238,16 +271,9 @@ TEST(BridgeMotion, FixedSupportsHoldBeamsWhereverTheyAreAndInAnyOrder) {
 }
 
 TEST(BridgeMotion, FixedSupportsDoNotClampBars) {
-  BridgeDef def;
-  def.structure.nodes = {{{0, 0}}, {{4, 0}}};
-  def.structure.members = {steel(0, 1, MemberKind::Bar)};
-  def.structure.supports = {{0, SupportKind::Fixed}};
   World world;
-  Bridge bridge(def, world);
-  for (int step = 1; step <= 30; ++step) {
-    world.step(1.0 / 60);
-    bridge.advance(world, world.time());
-  }
+  Bridge bridge(one_member(MemberKind::Bar, 4, SupportKind::Fixed), world);
+  run(bridge, world, 30);
   EXPECT_TRUE(bridge.moving());
   EXPECT_LT(world.position(bridge.pieces()[0].body).y, -0.3);
 }
@@ -329,6 +355,201 @@ TEST(BridgeMotion, AMomentOnABeamThatBreaksIsNoErrorAndOneOnAHingeIs) {
   EXPECT_FALSE(bridge.moving());
   def.fixed.nodes = {{2, {}, 3e5}};
   EXPECT_THROW(Bridge(def, world), std::invalid_argument);
+}
+
+TEST(BridgeMotion, TheTrainOnABridgeThatFallsIsThereOnce) {
+  BridgeDef def = truss_bridge(6);
+  def.structure.members.back().area = 1e-4;
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 120);
+  ASSERT_TRUE(bridge.moving());
+  EXPECT_EQ(bodies_named(world, "wagon").size(), bridge.wagons().size());
+}
+
+TEST(BridgeMotion, WagonsAreCoupled) {
+  BridgeDef def = truss_bridge(8);
+  def.train = {{1e5, 8e4, 6e4, 7e4}, {2, 3, 1.5}, 4, 10};
+  def.dynamic = true;
+  def.breaks = false;
+  World world;
+  Bridge bridge(def, world);
+  ASSERT_EQ(bridge.wagons().size(), 2u);
+  const auto apart = [&] {
+    return length(world.position(bridge.wagons()[0]) - world.position(bridge.wagons()[1]));
+  };
+  const double before = apart();
+  world.set_velocity(bridge.wagons()[0], {5, 0}, 0);
+  run(bridge, world, 30);
+  EXPECT_NEAR(apart(), before, 0.02);
+}
+
+TEST(BridgeMotion, ABeamBreaksWhereItIsBentMost) {
+  // At the wall: a short stump stays there, the rest falls.
+  BridgeDef def = one_member(MemberKind::Beam, 8, SupportKind::Fixed);
+  def.structure.members[0].depth = 0.3;
+  def.structure.members[0].strength = 1e7;
+  def.fixed.lines = {{0, {0, -1e4}}};
+  World world;
+  Bridge bridge(def, world);
+  bridge.advance(world, 0);
+  ASSERT_TRUE(bridge.moving());
+  ASSERT_EQ(bridge.pieces().size(), 2u);
+  EXPECT_EQ(bridge.pieces()[0].to, 0.05);
+  EXPECT_EQ(bridge.pieces()[1].from, 0.05);
+  EXPECT_NE(bridge.pieces()[0].body, bridge.pieces()[1].body);
+  // The stump carries its share of the load and of the weight.
+  run(bridge, world, 2);
+  const double own = world.mass(bridge.pieces()[0].body) * 9.81, share = 0.05 * 8 * 1e4;
+  EXPECT_NEAR(bridge.response().reactions[0].force.y, own + share, 1e-6 * share);
+}
+
+TEST(BridgeMotion, AFrameThatIsClampedByOneOfItsBeamsIsHeld) {
+  BridgeDef def = corner();
+  def.structure.members.push_back(steel(2, 0, MemberKind::Beam));
+  def.structure.members[2].hinge_b = true;
+  def.dynamic = true;
+  def.breaks = false;
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 20);
+  EXPECT_NEAR(length(world.velocity(bridge.pieces()[0].body)), 0, 1e-6);
+  EXPECT_GT(bridge.response().reactions[0].moment, 1e4);
+}
+
+TEST(BridgeMotion, APinHoldsNoMomentOfABeam) {
+  BridgeDef def = one_member(MemberKind::Beam, 6, SupportKind::Pinned);
+  def.structure.supports.push_back({1, SupportKind::Roller});
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 20);
+  const std::vector<Reaction>& reactions = bridge.response().reactions;
+  EXPECT_NEAR(reactions[0].moment, 0, 1e-6);
+  EXPECT_NEAR(reactions[0].force.y, reactions[1].force.y, 1e-2 * reactions[0].force.y);
+  EXPECT_GT(reactions[0].force.y, 1000);
+}
+
+TEST(BridgeMotion, NothingIsSaidOfABeamInMotion) {
+  BridgeDef def = one_member(MemberKind::Beam, 6, SupportKind::Fixed);
+  def.fixed.nodes = {{1, {1e5, 0}}};
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 5);
+  EXPECT_EQ(bridge.members()[0].axial, 0);
+  EXPECT_EQ(bridge.members()[0].stress.utilisation, 0);
+  EXPECT_TRUE(bridge.breaks().empty());
+}
+
+TEST(BridgeMotion, HalvesOfABarThatBreaksGoOnTurningAsItDid) {
+  // A pendulum whose pull grows until it breaks.
+  BridgeDef def = one_member(MemberKind::Bar, 3, SupportKind::Pinned);
+  def.structure.members[0].strength = 1e5;
+  def.fixed.nodes = {{1, {0, -1000}}};
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  double omega = 0;
+  for (int i = 0; i < 300 && bridge.breaks().empty(); ++i) {
+    world.step(1.0 / 240);
+    omega = world.omega(bridge.pieces()[0].body);
+    bridge.advance(world, world.time());
+  }
+  ASSERT_EQ(bridge.pieces().size(), 2u);
+  EXPECT_LT(omega, -0.5);
+  for (const BridgePiece& piece : bridge.pieces()) EXPECT_EQ(world.omega(piece.body), omega);
+}
+
+TEST(BridgeMotion, ABearingThatIsTakenAwayIsNotMadeAgain) {
+  BridgeDef def = truss_bridge(4);
+  def.train = {};
+  def.structure.members[3].area = 1e-6;  // ends at the roller, and breaks
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  for (const BodyId bearing : bodies_named(world, "bearing")) world.destroy(bearing);
+  EXPECT_NO_THROW(run(bridge, world, 5));
+  EXPECT_FALSE(bridge.breaks().empty());
+  EXPECT_TRUE(bodies_named(world, "bearing").empty());
+}
+
+TEST(BridgeMotion, LoadsOnAPartThatIsTakenAwayGoWithIt) {
+  BridgeDef def = truss_bridge(4);
+  def.fixed.nodes = {{2, {0, -1000}}};
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 2);
+  const std::vector<BridgePiece> pieces = bridge.pieces();
+  for (const BridgePiece& piece : pieces) {
+    world.destroy(piece.body);
+    EXPECT_NO_THROW(run(bridge, world, 1));
+  }
+}
+
+TEST(BridgeMotion, ACableThatBrokeIsNotHungWhenTheBridgeFalls) {
+  World world;
+  Bridge bridge(bar_on_a_cable(4, 1e4), world);
+  bridge.advance(world, 0);
+  ASSERT_TRUE(bridge.moving());
+  ASSERT_TRUE(bridge.members()[1].broken);
+  EXPECT_EQ(ropes(world), 0);
+}
+
+TEST(BridgeMotion, ACableWhoseEndsComeNearerIsSlack) {
+  BridgeDef def = bar_on_a_cable(-4, 2.35e8);
+  def.dynamic = true;
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 10);
+  EXPECT_TRUE(bridge.members()[1].slack);
+  EXPECT_EQ(bridge.members()[1].axial, 0);
+}
+
+/// A bar that hangs on a weak cable at its left and on a rod at its right.
+BridgeDef bar_on_a_cable_and_a_rod() {
+  BridgeDef def;
+  def.structure.nodes = {{{0, 0}}, {{4, 0}}, {{0, 4}}, {{4, 4}}};
+  def.structure.members = {steel(0, 1, MemberKind::Bar), steel(2, 0, MemberKind::Bar),
+                           steel(3, 1, MemberKind::Bar)};
+  def.structure.members[1].cable = true;
+  def.structure.members[1].strength = 1e4;
+  def.structure.supports = {{2}, {3}};
+  def.dynamic = true;
+  return def;
+}
+
+TEST(BridgeMotion, ACableThatBreaksInMotionCarriesNothingAndIsNotHungAgain) {
+  BridgeDef def = bar_on_a_cable_and_a_rod();
+  World world;
+  Bridge bridge(def, world);
+  run(bridge, world, 2);
+  ASSERT_TRUE(bridge.members()[1].broken);
+  EXPECT_EQ(bridge.members()[1].axial, 0);
+  EXPECT_EQ(bridge.members()[1].signed_use, 0);
+  EXPECT_EQ(ropes(world), 0);
+  // Nor when the bar at its node breaks as well.
+  def.structure.members[0].strength = 1e3;
+  World other;
+  Bridge both(def, other);
+  for (int i = 0; i < 200 && both.breaks().size() < 2; ++i) run(both, other, 1);
+  ASSERT_EQ(both.breaks().size(), 2u);
+  ASSERT_TRUE(both.members()[0].broken);
+  EXPECT_EQ(ropes(other), 0);
+}
+
+TEST(BridgeMotion, ACableBetweenNodesOfOneFrameIsNoRope) {
+  BridgeDef def = corner();
+  def.structure.members.push_back(steel(0, 2, MemberKind::Bar));
+  def.structure.members[2].cable = true;
+  def.dynamic = true;
+  World world;
+  EXPECT_NO_THROW({
+    Bridge bridge(def, world);
+    run(bridge, world, 3);
+  });
+  EXPECT_EQ(ropes(world), 0);
 }
 
 }  // namespace bridge_motion_test

@@ -171,5 +171,49 @@ TEST(Cables, ASlackOneCarriesWhenABarBreaks) {
   EXPECT_NEAR(bridge.members()[1].axial, 2e4, 1e-6);
 }
 
+TEST(Cables, NetsOfManyCablesHaveASetOfSlackOnesThatFits) {
+  const unsigned seed = 11;
+  std::mt19937 random(seed);
+  const auto among = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int number = 0; number < 100; ++number) {
+    // Nodes that soft bars hold, tied to each other and to anchors around them by cables.
+    BridgeDef def;
+    Structure& s = def.structure;
+    const int nodes = 5;
+    for (int i = 0; i < nodes; ++i) s.nodes.push_back({{among(-2, 2), among(-2, 2)}});
+    const auto anchored = [&](int i, double area, bool cable) {
+      const double angle = among(0, 6.28);
+      const int anchor = static_cast<int>(s.nodes.size());
+      s.supports.push_back({anchor});
+      s.nodes.push_back({{6 * std::cos(angle), 6 * std::sin(angle)}});
+      s.members.push_back(bar(i, anchor, area, cable));
+    };
+    for (int i = 0; i < nodes; ++i) {
+      for (int k = 0; k < 2; ++k) anchored(i, among(1e-5, 1e-4), false);
+      for (int k = 0; k < 2; ++k) anchored(i, among(2e-4, 2e-3), true);
+      for (int j = 0; j < i; ++j) s.members.push_back(bar(i, j, among(2e-4, 2e-3), true));
+    }
+    def.breaks = false;
+    for (int i = 0; i < nodes; ++i) def.fixed.nodes.push_back({i, {1e4 * among(-1, 1), 1e4 * among(-1, 1)}});
+    const Load load = def.fixed;
+    const Structure structure = s;
+    World world;
+    const Bridge bridge(std::move(def), world);
+    const std::vector<int> cables = cables_of(structure);
+    unsigned slack = 0;
+    for (std::size_t k = 0; k < cables.size(); ++k)
+      slack |= unsigned{bridge.members()[static_cast<std::size_t>(cables[k])].slack} << k;
+    const auto expected = forces_without(structure, load, cables, slack);
+    ASSERT_TRUE(expected) << "seed " << seed << ", net " << number;
+    double largest = 0;
+    for (const double force : *expected) largest = std::max(largest, std::abs(force));
+    for (std::size_t m = 0; m < structure.members.size(); ++m)
+      EXPECT_NEAR(bridge.members()[m].axial, (*expected)[m], 1e-6 * largest)
+          << "seed " << seed << ", net " << number << ", member " << m;
+  }
+}
+
 }  // namespace cables_test
 }  // namespace skerry::statics::test

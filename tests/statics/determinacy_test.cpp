@@ -85,6 +85,21 @@ TEST(Determinacy, BeamThatCanOnlyTurnSaysSo) {
   EXPECT_EQ(StructureSolver(s).determinacy().mechanisms.size(), 3u);
 }
 
+TEST(Determinacy, WhatTurnsInAMechanismMovesAsFarAsItsLeverSays) {
+  for (const double side : {1.0, -1.0}) {
+    Structure s;
+    s.nodes = {{{0, 0}}, {{side * 4, 0}}};
+    s.members = {{0, 1, MemberKind::Beam}};
+    s.supports = {{0}};
+    StructureSolver solver(s);
+    ASSERT_EQ(solver.determinacy().mechanisms.size(), 1u);
+    const Mechanism& mechanism = solver.determinacy().mechanisms[0];
+    EXPECT_NEAR(mechanism.displacement[1].y, -1, 1e-12);
+    EXPECT_NEAR(mechanism.rotation[1], mechanism.displacement[1].y / (side * 4), 1e-12) << side;
+    EXPECT_NEAR(mechanism.rotation[0], mechanism.rotation[1], 1e-12) << side;
+  }
+}
+
 TEST(Determinacy, DirectionsHaveEightNames) {
   EXPECT_EQ(direction_word({1, 0.1}), "to the right");
   EXPECT_EQ(direction_word({-1, 0.1}), "to the left");
@@ -157,6 +172,20 @@ TEST(NullSpace, RankAgreesWithDenseQrOnRandomMatrices) {
     EXPECT_EQ(static_cast<int>(space.basis.size()), columns - space.rank);
     for (const std::vector<double>& z : space.basis)
       EXPECT_LT((a * Eigen::VectorXd::Map(z.data(), columns)).cwiseAbs().maxCoeff(), 1e-9);
+  }
+}
+
+TEST(NullSpace, VectorsHaveALargestEntryOfOne) {
+  for (const std::vector<Entry>& row :
+       {std::vector<Entry>{{0, 0, 1}, {0, 1, 5}, {0, 2, 25}}, std::vector<Entry>{{0, 0, 1}, {0, 1, 0.9}}}) {
+    const int columns = static_cast<int>(row.size());
+    const NullSpace space = null_space(1, columns, row, 1e-10);
+    ASSERT_EQ(static_cast<int>(space.basis.size()), columns - 1);
+    for (const std::vector<double>& vector : space.basis) {
+      double largest = 0;
+      for (const double value : vector) largest = std::max(largest, std::abs(value));
+      EXPECT_NEAR(largest, 1, 1e-15) << columns;
+    }
   }
 }
 

@@ -177,6 +177,7 @@ TEST_F(LimitLoadTest, BlockPushedSidewaysSlidesOrTips) {
     const LimitLoad limit = limit_load(blocks.system, blocks.weight, {{1, 0, 0}});
     ASSERT_EQ(limit.status, LimitStatus::Optimal);
     EXPECT_NEAR(limit.factor, 2 * std::min(mu, 0.5), 1e-9);
+    EXPECT_NEAR(limit_load(blocks.system, blocks.weight, {{1, 0, 0}}, Sliding::None).factor, 1, 1e-9);
     // The mechanism does the work 1 on the live load, turns when it tips, lifts by mu when it slides.
     EXPECT_NEAR(limit.mechanism[0][0], 1, 1e-9);
     if (mu > 0.5) {
@@ -257,6 +258,28 @@ TEST_F(LimitLoadTest, UnboundedAndInfeasibleAreSaid) {
   EXPECT_EQ(limit_load(blocks.system, {{0, 1, 0}}, {{1, 0, 0}}).status, LimitStatus::Infeasible);
   EXPECT_GT(missing_support(blocks.system, {{0, 1, 0}}), 0.1);
   EXPECT_THROW((void)limit_load(blocks.system, {}, {}), std::invalid_argument);
+}
+
+TEST_F(LimitLoadTest, FrictionIsBoundedByItsNormalForceAlone) {
+  // Whatever bounds of their own its rows have.
+  Blocks blocks;
+  blocks.add_box({0, 0}, {4, 1});
+  blocks.join(-1, 0, {0, 0}, {4, 0}, {0, 1}, 0.5);
+  for (Row& row : blocks.system.rows)
+    if (row.kind == RowKind::Friction) row.lower = 0;
+  for (const double side : {1.0, -1.0})
+    EXPECT_NEAR(limit_load(blocks.system, blocks.weight, {{side, 0, 0}}).factor, 0.5 * 4, 1e-9) << side;
+}
+
+TEST_F(LimitLoadTest, MissingSupportIsTheShareOfTheLoadThatNothingCarries) {
+  Blocks blocks;
+  blocks.add_box({0, 0}, {4, 1});
+  blocks.join(-1, 0, {0, 0}, {4, 0}, {0, 1}, 0.5);
+  EXPECT_NEAR(missing_support(blocks.system, blocks.weight), 0, 1e-12);
+  EXPECT_NEAR(missing_support(blocks.system, {{0, 4, 0}}), 1, 1e-9);
+  // 10 down lets 5 be held sideways; of 8 along the ground 3 are missing.
+  for (const double side : {1.0, -1.0})
+    EXPECT_NEAR(missing_support(blocks.system, {{side * 8, -10, 0}}), 3.0 / 18, 1e-9) << side;
 }
 
 }  // namespace limit_load_test

@@ -143,5 +143,29 @@ TEST_F(StabilityTest, TinyAndMissingLiveLoadsAreToldApart) {
   EXPECT_THROW((void)missing_support(rest.system, {{0, nan, 0}}), std::invalid_argument);
 }
 
+TEST_F(StabilityTest, MotorsHoldEitherWayWithAndWithoutADeadLoad) {
+  for (const Vec2 gravity : {Vec2{}, Vec2{0, -9.81}}) {
+    World world({.gravity = gravity});
+    const BodyId block = add(world, {0, 0}, smooth(make_box({1, 1})));
+    JointDef slider{.kind = JointKind::Prismatic, .b = block, .anchor_a = {0, 0}, .axis = {1, 0}};
+    slider.motor_speed = 0;
+    slider.motor_limit = 5;
+    world.create_joint(slider);
+    const RestAnalysis rest = analyse_rest(world);
+    for (const double side : {1.0, -1.0}) {
+      const LimitLoad limit = limit_load(rest.system, rest.load, {{side, 0, 0}});
+      ASSERT_EQ(limit.status, LimitStatus::Optimal) << side;
+      EXPECT_NEAR(limit.factor, 5, 1e-9) << side;
+    }
+  }
+}
+
+TEST_F(StabilityTest, OfCornersThatSlideAlikeTheFirstIsNamed) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.3));
+  add(world, {0, 0.5}, rough(make_box({4, 1}), 0.3));
+  EXPECT_EQ(stability_of(analyse_rest(world)).contact, 0);
+}
+
 }  // namespace stability_test
 }  // namespace skerry::statics::test
