@@ -2,12 +2,17 @@
 #include "physics/islands/island_system.h"
 
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <random>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "physics/export.h"
 #include "physics/import.h"
@@ -24,6 +29,18 @@ IslandSystem mixed_island(unsigned seed) {
   system.compliance.assign(system.rows.size(), 0.0);
   system.compliance.back() = 0.125;
   return system;
+}
+
+/// What `read` says when it refuses the text, or "accepted".
+template <class Read>
+std::string refusal(Read&& read, const std::string& text, const char* name = "file.dat") {
+  std::istringstream in(text);
+  try {
+    (void)read(in, name);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
 }
 
 TEST(IslandSystem, RowVelocitiesByBodiesAgreeWithTheDelassusMatrix) {
@@ -209,28 +226,20 @@ TEST(Export, LeavesNoPartsOfAnotherSystemInItsPlace) {
 }
 
 TEST(Import, SaysFileAndLineOfWhatItCannotRead) {
-  const auto message = [](auto&& read, const char* text) -> std::string {
-    std::istringstream in(text);
-    try {
-      read(in, "file.dat");
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "accepted";
-  };
-  EXPECT_THAT(message(read_friction_problem, "2\n1\n0\n2\n2\n2 2\n1 0\n0 x\n"),
+  EXPECT_THAT(refusal(read_friction_problem, "2\n1\n0\n2\n2\n2 2\n1 0\n0 x\n"),
               testing::HasSubstr("file.dat:8"));
-  EXPECT_THAT(message(read_friction_problem, "3\n1\n"), testing::HasSubstr("dimension"));
-  EXPECT_THAT(message(read_lcp, "2\n0\n2\n3\n"), testing::HasSubstr("file.dat:4"));
-  EXPECT_THAT(message(read_lcp, "999999999\n"), testing::HasSubstr("size"));
-  EXPECT_THAT(message(read_json, "{\n\"format\": [}"), testing::HasSubstr("file.dat:2"));
-  EXPECT_THAT(message(read_json, "{\"format\": \"other\"}"), testing::HasSubstr("other"));
-  EXPECT_THAT(message(read_json, std::string(100000, '[').c_str()), testing::HasSubstr("nested"));
+  EXPECT_THAT(refusal(read_friction_problem, "3\n1\n"), testing::HasSubstr("dimension"));
+  EXPECT_THAT(refusal(read_lcp, "2\n0\n2\n3\n"), testing::HasSubstr("file.dat:4"));
+  EXPECT_THAT(refusal(read_lcp, "999999999\n"), testing::HasSubstr("size"));
+  EXPECT_THAT(refusal(read_json, "{\n\"format\": [}"), testing::HasSubstr("file.dat:2"));
+  EXPECT_THAT(refusal(read_json, "{\"format\": \"other\"}"), testing::HasSubstr("other"));
+  EXPECT_THAT(refusal(read_json, std::string(100000, '[')), testing::HasSubstr("nested"));
   EXPECT_THAT(
-      message(read_matrix_market, "%%MatrixMarket matrix array real general\n% a\n% b\n2 1\n0.1\nzz\n"),
+      refusal(read_matrix_market, "%%MatrixMarket matrix array real general\n% a\n% b\n2 1\n0.1\nzz\n"),
       testing::HasSubstr("file.dat:6"));
-  EXPECT_THAT(message(read_matrix_market, "%%MatrixMarket matrix coordinate complex general\n1 1 0\n"),
+  EXPECT_THAT(refusal(read_matrix_market, "%%MatrixMarket matrix coordinate complex general\n1 1 0\n"),
               testing::HasSubstr("complex"));
+  EXPECT_THAT(refusal(read_lcp, "1x\n"), testing::HasSubstr("expected a number, got \"1x\""));
 }
 
 TEST(Import, JsonThatIsNoIslandIsRefusedWithLineAndValue) {
@@ -243,15 +252,8 @@ TEST(Import, JsonThatIsNoIslandIsRefusedWithLineAndValue) {
     {"kind": "friction", "a": -1, "b": 0, "Ja": [0, 0, 0], "Jb": [1, 0, 0.5], "lower": 0, "upper": "inf", "normal": 0, "mu": 0.25, "source": "1"}],
   "b": [1, 2],
   "lambda": [0.5, 0.125] })";
-    if (const std::size_t at = text.find(what); at != text.npos)
-      text.replace(at, std::string_view(what).size(), instead);
-    std::istringstream in(text);
-    try {
-      read_json(in, "a.json");
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "accepted";
+    text.replace(text.find(what), std::string_view(what).size(), instead);
+    return refusal(read_json, text, "a.json");
   };
   EXPECT_EQ(message("", ""), "accepted");
   EXPECT_EQ(message(R"("version": 1)", R"("version": 99)"), "a.json:2: version must be 1, got 99");
@@ -261,6 +263,13 @@ TEST(Import, JsonThatIsNoIslandIsRefusedWithLineAndValue) {
   EXPECT_EQ(message("[0.5, 0.125]", R"(["inf", 0.125])"), "a.json:8: lambda must be finite, got inf");
   EXPECT_EQ(message("[0.5, 0.125]", "[0.5]"), "a.json:8: lambda must have 2 numbers, one a row, got 1");
   EXPECT_EQ(message(R"("b": [1, 2])", R"("b": ["-inf", 2])"), "a.json: row 0: b must be finite, got -inf");
+  EXPECT_THAT(message("0.125] }", "0.125] } x"), testing::HasSubstr("text after the end"));
+  EXPECT_THAT(message("[0, 0]}", "[0, 0, 0]}"), testing::HasSubstr("position must have two"));
+  EXPECT_THAT(message(", \"inverse_inertia\"", " \"inverse_inertia\""), testing::HasSubstr("','"));
+  EXPECT_THAT(message("\"1\"", "\"1x\""), testing::HasSubstr("got \"1x\""));
+  EXPECT_THAT(message("\"a\": -1", "\"a\": 4294967296"), testing::HasSubstr("a.json:5: expected an integer"));
+  EXPECT_THAT(message("\"normal\": -1", "\"normal\": 0.5"),
+              testing::HasSubstr("a.json:5: expected an integer"));
 }
 
 TEST(Import, AMassMatrixThatIsNoneOfBodiesIsRefused) {
@@ -299,6 +308,151 @@ TEST(Import, ReadsBlockStorageByColumnsOfEachBlock) {
   EXPECT_EQ(W(0, 2), 0);
   EXPECT_EQ(problem.b, (std::vector<double>{1, 2, 3, 4}));
   EXPECT_EQ(problem.rows[3].mu, 0.25);
+}
+
+TEST(Import, BlocksThatAreNotThoseOfTheirIndexAreRefused) {
+  const auto message = [](const std::string& index, const char* number) {
+    return refusal(read_friction_problem, "2\n2\n1\n4\n4\n2\n2\n2\n2 4\n2 4\n" + index + "\n0 1\n" + number +
+                                              "\n1\n2\n3\n4\n1\n5\n6\n7\n8\n-1 -2 -3 -4\n0.5 0.25\n");
+  };
+  EXPECT_EQ(message("3\n2\n0 1 2", "0"), "accepted");
+  EXPECT_THAT(message("3\n2\n0 1 2", "1"), testing::HasSubstr("block number"));
+  EXPECT_THAT(message("4\n2\n0 1 2 2", "0"), testing::HasSubstr("more index entries"));
+}
+
+TEST(Import, MatricesOfEverySymmetryAreRead) {
+  const auto matrix_of = [](const std::string& text) {
+    std::istringstream in("%%MatrixMarket matrix " + text);
+    return Eigen::MatrixXd(read_matrix_market(in));
+  };
+  const Eigen::MatrixXd skew = matrix_of("array real skew-symmetric\n3 3\n1\n2\n3\n");
+  EXPECT_EQ(skew, (Eigen::MatrixXd(3, 3) << 0, -1, -2, 1, 0, -3, 2, 3, 0).finished());
+  const Eigen::MatrixXd pattern = matrix_of("coordinate pattern symmetric\n2 2 2\n1 1\n2 1\n");
+  EXPECT_EQ(pattern, (Eigen::MatrixXd(2, 2) << 1, 1, 1, 0).finished());
+}
+
+TEST(Import, AnLcpOfTwoRowsIsNoFrictionProblem) {
+  const std::string path = testing::TempDir() + "lcp_of_two.dat";
+  std::ofstream(path) << "2\n0\n2\n2\n2\n2\n2 0\n0 4\n-1 -2\n";
+  const ImportedProblem problem = read_problem(path);
+  std::remove(path.c_str());
+  EXPECT_EQ(problem.contact.rows.size(), 2u);
+  EXPECT_EQ(problem.contact.W.coeff(1, 1), 4);
+  EXPECT_EQ(problem.contact.b, (std::vector<double>{1, 2}));
+}
+
+/// A body that cannot turn against a wall and one that cannot move: bounds on one side, and on none.
+IslandSystem pinched() {
+  IslandSystem system;
+  system.bodies = {{0.5, 0}, {0, 0}};
+  for (int k = 0; k < 3; ++k) {
+    Row row;
+    row.a = -1;
+    row.b = 0;
+    row.Jb = {k == 0 ? 1.0 : -1.0, 0, 0};
+    row.kind = RowKind::Normal;
+    row.source = static_cast<std::uint64_t>(k);
+    if (k == 2) {
+      row.a = 0;
+      row.b = 1;
+      row.Ja = {-1, 0, 0};
+      row.kind = RowKind::Joint;
+      row.lower = -kInfinity;
+    }
+    system.rows.push_back(row);
+    system.b.push_back(k);
+  }
+  return system;
+}
+
+/// A folder for the parts of one system that is gone with the test.
+class MatrixMarketParts : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string stem() const { return (folder_ / "one").string(); }
+  static std::string message(const std::string& path) {
+    return refusal([&](std::istream&, const char*) { return read_matrix_market_files(path); }, "");
+  }
+  void put(const char* part, const std::string& text) const {
+    std::ofstream(stem() + "_" + part + ".mtx") << "%%MatrixMarket matrix " << text;
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string("parts_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(MatrixMarketParts, KeepBoundsWithoutEndAndMassesWithoutEnd) {
+  const IslandSystem system = pinched();
+  write_matrix_market_files(stem(), system);
+  const ImportedProblem read = read_problem(stem() + "_W.mtx");
+  ASSERT_EQ(read.island.rows.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read.island.rows[i].lower, system.rows[i].lower) << i;
+    EXPECT_EQ(read.island.rows[i].upper, system.rows[i].upper) << i;
+  }
+  EXPECT_EQ(read.island.bodies[0].linear, 0.5);
+  EXPECT_EQ(read.island.bodies[0].angular, 0);
+  EXPECT_EQ(read.island.bodies[1].linear, 0);
+}
+
+TEST_F(MatrixMarketParts, AreFoundByTheNameOfW) {
+  write_matrix_market_files(stem(), pinched());
+  EXPECT_EQ(message(stem() + "_W.mtx.txt"),
+            stem() + "_W.mtx.txt: expected a name like STEM_W.mtx, with STEM_b.mtx beside it");
+  EXPECT_THAT(message((folder_ / "W.mtx").string()), testing::HasSubstr("expected a name like"));
+}
+
+TEST_F(MatrixMarketParts, ThatDoNotFitAreRefused) {
+  IslandSystem system;
+  system.bodies = {{1, 1}};
+  for (int k = 0; k < 4; ++k) {
+    Row row;
+    row.b = 0;
+    row.Jb = {k % 2 == 0 ? 0.0 : 1.0, k % 2 == 0 ? 1.0 : 0.0, 0.1 * k};
+    if (k % 2 != 0) {
+      row.kind = RowKind::Friction;
+      row.normal = k - 1;
+      row.mu = 0.5;
+    }
+    row.source = static_cast<std::uint64_t>(k / 2);
+    system.rows.push_back(row);
+    system.b.push_back(1);
+  }
+  write_matrix_market_files(stem(), system);
+  const std::string W = stem() + "_W.mtx";
+  EXPECT_EQ(message(W), "accepted");
+  const ImportedProblem read = read_matrix_market_files(W);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(read.island.rows[i].source, i / 2) << i;
+  // An entry of zero beside the diagonal is none.
+  put("M", "coordinate real general\n3 3 4\n1 1 1\n2 2 1\n3 3 1\n2 1 0\n");
+  EXPECT_EQ(message(W), "accepted");
+  put("b", "array real general\n3 1\n1\n1\n1\n");
+  EXPECT_THAT(message(W), testing::HasSubstr("b must have 4 entries"));
+  std::filesystem::remove(stem() + "_M.mtx");
+  EXPECT_THAT(message(W), testing::HasSubstr("b must have 4 entries"));
+  put("b", "array real general\n4 1\n1\n1\n1\n1\n");
+  EXPECT_EQ(message(W), "accepted");
+  EXPECT_FALSE(read_matrix_market_files(W).has_bodies);
+  // The normal row of the first friction row comes after it.
+  std::ifstream in(stem() + "_rows.mtx");
+  std::string text(std::istreambuf_iterator<char>(in), {});
+  text.replace(text.find("\n0\n1\n0\n3\n"), 9, "\n0\n4\n0\n3\n");
+  std::ofstream(stem() + "_rows.mtx") << text;
+  EXPECT_THAT(message(W), testing::HasSubstr("must be an earlier one, got 4"));
+}
+
+TEST(Export, JsonHasThePlacesOfBodiesAndAnImpulseForEachRow) {
+  IslandSystem system = pinched();
+  system.positions = {{1, 2}, {-3, 0.1}};
+  std::stringstream text;
+  write_json(text, system, {});
+  const ImportedIsland read = read_json(text);
+  ASSERT_EQ(read.system.positions.size(), 2u);
+  EXPECT_EQ(read.system.positions[1], (Vec2{-3, 0.1}));
+  EXPECT_THROW(write_json(text, system, {1, 2}), std::invalid_argument);
 }
 
 TEST(ResidualFloor, CountsWhatComplianceGives) {
