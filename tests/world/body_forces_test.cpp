@@ -218,5 +218,31 @@ TEST(BodyForces, AreTheSameAfterASnapshot) {
   EXPECT_THROW(forces_on(world, BodyId{7, 0}), std::invalid_argument);
 }
 
+TEST(BodyForces, AHingeTurnsNeitherOfItsBodies) {
+  World world;
+  const BodyId a = add(world, {1, 0}, smooth(make_box({2, 0.1}))),
+               b = add(world, {3, 0}, smooth(make_box({2, 0.1})));
+  world.create_joint({.kind = JointKind::Revolute, .b = a, .anchor_a = {0, 0}, .anchor_b = {0, 0}});
+  world.create_joint({.kind = JointKind::Revolute, .a = a, .b = b, .anchor_a = {2, 0}, .anchor_b = {2, 0}});
+  for (int i = 0; i < 20; ++i) world.step(kH);
+  for (const BodyId body : {a, b}) {
+    const std::vector<BodyForce> hinges = of(world, body, ForceSource::Joint);
+    EXPECT_EQ(hinges.size(), body == a ? 2u : 1u);
+    for (const BodyForce& hinge : hinges) {
+      EXPECT_GT(length(hinge.force), 0.1);
+      EXPECT_NEAR(hinge.torque, 0, 1e-9);
+    }
+  }
+}
+
+TEST(BodyForces, WhatIsNewerThanTheStepFeltNoDrag) {
+  World world;
+  add(world, {0, 0}, smooth(make_disc(1)));
+  world.step(0.01);
+  const BodyId fresh = add(world, {5, 0}, smooth(make_disc(1)), 1, {3, 0});
+  world.set_drag(fresh, {.linear = 2});
+  for (const BodyForce& force : forces_on(world, fresh)) EXPECT_EQ(force.source, ForceSource::Weight);
+}
+
 }  // namespace body_forces_test
 }  // namespace skerry

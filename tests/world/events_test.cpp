@@ -408,5 +408,55 @@ TEST(Events, OfSensorsComeInTheStepInWhichWhatFlowsMeetsThem) {
   EXPECT_GT(told.size(), 10u);
 }
 
+TEST(Events, OfAChainNameItsSegmentWhicheverShapeWasMadeFirst) {
+  for (const bool chain_first : {true, false}) {
+    World world;
+    world.observe({.contacts = true});
+    const auto make_chain_of_three = [&] {
+      const BodyId ground = world.create_body({.type = BodyType::Static});
+      world.add_shape(ground, rough(make_chain(std::vector<Vec2>{{-4, 0}, {-2, 0}, {0, 0}, {4, 0}}), 0.5));
+    };
+    if (chain_first) make_chain_of_three();
+    add(world, {1, 0.499}, rough(make_disc(0.5), 0.5));
+    if (!chain_first) make_chain_of_three();
+    world.step(1.0 / 60);
+    ASSERT_FALSE(world.report().events.empty()) << chain_first;
+    for (const ContactEvent& event : world.report().events) EXPECT_EQ(event.segment, 2) << chain_first;
+    ASSERT_EQ(world.report().contacts_list.size(), 1u);
+    EXPECT_EQ(world.report().contacts_list[0].island, 0) << chain_first;
+  }
+}
+
+TEST(Events, OfABounceWithinAStepHaveItsTimeAndPlace) {
+  World world(weightless());
+  world.observe({.contacts = true});
+  add_ground(world, smooth(make_disc(1), 1));
+  add(world, {0, 0.6}, smooth(make_disc(0.5), 1), 1, {20, -20});
+  world.step(1.0 / 60);
+  int hits = 0;
+  for (const ContactEvent& event : world.report().events) {
+    if (event.kind != ContactEventKind::Hit) continue;
+    ++hits;
+    EXPECT_NEAR(event.time, 0.1 / 20, 1e-12);
+    EXPECT_NEAR(length(event.point - Vec2{0.1, 0}), 0, 1e-9);
+  }
+  EXPECT_EQ(hits, 1);
+  ASSERT_EQ(world.report().contacts_list.size(), 1u);
+  const ContactReport& contact = world.report().contacts_list[0];
+  EXPECT_NEAR(length(contact.points[0].impact_position - Vec2{0.1, 0}), 0, 1e-9);
+}
+
+TEST(Events, OfABounceOnAFaceKeepItsNormalWhenTheBodyIsPastTheCorner) {
+  World world(weightless());
+  world.observe({.contacts = true});
+  const BodyId block = world.create_body({.type = BodyType::Static, .position = {0, -1}});
+  world.add_shape(block, smooth(make_box({2, 2}), 1));
+  add(world, {0.6, 0.6}, smooth(make_disc(0.5), 1), 1, {40, -20});
+  world.step(1.0 / 60);
+  ASSERT_EQ(world.report().contacts_list.size(), 1u);
+  EXPECT_GT(world.report().contacts_list[0].normal.x, 0.1);
+  EXPECT_NEAR(world.report().contacts_list[0].impact_normal.y, 1, 1e-12);
+}
+
 }  // namespace events_test
 }  // namespace skerry

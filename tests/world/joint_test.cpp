@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <gtest/gtest.h>
+#include <stdexcept>
+#include <vector>
 
 #include "tests/support/worlds.h"
 
@@ -132,6 +134,52 @@ TEST(Cradle, HangingFromRodsPassesTheSwingToTheLastBall) {
   }
   EXPECT_NEAR(highest, -4 * std::cos(angle), 2e-3);
   EXPECT_NEAR(world.kinetic_energy() + world.potential_energy(), energy, 1e-3 * 9.81);
+}
+
+TEST(Spring, HasTheEnergyOfTheStiffnessThatItIsGivenLater) {
+  World world(weightless());
+  const auto ball = add(world, {3, 0}, smooth(make_disc(0.1)));
+  JointDef def{.kind = JointKind::Spring,
+               .b = ball,
+               .anchor_a = {0, 0},
+               .anchor_b = {3, 0},
+               .length = 2,
+               .damping = 1};
+  const JointId spring = world.create_joint(def);
+  EXPECT_EQ(world.spring_energy(), 0);
+  def.stiffness = 10;
+  world.set_joint(spring, def);
+  EXPECT_NEAR(world.spring_energy(), 5, 1e-12);
+  def.stiffness = 0;
+  world.set_joint(spring, def);
+  EXPECT_EQ(world.spring_energy(), 0);
+}
+
+TEST(Rack, HasAnAxisOfTheWorldHoweverItsWheelIsTurned) {
+  World world(weightless());
+  const auto wheel = add(world, {0, 0}, smooth(make_disc(0.5)), 1, {}, 0, kPi / 2);
+  const auto rack = add(world, {0, -1}, smooth(make_box({4, 0.2})), 1, {2, 0});
+  const JointId joint = world.create_joint({.kind = JointKind::Rack,
+                                            .a = wheel,
+                                            .b = rack,
+                                            .anchor_a = {0, 0},
+                                            .anchor_b = {0, -1},
+                                            .axis = {1, 0},
+                                            .ratio = 0.5});
+  EXPECT_NEAR(std::abs(world.joint_speed(joint)), 2, 1e-12);
+}
+
+TEST(Joints, TakeThePlaceOfDestroyedOnesUnderNewNames) {
+  World world;
+  const auto ball = add(world, {3, 0}, smooth(make_disc(0.1)));
+  const JointDef def{.kind = JointKind::Rope, .b = ball, .anchor_a = {0, 0}, .anchor_b = {3, 0}};
+  const JointId one = world.create_joint(def), two = world.create_joint(def), three = world.create_joint(def);
+  for (const JointId id : {three, one, two}) world.destroy(id);
+  const JointId fresh = world.create_joint(def);
+  EXPECT_EQ(fresh.index, one.index);
+  EXPECT_TRUE(world.alive(fresh));
+  EXPECT_FALSE(world.alive(one));
+  EXPECT_THROW((void)world.joint_force(one), std::invalid_argument);
 }
 
 TEST(Joints, BadOnesAreRefused) {

@@ -12,6 +12,7 @@ namespace query_test {
 using test::add;
 using test::add_ground;
 using test::smooth;
+using test::weightless;
 
 class QueriesOn : public testing::TestWithParam<std::string> {
  protected:
@@ -190,6 +191,43 @@ TEST(Queries, FindWhatLeftItsBoxInFlow) {
     }
   }
   EXPECT_GT(outside, 10);
+}
+
+TEST(Queries, FindWhatIsMovedByHandOnceAndNotAfterItIsGone) {
+  World world(weightless());
+  const BodyId body = add(world, {0, 0}, smooth(make_disc(1)));
+  world.step(0.01);
+  world.set_pose(body, {0.01, 0}, 0);
+  EXPECT_EQ(world.shapes_at({0, 0}).size(), 1u);
+  EXPECT_EQ(world.ray_cast_all({{-5, 0}, {10, 0}}).size(), 1u);
+  world.destroy(body);
+  EXPECT_TRUE(world.shapes_at({0, 0}).empty());
+  EXPECT_TRUE(world.shapes_in_box({{-1, -1}, {1, 1}}).empty());
+}
+
+TEST(Queries, ByChainsAndHalfPlanesMeetNoneOfTheirKind) {
+  World world;
+  add_ground(world, smooth(make_disc(1)));
+  const BodyId line = world.create_body({.type = BodyType::Static});
+  world.add_shape(line, smooth(make_chain(std::vector<Vec2>{{-1, 0}, {1, 0}})));
+  add(world, {0, 0.2}, smooth(make_disc(0.5)));
+  for (const Shape& shape :
+       {make_half_plane({0, 0}, {0, 1}), make_chain(std::vector<Vec2>{{-1, 0.1}, {1, 0.1}})}) {
+    EXPECT_EQ(world.shapes_overlapping(shape, {}).size(), 1u);
+    EXPECT_NO_THROW((void)world.shape_cast(shape, {}, {0, 1}));
+  }
+}
+
+TEST(Queries, NameTheFirstOfShapesThatAreEquallyNear) {
+  World world(weightless()), row(weightless());
+  for (const double x : {2.0, -2.0}) add(world, {x, 0}, smooth(make_disc(1)));
+  const auto closest = world.closest({0, 0}, 5);
+  ASSERT_TRUE(closest);
+  EXPECT_EQ(closest->body.index, 0u);
+  for (const double y : {1.5, -1.5}) add(row, {3, y}, smooth(make_disc(1)));
+  const auto hit = row.shape_cast(make_disc(1), {}, {4, 0});
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->body.index, 0u);
 }
 
 }  // namespace query_test
