@@ -285,6 +285,54 @@ TEST_P(ChangedDefinitions, ALimitThatIsLiftedLetsGoAndANewOneHolds) {
   EXPECT_NEAR(world.omega(arm), 0, 1e-9);
 }
 
+/// An arm of 2 m on a hinge at its end whose motor holds it.
+JointId add_motor(World& world, BodyId& arm, double limit) {
+  arm = add(world, {1, 0}, smooth(make_box({2, 0.1})));
+  JointDef def{.kind = JointKind::Revolute, .b = arm, .anchor_a = {0, 0}, .anchor_b = {0, 0}};
+  def.motor_speed = 0;
+  def.motor_limit = limit;
+  return world.create_joint(def);
+}
+
+TEST_P(ChangedDefinitions, AMotorAtRestThatIsSetTurnsAndPullsUpToItsNewLimit) {
+  for (const bool sleep : {true, false}) {
+    WorldConfig config = weightless();
+    config.sleep = sleep;
+    World world = make_world(config);
+    BodyId arm;
+    const JointId motor = add_motor(world, arm, 5);
+    run(world, 200);
+    EXPECT_EQ(world.asleep(arm), sleep);
+    world.set_motor(motor, 1);
+    run(world, 60);
+    EXPECT_NEAR(world.omega(arm), 1, 1e-9) << sleep;
+    // Against a torque that is too much for it.
+    const auto hold = [&] {
+      for (int i = 0; i < 60; ++i) {
+        world.apply_torque(arm, -20);
+        world.step(kStep);
+      }
+      return world.omega(arm);
+    };
+    EXPECT_LT(hold(), -1) << sleep;
+    world.set_motor(motor, 1, 100);
+    EXPECT_NEAR(hold(), 1, 1e-9) << sleep;
+  }
+}
+
+TEST_P(ChangedDefinitions, AMotorAtRestThatIsMadeWeakLetsGo) {
+  for (const bool sleep : {true, false}) {
+    World world = make_world({.sleep = sleep});
+    BodyId arm;
+    const JointId motor = add_motor(world, arm, 20);
+    run(world, 50);
+    EXPECT_NEAR(world.omega(arm), 0, 1e-12) << sleep;
+    world.set_motor(motor, 0, 5);
+    run(world, 10);
+    EXPECT_LT(world.omega(arm), -0.1) << sleep;
+  }
+}
+
 TEST_P(ChangedDefinitions, AStifferSpringSwingsFaster) {
   World world = make_world(weightless());
   const BodyId ball = add(world, {2, 0}, smooth(make_disc(0.1)), 1);

@@ -237,5 +237,28 @@ TEST(PairForces, PressWhatTouches) {
   EXPECT_LT(world.report().worst_penetration, 1e-6);
 }
 
+TEST(PairForces, AWeightIsSetAnew) {
+  World world(test::weightless());
+  const BodyId a = test::add(world, {0, 0}, test::smooth(make_disc(0.1))),
+               b = test::add(world, {2, 0}, test::smooth(make_disc(0.1)));
+  PairForces forces({.strength = 4});
+  forces.set_weight(a, 1);
+  forces.set_weight(b, 5);
+  forces.set_weight(b, 1);
+  EXPECT_NEAR(forces.potential_energy(world), -4.0 / 2, 1e-12);
+  advance(world, forces, 1e-6, 1);
+  EXPECT_NEAR(world.velocity(a).x, 1e-6, 1e-12);
+}
+
+TEST(PairForces, PowersMayBeOfAnySize) {
+  for (const double power : {100.0, 1e5, 1e10, 1e15}) {
+    World world(test::weightless());
+    const BodyId a = test::add(world, {0, 0}, test::smooth(make_disc(0.1)));
+    test::add(world, {1 + 1 / power, 0}, test::smooth(make_disc(0.1)));
+    advance(world, PairForces({.strength = 1, .power = power}), 1e-3, 1);
+    EXPECT_NEAR(world.velocity(a).x, 1e-3 * std::pow(1 + 1 / power, -power), 1e-6) << power;
+  }
+}
+
 }  // namespace pair_forces_test
 }  // namespace skerry

@@ -178,5 +178,22 @@ TEST(UserEvents, AtTheEndOfAStepHappenOnce) {
   }
 }
 
+TEST(UserEvents, TwoWithinAFifthOfAStepAreFound) {
+  World world(test::weightless());
+  world.observe({.paths = true});
+  const BodyId body = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  UserEvents events;
+  int found = 0;
+  events.add(
+      [&](double t) {
+        const double x = world.interpolated(body, t).position.x;
+        return (x - 0.01) * (x - 0.19);
+      },
+      [&](double, bool) { ++found; });
+  world.step(0.8);
+  EXPECT_EQ(events.look(world), 2);
+  EXPECT_EQ(found, 2);
+}
+
 }  // namespace user_events_test
 }  // namespace skerry
