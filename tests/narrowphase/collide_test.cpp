@@ -106,5 +106,21 @@ TEST(Collide, ACornerOnAnEdgeNextToItsEndHasTheNormalOfTheEdge) {
   }
 }
 
+TEST(Collide, WithACacheAPlankThatTurnsMeetsWhatItsAxisKeptApart) {
+  const Shape plank = make_box({20, 0.2}), box = make_box({0.4, 0.4});
+  for (const double x : {9.0, -9.0}) {
+    for (const bool plank_first : {true, false}) {
+      SatCache cache;
+      const auto count = [&](double angle) {
+        const Transform turned = at(0, 0, angle), there = at(x, 1);
+        return plank_first ? collide(plank, turned, box, there, 0.01, &cache).count
+                           : collide(box, there, plank, turned, 0.01, &cache).count;
+      };
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(count(0), 0);
+      EXPECT_GT(count(x > 0 ? 0.1 : -0.1), 0) << x << ' ' << plank_first;
+    }
+  }
+}
+
 }  // namespace collide_test
 }  // namespace skerry

@@ -340,6 +340,27 @@ TEST(ShapeCast, AgainstAChainTouchesThereWithANormalAgainstTheMotion) {
   EXPECT_GT(hits, 500);
 }
 
+TEST(ShapeCast, OntoAChainNamesTheSegmentThatIsMetFirst) {
+  // Down into a valley, beside its middle: one slope is met, and the other would be later.
+  const Shape valley = make_chain(std::vector<Vec2>{{-4, 4}, {0, 0}, {4, 4}}), disc = make_disc(0.5);
+  for (const double x : {-0.2, 0.2}) {
+    const auto hit = shape_cast(disc, {{x, 3}, {}}, {0, -6}, valley, {});
+    ASSERT_TRUE(hit);
+    EXPECT_NEAR(hit->normal.x, (x > 0 ? -1 : 1) * std::sqrt(0.5), 1e-9) << x;
+    EXPECT_NEAR(hit->t, (3 - (0.2 + 0.5 * std::sqrt(2.0))) / 6, 1e-9) << x;
+  }
+}
+
+TEST(ShapeCast, MeetsWhatItTouchesAtTheStartWhicheverWayItGoes) {
+  const Shape disc = make_disc(1);
+  for (const double way : {1.0, -1.0}) {
+    const auto hit = shape_cast(disc, {{2, 0}, {}}, {way, 0}, disc, {});
+    ASSERT_TRUE(hit) << way;
+    EXPECT_EQ(hit->t, 0);
+    EXPECT_NEAR(hit->normal.x, 1, 1e-12);
+  }
+}
+
 TEST(RayCast, MeetsABoxThatIsOffItsBodyAlongOneAxis) {
   for (const Vec2 middle : {Vec2{0, 0.75}, Vec2{0.75, 0}}) {
     const Shape box = make_box({1, 1}, middle);

@@ -365,5 +365,38 @@ TEST(TimeOfImpact, OfATouchingStartFollowsTheFaceThatTurns) {
   }
 }
 
+TEST(TimeOfImpact, OfACornerThatComesDownIsNotHiddenByOneThatTouchesAndRises) {
+  const Shape plane = make_half_plane({0, 0}, {0, 1}), box = make_box({2, 1});
+  const double tilt = -0.2, omega = 1;
+  const Vec2 right = rotate(Rot::from_angle(tilt), {1, -0.5});
+  const Motion moving{.p0 = {0, -right.y}, .angle0 = tilt, .v = {0, 0.1 - omega * right.x}, .omega = omega};
+  const ImpactTime impact = time_of_impact(plane, {}, box, moving, 1);
+  ASSERT_TRUE(impact.hit);
+  const auto height = [&](double t) {
+    const Transform at = moving.at(t);
+    return std::min(to_world(at, {-1, -0.5}).y, to_world(at, {1, -0.5}).y);
+  };
+  EXPECT_GT(impact.t, 0.05);
+  EXPECT_NEAR(height(impact.t), 0, 1e-12);
+  for (int k = 1; k < 100; ++k) EXPECT_GT(height(impact.t * k / 100), 0) << k;
+}
+
+TEST(TimeOfImpact, OfAHalfPlaneThatTurnsIsThatOfWhatItSweepsFarFromItsPoint) {
+  const Shape plane = make_half_plane({0, 0}, {0, 1}), disc = make_disc(0.5);
+  for (const double x : {5.0, 50.0, 500.0}) {
+    const ImpactTime impact = time_of_impact(plane, {.omega = 1}, disc, {.p0 = {x, 0.3 * x}}, 1);
+    ASSERT_TRUE(impact.hit) << x;
+    EXPECT_NEAR(impact.t, std::atan(0.3) - std::asin(0.5 / (x * std::sqrt(1.09))), 1e-9) << x;
+  }
+}
+
+TEST(TimeOfImpact, OfAChainThatTurnsIsThatOfWhatIsFarFromItAtTheStart) {
+  const Shape chain = make_chain(std::vector<Vec2>{{1, 0}, {2, 0}, {3, 0}, {4, 0}}), disc = make_disc(0.1);
+  const Motion still{.p0 = {2.5 * std::cos(0.5), 2.5 * std::sin(0.5)}};
+  const ImpactTime impact = time_of_impact(chain, {.omega = 1}, disc, still, 1);
+  ASSERT_TRUE(impact.hit);
+  EXPECT_NEAR(impact.t, 0.5 - std::asin(0.1 / 2.5), 1e-9);
+}
+
 }  // namespace time_of_impact_test
 }  // namespace skerry
