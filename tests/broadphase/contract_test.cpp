@@ -233,6 +233,45 @@ TEST_P(EveryBroadPhaseContract, ForgetsThePairsOfABoxThatComesBackAsAnotherKindE
   }
 }
 
+TEST_P(EveryBroadPhaseContract, RaysMeetABoxThatWentFarAwayFromTheOthers) {
+  const auto tested = make();
+  for (ProxyIndex i = 0; i < 300; ++i) {
+    const ProxyIndex row = i / 20, column = i % 20;
+    tested->insert(i, box_at(column, row, 0.25, 0.25), ProxyKind::Moving);
+  }
+  std::vector<Pair> pairs;
+  tested->moved_pairs(pairs);
+  std::vector<ProxyIndex> found;
+  for (const Vec2 at : {Vec2{60, 3}, Vec2{-40, -50}, Vec2{3, 70}}) {
+    const BoxUpdate update{7, {at, at + Vec2{0.5, 0.5}}};
+    tested->update({&update, 1});
+    tested->ray_cast({at + Vec2{-2, 0.25}, {4, 0.01}}, found);
+    EXPECT_THAT(found, testing::ElementsAre(7));
+    tested->ray_cast({at + Vec2{0.25, 2}, {0.01, -4}}, found);
+    EXPECT_THAT(found, testing::ElementsAre(7));
+  }
+}
+
+TEST_P(EveryBroadPhaseContract, ABoxThatGrowsIsFoundWhereItReaches) {
+  BroadPhaseOptions options;
+  options.axes = {0};
+  const auto tested = make(options);
+  for (ProxyIndex i = 0; i < 40; ++i) {
+    const double x = 10 + 2 * i;
+    tested->insert(i, {{x, 0}, {x + 0.9, 1}}, ProxyKind::Moving);
+  }
+  tested->insert(40, {{0.05, 0}, {0.9, 1}}, ProxyKind::Moving);
+  std::vector<Pair> pairs;
+  tested->moved_pairs(pairs);
+  std::vector<ProxyIndex> found;
+  for (const double end : {1.9, 3.9, 7.9, 3.8, 0.9}) {
+    const BoxUpdate update{40, {{0.05, 0}, {end, 1}}};
+    tested->update({&update, 1});
+    tested->query(Aabb{{end - 0.05, 0.4}, {end - 0.01, 0.6}}, found);
+    EXPECT_THAT(found, testing::ElementsAre(40)) << end;
+  }
+}
+
 TEST_P(EveryBroadPhaseContract, KeepsMemoryLinearWhateverTheExtent) {
   // Ten times the boxes may take ten times the memory, in a world that is a million times as wide.
   Random random(9);
