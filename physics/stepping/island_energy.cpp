@@ -90,6 +90,8 @@ constexpr double kSmallCorrection = 1e-3;
 constexpr double kSmallForJoints = 0.25;
 // Share of the energy that moves, above which a gain is no error of a smooth motion.
 constexpr double kMuch = 0.01;
+// The same, above which energy comes or goes by stepping over something fast.
+constexpr double kChange = 1e-3;
 // What is gained is taken out at the end of a step; energy beyond so many times what there is moves bodies
 // where they should not be before that.
 constexpr double kWild = 1.5;
@@ -511,12 +513,19 @@ bool IslandEnergy::gained_much(const WorldState& state, const Island& island, do
                      most_of_turn(state, island, told, kinetic_));
 }
 
-bool IslandEnergy::is_much(const WorldState& state, const Island& island, double h, double gained) const {
-  if (!(gained > 0)) return false;
+bool IslandEnergy::changed(const WorldState& state, const Island& island, double h) const {
+  return std::abs(gain(state, island, known_)) > kChange * moved(state, island, h);
+}
+
+double IslandEnergy::moved(const WorldState& state, const Island& island, double h) const {
   double moved = kinetic_ + springs_;
   for (const std::uint32_t i : island.bodies)
     moved += state.bodies.mass[i] * h * h * length_squared(state.acceleration[i]);
-  return gained > kMuch * moved;
+  return moved;
+}
+
+bool IslandEnergy::is_much(const WorldState& state, const Island& island, double h, double gained) const {
+  return gained > 0 && gained > kMuch * moved(state, island, h);
 }
 
 void IslandEnergy::bound(WorldState& state, const Island& island, double h,

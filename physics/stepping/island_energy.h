@@ -69,6 +69,9 @@ class IslandEnergy {
   void take_much(WorldState& state, const Island& island, double h, double brought, double& passed) const;
   /// Whether as much was gained, whatever what is told to move may have brought.
   bool gained_much(const WorldState& state, const Island& island, double h) const;
+  /// Whether more than a thousandth of the energy that moved came or went, but for the work of external
+  /// forces.
+  bool changed(const WorldState& state, const Island& island, double h) const;
   /// Bounds velocities with which bodies are to move on for a time `h` [s], where they have far more energy
   /// than there is: that of the motion and of springs, and the work of external forces on the way and of
   /// motors, and what is told to move makes of it, as in `take_gain` and `take_push`. Joints that contradict
@@ -89,6 +92,8 @@ class IslandEnergy {
   /// move at most, in a time `h` [J]; 0 where forces do work that is not known.
   /// @param most  fastest that what is told to move makes a body [m/s]
   double unexplained_gain(const WorldState& state, const Island& island, double h, double most) const;
+  /// The energy that moved: what there was, and what bodies get from rest in a time `h` [s] [J].
+  double moved(const WorldState& state, const Island& island, double h) const;
   /// True for more than a hundredth of the energy that moved.
   bool is_much(const WorldState& state, const Island& island, double h, double gained) const;
   /// True if a body without joints has more energy after a time `h` [s] than all had, but for what is told

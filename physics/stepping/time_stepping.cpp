@@ -282,7 +282,7 @@ class IslandStep {
       spent += forces.act ? points : points / kFlightShare;
       if (state_.observe.paths) remember_start(last, after);
       std::optional<SnapGuard> guard;
-      if (snaps_ && !last && hit * kSnapped > shortest) guard.emplace(state_, island_, elapsed_, to - from);
+      if (snaps_ && !last && hit * kSnapped > shortest) guard.emplace(state_, island_, elapsed_);
       const double start = elapsed_, passed = passed_;
       const bool jointed = !island_.joints.empty();
       const bool pushed = !jointed && may_be_given_energy(state_, island_);
@@ -321,7 +321,7 @@ class IslandStep {
         else if (energy)
           energy->take_much(state_, island_, hit, hit / solved * forces.brought, passed_);
       }
-      if (guard && guard->snapped(state_, island_, elapsed_)) {
+      if (guard && guard->snapped(state_, island_, elapsed_, to - from, *energy)) {
         guard->restore(state_, island_);
         if (ends && start > from) ends->pop_back();
         passed_ = passed;
