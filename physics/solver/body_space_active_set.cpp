@@ -318,8 +318,10 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool*
         continue;
       }
       // What converges slowly, does so along one direction: go to the limit of the geometric series at once,
-      // or to where the first row meets its bound.
-      if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap)) break;
+      // or to where the first row meets its bound. Without bounds, rows that contradict each other by less
+      // than anybody asks for would press for that as hard as they can.
+      const bool small = ratio >= kContradiction && error <= options.tolerance * model_.scale();
+      if (!leap(ratio < 1 ? std::min(kLongestLeap, ratio / (1 - ratio)) : kLongestLeap, small)) break;
       last = kInfinity;
       // Neither it nor the two steps that showed the direction count where all is to be solved.
       if (steps >= kAllSteps && ratio >= kContradiction && leaps++ < kLeaps) k -= 2;
@@ -330,7 +332,7 @@ bool ActiveSet::refine(const Options& options, int steps, SolveWork& work, bool*
   return true;
 }
 
-bool ActiveSet::leap(double length) {
+bool ActiveSet::leap(double length, bool to_bound) {
   // Ratio test on the rows that are free.
   double limit = length;
   int blocking = -1;
@@ -356,7 +358,7 @@ bool ActiveSet::leap(double length) {
     }
   }
   // Beyond its bound already, by less than what counted as a contradiction: nothing to gain.
-  if (!(limit > 1)) return false;
+  if (!(limit > 1) || (to_bound && blocking < 0)) return false;
   for (int i = 0; i < model_.rows(); ++i) lambda_[at(i)] += limit * d_lambda_[at(i)];
   if (blocking >= 0) states_[at(blocking)] = side;
   model_.evaluate(lambda_.data(), w_.data());

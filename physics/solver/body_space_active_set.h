@@ -117,7 +117,8 @@ class ActiveSet {
   template <class NormalImpulse>
   double bound(int row, const NormalImpulse& impulse) const;
   double linear_error() const;
-  bool leap(double length);
+  /// @param to_bound  only where a row meets its bound on the way
+  bool leap(double length, bool to_bound);
   void add_regularisation(double eta);
   bool step(double eta, SolveWork& work);
   void set_weights(double eta, int first, int last);

@@ -386,6 +386,21 @@ class PieceSolve {
     }
   }
 
+  /// How far rounding lets rows that repeat each other contradict each other, relative to b: as much in a
+  /// short piece, where b is small, as in a long one.
+  static double rounding_of_target(const SolvedPiece& piece) {
+    constexpr double kRoundings = 16;
+    const IslandSystem& system = piece.assembly.system;
+    const auto size = [&](int body, const std::array<double, 3>& J) {
+      if (body < 0) return 0.0;
+      const Velocity& v = piece.before[static_cast<std::size_t>(body)];
+      return std::abs(J[0] * v[0]) + std::abs(J[1] * v[1]) + std::abs(J[2] * v[2]);
+    };
+    double largest = 0;
+    for (const Row& row : system.rows) largest = std::max(largest, size(row.a, row.Ja) + size(row.b, row.Jb));
+    return kRoundings * kRoundingUnit * largest / residual_scale(largest_magnitude(system.b));
+  }
+
   /// The impulses of a piece, with the friction that holds and the sliding that ends in it.
   Solution solve_system(const SolvedPiece& piece, const std::vector<double>& warm,
                         std::unique_ptr<SolverMemory>* memory) {
@@ -395,6 +410,7 @@ class PieceSolve {
     options.threads = state_.island_threads;
     options.trace = state_.observe.systems && state_.observe.solve_traces;
     const IslandSystem& system = piece.assembly.system;
+    if (has_few_rows(system)) options.tolerance = std::max(options.tolerance, rounding_of_target(piece));
     std::vector<int> held = held_rows(piece.start, piece.assembly, piece.before);
     Solution solution = state_.solver->solve(system, warm, options, memory);
     const auto solve_again = [&] {

@@ -49,5 +49,22 @@ TEST(ContradictingRows, SweepsTellTheResidualOfRowsThatContradictEachOther) {
   }
 }
 
+TEST(ContradictingRows, ByLessThanTheToleranceTheyPressForNothing) {
+  // Two pins at one place that are to move apart by what rounding leaves.
+  scenes::SceneBuilder builder({});
+  builder.body({0, 0}, 2, 0.3);
+  builder.pin(-1, 0, {0.5, 0.2});
+  builder.pin(-1, 0, {0.5, 0.2});
+  scenes::Scene scene = builder.finish();
+  for (const double apart : {0.0, 1e-15, 1e-13, 1e-12, 1e-11}) {
+    scene.system.b = {0.3, 0.1, 0.3 + apart, 0.1};
+    for (const char* name : {"auto", "body_space"}) {
+      const Solution solution = find_solver(name).solve(scene.system, {}, {}, nullptr);
+      EXPECT_EQ(solution.status, SolveStatus::Solved) << name << ", " << apart;
+      EXPECT_LT(largest_magnitude(solution.lambda), 10) << name << ", " << apart;
+    }
+  }
+}
+
 }  // namespace contradicting_rows_test
 }  // namespace skerry
