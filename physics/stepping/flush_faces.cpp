@@ -53,9 +53,9 @@ bool have_sharp_corners(const WorldState& state, const Contact& contact) {
 }
 
 /// Where the two are nearest to each other. @pre the manifold has a point
-Vec2 nearest_point(const Manifold& manifold) {
+const ManifoldPoint& nearest_point(const Manifold& manifold) {
   const bool second = manifold.count == 2 && manifold.points[1].separation < manifold.points[0].separation;
-  return manifold.points[second ? 1 : 0].position;
+  return manifold.points[second ? 1 : 0];
 }
 
 Vec2 velocity_at(const Motion& m, Vec2 where) {
@@ -74,7 +74,8 @@ bool pass_flush_face(const WorldState& state, Contact& contact, double elapsed) 
     opens = opens || (speed > state.config.rest_speed && contact.points[i].normal_impulse > 0);
   }
   if (!(closes || opens) || !have_sharp_corners(state, contact)) return false;
-  const Vec2 where = nearest_point(contact.manifold);
+  const ManifoldPoint nearest = nearest_point(contact.manifold);
+  const Vec2 where = nearest.position;
   const Face face =
       face_of_passage(state.shapes[contact.shape_a].shape, pose_at(state, contact.body_a, elapsed),
                       state.shapes[contact.shape_b].shape, pose_at(state, contact.body_b, elapsed),
@@ -86,6 +87,7 @@ bool pass_flush_face(const WorldState& state, Contact& contact, double elapsed) 
       memory.normal_impulse = memory.friction_impulse = memory.rolling_impulse = 0;
     return false;
   }
+  contact.manifold.points[0] = nearest;
   take_face(contact, face.normal, face.separation);
   return true;
 }
@@ -111,7 +113,8 @@ ImpactTime landing_time(const WorldState& state, const Contact& contact, const M
     const Manifold met = contact_manifold(contact, shape_a, pose_a, shape_b, pose_b,
                                           state.config.contact_margin, nullptr, nullptr);
     if (met.count == 0) return impact;
-    const Vec2 where = nearest_point(met), relative = velocity_at(at_b, where) - velocity_at(at_a, where);
+    const Vec2 where = nearest_point(met).position,
+               relative = velocity_at(at_b, where) - velocity_at(at_a, where);
     const double tolerance = touch_tolerance(state, where);
     const Face face = face_of_passage(shape_a, pose_a, shape_b, pose_b, relative, tolerance);
     if (!is_other(face, met.normal) || face.opening < -state.config.rest_speed) return impact;

@@ -174,13 +174,15 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   const double deep = first_deep_look(state, contact, free, a, b, h, ignored);
   if (deep == h && free.separation(h) > -ignored) return {h};
   h = deep;
+  // A landing is found to within this; what is nearer has not left.
+  const double landed = 1e-3 * touch_tolerance(state, a.p0);
   double low = 0;
   double high = h;
-  if (free.separation(0) <= 0) {
+  if (free.separation(0) <= landed) {
     // It touches now and is about to hop: the flight begins somewhere in front of its landing.
     double open = h;
-    for (int i = 0; i < kHalvings && free.separation(open) <= 0; ++i) open *= 0.5;
-    if (free.separation(open) <= 0) return {h, true};
+    for (int i = 0; i < kHalvings && free.separation(open) <= landed; ++i) open *= 0.5;
+    if (free.separation(open) <= landed) return {h, true};
     low = open;
     high = std::min(h, 2 * open);
   }
@@ -194,7 +196,7 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   for (int i = 0; i < 60 && high - low > 1e-15 * h; ++i) {
     const double t = std::clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
     const double f = free.separation(t);
-    if (std::abs(f) < 1e-3 * touch_tolerance(state, a.p0)) return {std::max(t, 1e-12 * h)};
+    if (std::abs(f) < landed) return {std::max(t, 1e-12 * h)};
     if (f > 0) {
       low = t;
       f_low = f;

@@ -53,9 +53,10 @@ TEST(FlowWithForces, PilesUnderDragFlowAndEndInRest) {
   for (const double drag : {0.01, 1.0, 10.0}) {
     World world;
     test::add_pit(world);
-    const std::vector<BodyId> bodies = test::add_pile(world, 140, 0);
+    const std::vector<BodyId> bodies = test::add_pile(world, 140, 0, {-6.001, 1});
     for (const BodyId body : bodies) world.set_drag(body, {.linear = drag, .angular = 0.05 * drag});
-    // Of 40 such piles seven take more than 1500 steps, at a drag of 10.
+    // Of 40 such piles seven take more than 1500 steps, at a drag of 10; in one of 14 a body goes down by
+    // less than a millimetre a second after 6000.
     const Seen seen = watch(world, drag > 1 ? 3000 : 1500);
     EXPECT_GT(seen.flowing, 60) << drag;
     EXPECT_LT(seen.visits, most_visits(140)) << drag;

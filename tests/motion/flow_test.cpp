@@ -478,9 +478,9 @@ TEST(Flow, TakesOverWhereRoundsOfAStepThrowDearWorkAway) {
 TEST(Flow, EndsForAFewThatMerelySlide) {
   World world = make_world({});
   test::add_ground(world, test::smooth(make_disc(1)));
-  const double speeds[] = {-0.909955, -0.846046, -0.851081}, masses[] = {0.5167, 1.2963, 1.4180};
-  const Vec2 halves[] = {{0.343708, 0.197888}, {0.196546, 0.313292}, {0.303213, 0.236094}};
-  const double places[] = {-0.670215, -1.211879, -1.715038};
+  const double speeds[] = {-0.997802, -0.856289, -0.782665}, masses[] = {0.8045, 0.9201, 0.9728};
+  const Vec2 halves[] = {{0.287386, 0.317870}, {0.169322, 0.389313}, {0.270218, 0.162130}};
+  const double places[] = {-0.600000, -1.065598, -1.519532};
   std::vector<BodyId> boxes;
   boxes.reserve(3);
   for (int k = 0; k < 3; ++k)

@@ -237,5 +237,29 @@ TEST_P(FlushFaces, AStepOfAMicrometreIsOne) {
   EXPECT_NEAR(world.velocity(box).x, 0, 1e-9);
 }
 
+/// Boxes of one height: the corner of one that tips is beside the corner of the other, where it may as well
+/// go along its own face. If it were taken to touch with its lower corner then, it would close the gap again
+/// and again.
+TEST(FlushFaces, ABoxThatTipsAgainstOneOfItsHeightTouchesItAtTheTop) {
+  constexpr double side = 0.6;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    test::Draw draw(seed);
+    World world;
+    test::add_ground(world, rough(make_box({1, 1}), 0.5));
+    const ShapeDef shape = rough(make_box({side, side}), draw.uniform(0.2, 0.6));
+    add(world, {side, 0.5 * side}, shape);
+    const double tilt = -draw.uniform(3e-4, 3e-3), turn = -draw.uniform(0.1, 1);
+    const Rot q = Rot::from_angle(tilt);
+    const Vec2 foot = rotate(q, {0.5 * side, -0.5 * side}), top = rotate(q, {0.5 * side, 0.5 * side});
+    const Vec2 centre{0.5 * side - top.x - draw.uniform(0, 1e-4), -foot.y};
+    add(world, centre, shape, 1, turn * perp(-foot) + Vec2{draw.uniform(0, 0.3), 0}, turn, tilt);
+    for (int step = 0; step < 30; ++step) {
+      const StepReport& report = world.step(1.0 / 60);
+      ASSERT_LE(report.substeps, 20) << "seed " << seed << ", step " << step;
+      ASSERT_LT(report.worst_penetration, 1e-9) << "seed " << seed << ", step " << step;
+    }
+  }
+}
+
 }  // namespace flush_faces_test
 }  // namespace skerry
