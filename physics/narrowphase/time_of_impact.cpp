@@ -168,7 +168,7 @@ class Flight {
   double root_of_features(double t) const;
   double step_on_turning_axis(double gap, double span) const;
   double jump_to_discs_contact() const;
-  bool is_neighbours_contact() const;
+  bool take_own_contact();
   double step_past_neighbours_contact();
 
   const Segment* segment_;  // a is this segment of a chain
@@ -394,11 +394,22 @@ double Flight::jump_to_discs_contact() const {
   return (distance - sweep_) * (distance + sweep_) / (approach + speed * std::sqrt(square));
 }
 
-/// True if the touching contact is not one that the segment reports.
-bool Flight::is_neighbours_contact() const {
+/// Takes the touching points that the segment reports, in place of all that touch. False if there are none:
+/// they are its neighbours'.
+bool Flight::take_own_contact() {
   const Transform relative{inverse_rotate(qa_, d_), narrow::relative_rotation(qa_, qb_)};
   const double margin = target_ + std::max(gap_, 0.0) + 10 * kTouchingNoise * scale_;
-  return narrow::meet_segment(*segment_, b_.hull, relative, margin, nullptr).m.count == 0;
+  const narrow::SegmentContact own = narrow::meet_segment(*segment_, b_.hull, relative, margin, nullptr);
+  if (own.m.count == 0) return false;
+  m_ = own.m;
+  from_ = own.from;
+  n_ = m_.normal = rotate(qa_, own.m.normal);
+  gap_ = kInfinity;
+  for (unsigned i = 0; i < static_cast<unsigned>(m_.count); ++i) {
+    m_.points[i].position = rotate(qa_, m_.points[i].position);
+    gap_ = std::min(gap_, m_.points[i].separation - target_);
+  }
+  return true;
 }
 
 /// Step until a corner of the other shape may come down on the segment, or from beside over it; infinite if
@@ -473,9 +484,8 @@ ImpactTime Flight::run() {
     ++result.iterations;
     look(t);
     const bool touching = gap_ <= kTouchingNoise * scale_;
-    const bool hits = touching && approaches();
-    const bool ghost = touching && segment_ != nullptr && is_neighbours_contact();
-    if (hits && !ghost) {
+    const bool ghost = touching && segment_ != nullptr && !take_own_contact();
+    if (touching && !ghost && approaches()) {
       result.hit = true;
       result.t = t;
       return result;
