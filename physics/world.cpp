@@ -108,7 +108,12 @@ double World::time() const {
   return state_->time;
 }
 void World::observe(const Observe& what) {
-  state_->observe = what;
+  WorldState& s = *state_;
+  s.observe = what;
+  if (what.contacts) return;
+  // Sleepers have the number of an island only in the list that is made for an observer.
+  for (const SleepingIsland& island : s.sleepers.islands())
+    for (const std::uint32_t body : island.bodies) s.bodies.island[body] = -1;
 }
 const WorldConfig& World::config() const {
   return state_->config;

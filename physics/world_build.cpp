@@ -121,7 +121,13 @@ void update_mass(WorldState& s, std::uint32_t body) {
     }
     s.centre[body] += centre;
     const Vec2 shift = rotate(s.bodies.rotation[body], centre);
+    const Vec2 before = s.bodies.position[body];
     s.bodies.position[body] += shift;
+    // What moved by less than its place can tell has other manifolds all the same.
+    if (s.bodies.position[body] == before) {
+      for (Contact& contact : s.contacts)
+        if (contact.body_a == body || contact.body_b == body) contact.pose_a.q = {0, 0};
+    }
     s.bodies.velocity[body] += s.bodies.omega[body] * perp(shift);
     s.bodies.torque[body] -= cross(shift, s.bodies.force[body]);
   }
@@ -324,7 +330,7 @@ void forget_loads(WorldState& s, std::uint32_t body) {
   for (bool more = true; more;) {
     more = false;
     for (const Contact& contact : s.contacts) {
-      if (!spreads(contact.body_a) && !spreads(contact.body_b)) continue;
+      if (!contact.linked || (!spreads(contact.body_a) && !spreads(contact.body_b))) continue;
       for (const std::uint32_t i : {contact.body_a, contact.body_b}) {
         more |= (*near)[i] == 0;
         (*near)[i] = 1;
@@ -332,7 +338,7 @@ void forget_loads(WorldState& s, std::uint32_t body) {
     }
   }
   for (Contact& contact : s.contacts) {
-    if (!spreads(contact.body_a) && !spreads(contact.body_b)) continue;
+    if (!contact.linked || (!spreads(contact.body_a) && !spreads(contact.body_b))) continue;
     for (PointMemory& memory : contact.points) memory.let_go();
   }
 }

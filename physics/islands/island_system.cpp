@@ -227,7 +227,7 @@ SKERRY_AVX2 bool judge_path_lanes(const IslandSystem& system, const std::vector<
   if (!(good[0] & good[1] & good[2] & good[3])) return false;
   const double most = std::max(std::max(worst[0], worst[1]), std::max(worst[2], worst[3]));
   const double largest = std::max(std::max(scale[0], scale[1]), std::max(scale[2], scale[3]));
-  residual = largest > 0 ? most / largest : most;
+  residual = most / residual_scale(largest);
   return true;
 }
 

@@ -329,16 +329,26 @@ class OnePiecePositions {
     }
   }
 
-  /// The shifts are small: to first order the manifolds follow, and the next step makes them anew.
+  /// The shifts are small: to first order the manifolds follow, and the next step makes them anew, also where
+  /// a shift is below the rounding of a place.
   void follow(const Assembly& assembly, const std::vector<Velocity>& shift) {
-    share_each(state_.island_threads, assembly.system.rows.size(), kItemsAPiece, [&](std::size_t i) {
-      const Row& row = assembly.system.rows[i];
-      const RowOrigin& origin = assembly.origin[i];
-      if (origin.joint) return;
-      double closer = 0;
-      if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
-      if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
-      state_.contacts[origin.index].manifold.points[origin.point].separation += closer;
+    const std::vector<RowOrigin>& origins = assembly.origin;
+    const auto are_of_one = [](const RowOrigin& a, const RowOrigin& b) {
+      return !a.joint && !b.joint && a.index == b.index;
+    };
+    // The first row of a contact does the work of all.
+    share_each(state_.island_threads, origins.size(), kItemsAPiece, [&](std::size_t first) {
+      if (origins[first].joint || (first > 0 && are_of_one(origins[first - 1], origins[first]))) return;
+      Contact& contact = state_.contacts[origins[first].index];
+      for (std::size_t i = first; i < origins.size() && are_of_one(origins[first], origins[i]); ++i) {
+        const Row& row = assembly.system.rows[i];
+        double closer = 0;
+        if (row.a >= 0) closer += along(row.Ja, shift[static_cast<std::size_t>(row.a)]);
+        if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
+        if (closer == 0) continue;
+        contact.manifold.points[origins[i].point].separation += closer;
+        contact.pose_a.q = {0, 0};
+      }
     });
   }
 
