@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
+#include <utility>
 
 #include "tests/support/draw.h"
 #include "tests/support/worlds.h"
@@ -171,28 +172,31 @@ TEST_P(DrivenStops, GearsMakeBodiesFarFasterThanWhatIsTold) {
 /// the block it pulls slept makes no difference.
 TEST_P(DrivenStops, ASlackRopeWakesWhatItPulls) {
   for (const JointKind kind : {JointKind::Rope, JointKind::Distance, JointKind::Wheel}) {
-    for (const bool told : {false, true}) {
-      for (const bool sleeps : {false, true}) {
-        WorldConfig config = config_for(GetParam());
-        config.sleep = sleeps;
-        World world(config);
-        test::add_ground(world, test::rough(make_disc(1), 0.3));
-        const BodyId block = test::add(world, {0, 0.2}, test::rough(make_box({2, 0.4}), 0.3), 2);
-        const BodyId winch = world.create_body(
-            {.type = BodyType::Kinematic, .position = {5, 0.2}, .velocity = told ? Vec2{} : Vec2{1, 0}});
-        if (told) world.set_motion(winch, [](double t) { return Placement{{5 + t, 0.2}, 0}; });
-        JointDef def{.kind = kind, .a = block, .b = winch, .anchor_a = {0, 0.2}, .anchor_b = {5, 0.2}};
-        if (kind == JointKind::Rope) def.length = 5.2;
-        if (kind == JointKind::Distance) def.upper = 5.2;
-        if (kind == JointKind::Wheel) {
-          def.axis = {1, 0};
-          def.upper = 0.2;
-        }
-        world.create_joint(def);
-        for (int k = 0; k < 60; ++k) world.step(kStep);
-        EXPECT_NEAR(world.position(block).x, 0.8, 1e-6)
-            << "joint " << static_cast<int>(kind) << (told ? ", told" : "");
+    for (const int choice : {0, 1, 2, 3, 4, 5, 6, 7}) {
+      const bool told = choice & 1, sleeps = choice & 2, winch_first = choice & 4;
+      WorldConfig config = config_for(GetParam());
+      config.sleep = sleeps;
+      World world(config);
+      test::add_ground(world, test::rough(make_disc(1), 0.3));
+      const BodyId block = test::add(world, {0, 0.2}, test::rough(make_box({2, 0.4}), 0.3), 2);
+      const BodyId winch = world.create_body(
+          {.type = BodyType::Kinematic, .position = {5, 0.2}, .velocity = told ? Vec2{} : Vec2{1, 0}});
+      if (told) world.set_motion(winch, [](double t) { return Placement{{5 + t, 0.2}, 0}; });
+      JointDef def{.kind = kind, .a = block, .b = winch, .anchor_a = {0, 0.2}, .anchor_b = {5, 0.2}};
+      if (winch_first) {
+        std::swap(def.a, def.b);
+        std::swap(def.anchor_a, def.anchor_b);
       }
+      if (kind == JointKind::Rope) def.length = 5.2;
+      if (kind == JointKind::Distance) def.upper = 5.2;
+      if (kind == JointKind::Wheel) {
+        def.axis = {winch_first ? -1.0 : 1.0, 0};
+        def.upper = 0.2;
+      }
+      world.create_joint(def);
+      for (int k = 0; k < 60; ++k) world.step(kStep);
+      EXPECT_NEAR(world.position(block).x, 0.8, 1e-6)
+          << "joint " << static_cast<int>(kind) << ", choice " << choice;
     }
   }
 }

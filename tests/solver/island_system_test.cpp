@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "physics/islands/island_system.h"
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -17,6 +19,7 @@
 #include "physics/export.h"
 #include "physics/import.h"
 #include "physics/islands/delassus.h"
+#include "tests/support/draw.h"
 #include "tests/support/island_scenes.h"
 
 namespace skerry {
@@ -485,6 +488,151 @@ TEST(ClampAndJudge, ShowsVelocitiesThatAreNoNumbers) {
   }
   std::vector<double> lambda{1e308, 1e308};
   EXPECT_FALSE(clamp_and_judge(system, lambda) <= 1);
+}
+
+/// Rows between bodies that follow each other.
+IslandSystem path_of_rows(int rows, test::Draw& draw) {
+  IslandSystem system;
+  for (int k = 0; k <= rows; ++k) system.bodies.push_back({draw.uniform(0.5, 2), draw.uniform(0.5, 2)});
+  for (int k = 0; k < rows; ++k) {
+    Row row;
+    row.kind = RowKind::Motor;
+    row.a = k;
+    row.b = k + 1;
+    row.Ja = {draw.uniform(-1, 1), 1, draw.uniform(-1, 1)};
+    row.Jb = {draw.uniform(-1, 1), -1, draw.uniform(-1, 1)};
+    row.lower = -2;
+    row.upper = 2;
+    system.rows.push_back(row);
+    system.b.push_back(draw.uniform(-1, 1));
+  }
+  return system;
+}
+
+TEST(ClampAndJudge, SeesWhatIsNearlyAPathForWhatItIs) {
+  // Somewhere along a path there is a row back to an earlier body, one whose bounds another row scales, or
+  // one between two bodies that do not move.
+  for (unsigned seed = 1; seed <= 300; ++seed) {
+    test::Draw draw(seed);
+    const int n = seed % 2 == 0 ? 6 : 16 + draw.pick(9), what = static_cast<int>(seed / 2 % 3);
+    IslandSystem system = path_of_rows(n, draw);
+    std::vector<double> lambda;
+    for (int k = 0; k < n; ++k) lambda.push_back(draw.uniform(-1, 1));
+    const int at = 2 + draw.pick(n - 3);
+    Row& row = system.rows[static_cast<std::size_t>(at)];
+    if (what == 0) {
+      row.b = draw.pick(at);
+      if (at + 1 < n) system.rows[static_cast<std::size_t>(at) + 1].a = row.b;
+    } else if (what == 1) {
+      row.kind = RowKind::Friction;
+      row.normal = draw.pick(at);
+      system.rows[static_cast<std::size_t>(row.normal)].kind = RowKind::Normal;
+      row.mu = 0.1;
+    } else {
+      for (const int body : {row.a, row.b}) system.bodies[static_cast<std::size_t>(body)] = {0, 0};
+      system.b[static_cast<std::size_t>(at)] = 7;
+    }
+    std::vector<double> clamped = lambda;
+    const double residual = clamp_and_judge(system, clamped);
+    ASSERT_EQ(residual, natural_map_residual(system, clamped)) << "seed " << seed;
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      const Row& one = system.rows[i];
+      const ImpulseBounds bounds =
+          impulse_bounds(one, one.normal < 0 ? 0 : clamped[static_cast<std::size_t>(one.normal)]);
+      ASSERT_EQ(clamped[i], std::clamp(lambda[i], bounds.lower, bounds.upper)) << "seed " << seed;
+    }
+  }
+}
+
+TEST(ClampAndJudge, SaysOfTheSmallestWhatTheNaturalMapSays) {
+  // Below the least scale residuals are absolute, on any path.
+  for (const int n : {4, 20}) {
+    for (const double size : {1.0, 1e-279, 1e-281, 1e-300}) {
+      test::Draw draw(static_cast<unsigned>(n));
+      IslandSystem system = path_of_rows(n, draw);
+      system.b.assign(system.b.size(), size);
+      std::vector<double> lambda(system.b.size(), 0.0);
+      EXPECT_EQ(clamp_and_judge(system, lambda), natural_map_residual(system, lambda)) << n << ", " << size;
+    }
+  }
+}
+
+TEST(ClampAndJudge, ShowsWhatIsNoNumberWhereverItIs) {
+  // One impulse is given, and nothing is wrong with its row; the velocities beside it are no numbers.
+  for (const int n : {6, 24}) {
+    for (int at = 1; at + 1 < n; ++at) {
+      test::Draw draw(static_cast<unsigned>(at));
+      IslandSystem system = path_of_rows(n, draw);
+      std::vector<double> lambda(static_cast<std::size_t>(n), 0.0);
+      for (const int body : {at, at + 1}) system.bodies[static_cast<std::size_t>(body)] = {100, 100};
+      Row& row = system.rows[static_cast<std::size_t>(at)];
+      row.lower = row.upper = lambda[static_cast<std::size_t>(at)] = 1e308;
+      for (const int beside : {at - 1, at + 1}) {
+        Row& other = system.rows[static_cast<std::size_t>(beside)];
+        other.Ja = other.Jb = {1, -1, 0};
+      }
+      row.Ja = row.Jb = {1, 1, 0};
+      EXPECT_FALSE(clamp_and_judge(system, lambda) <= 1) << n << " " << at;
+    }
+  }
+}
+
+TEST(ClampAndJudge, SaysInfinityForMoreThanIsWanted) {
+  test::Draw draw(2);
+  IslandSystem system = path_of_rows(8, draw);
+  system.compliance.assign(8, 0.1);
+  std::vector<double> lambda(8, 0.3);
+  const double residual = clamp_and_judge(system, lambda);
+  ASSERT_GT(residual, 0.1);
+  EXPECT_EQ(clamp_and_judge(system, lambda, residual), residual);
+  EXPECT_EQ(clamp_and_judge(system, lambda, 0.5 * residual), kInfinity);
+  EXPECT_EQ(clamp_and_judge(system, lambda, 0), kInfinity);
+}
+
+TEST(FactorPattern, ConditionIsThatOfTheOneNorm) {
+  // The estimate is never above it, and seldom much below.
+  double least = 1;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    IslandSystem system =
+        scenes::random_island({.bodies = 4, .contacts = 6, .pins = 2}, {.friction = 0.3, .seed = seed})
+            .system;
+    system.compliance.assign(system.rows.size(), 0.01);
+    Eigen::MatrixXd W(delassus(system));
+    W.diagonal() *= 1 + 1e-10;
+    const double exact =
+        W.cwiseAbs().colwise().sum().maxCoeff() * W.inverse().cwiseAbs().colwise().sum().maxCoeff();
+    const double estimate = factor_pattern(system, Ordering::ApproximateMinimum).condition;
+    ASSERT_LE(estimate, exact * (1 + 1e-6)) << "seed " << seed;
+    least = std::min(least, estimate / exact);
+  }
+  EXPECT_GT(least, 0.5);
+}
+
+TEST(ResidualFloor, OfAMatrixCountsSizesAndIsNoLessThanARounding) {
+  ContactProblem problem;
+  problem.W.resize(2, 2);
+  problem.W.insert(0, 0) = problem.W.insert(1, 1) = 2;
+  problem.W.insert(0, 1) = problem.W.insert(1, 0) = -1;
+  problem.rows.resize(2);
+  problem.b = {0.5, -4};
+  EXPECT_DOUBLE_EQ(residual_floor(problem, {8, 16}), kRoundingUnit * (8 + 32) / 4);
+  EXPECT_DOUBLE_EQ(residual_floor(problem, {-8, 16}), kRoundingUnit * (8 + 32) / 4);
+  EXPECT_DOUBLE_EQ(residual_floor(problem, {1e-3, 0}), kRoundingUnit);
+  problem.b = {0, 0};
+  EXPECT_DOUBLE_EQ(residual_floor(problem, {8, 16}), kRoundingUnit * 40);
+}
+
+TEST(IslandSystem, ResidualOfAMatrixShowsWhatIsNoNumber) {
+  ContactProblem problem;
+  problem.W.resize(3, 3);
+  for (const int i : {0, 1, 2}) problem.W.insert(i, i) = 1;
+  problem.rows.resize(3);
+  problem.b = {0, 1, 0};
+  EXPECT_EQ(natural_map_residual(problem, {0, 0, 0}), 1);
+  EXPECT_TRUE(std::isnan(natural_map_residual(problem, {0, NAN, 0})));
+  EXPECT_NO_THROW(validate(problem));
+  problem.W.coeffRef(1, 1) = NAN;
+  EXPECT_THROW(validate(problem), std::invalid_argument);
 }
 
 }  // namespace island_system_test

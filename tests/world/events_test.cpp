@@ -458,5 +458,46 @@ TEST(Events, OfABounceOnAFaceKeepItsNormalWhenTheBodyIsPastTheCorner) {
   EXPECT_NEAR(world.report().contacts_list[0].impact_normal.y, 1, 1e-12);
 }
 
+TEST(Events, OfSensorsAreOfLiftsToo) {
+  // Neither of the two is dynamic, whichever of them the sensor belongs to.
+  for (const bool gate_feels : {true, false}) {
+    World world;
+    ShapeDef gate = smooth(make_box({1, 1})), lift = smooth(make_box({0.5, 0.5}));
+    (gate_feels ? gate : lift).sensor = true;
+    world.add_shape(world.create_body({.type = BodyType::Static}), gate);
+    world.add_shape(world.create_body({.type = BodyType::Kinematic, .position = {-2, 0}, .velocity = {2, 0}}),
+                    lift);
+    int begins = 0, ends = 0;
+    for (int i = 0; i < 120; ++i) {
+      for (const ContactEvent& event : world.step(1.0 / 60).events) {
+        begins += event.kind == ContactEventKind::Begin;
+        ends += event.kind == ContactEventKind::End;
+      }
+    }
+    EXPECT_EQ(begins, 1) << gate_feels;
+    EXPECT_EQ(ends, 1) << gate_feels;
+  }
+}
+
+TEST(Events, ABlowThatPassesThroughAContactIsNoHitOfIt) {
+  // The box lands, rests, and is struck from above: its ground bears the second blow, too.
+  World world;
+  const BodyId ground = add_ground(world, rough(make_disc(1), 0.5));
+  const BodyId box = add(world, {0, 0.6}, rough(make_box({1, 1}), 0.5));
+  BodyId ball;
+  int landed = 0, struck = 0;
+  for (int i = 0; i < 90; ++i) {
+    if (i == 30) ball = add(world, {0, 1.5}, smooth(make_disc(0.25)));
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      if (event.kind != ContactEventKind::Hit) continue;
+      EXPECT_GT(event.approach_speed, 0.1);
+      landed += event.body_a == ground && event.body_b == box;
+      struck += event.body_a == box && event.body_b == ball;
+    }
+  }
+  EXPECT_EQ(landed, 1);
+  EXPECT_EQ(struck, 1);
+}
+
 }  // namespace events_test
 }  // namespace skerry

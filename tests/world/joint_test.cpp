@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "tests/support/worlds.h"
@@ -190,6 +191,33 @@ TEST(Joints, BadOnesAreRefused) {
   EXPECT_THROW(world.create_joint({.a = ball}), std::invalid_argument);
   EXPECT_THROW(world.create_joint({.kind = JointKind::Rope, .b = ball, .anchor_b = {0, -1}, .length = NAN}),
                std::invalid_argument);
+}
+
+TEST(Distance, SpringsAreInTheEnergyOfTheReport) {
+  World world;
+  const BodyId ball = add(world, {0, -1.5}, smooth(make_disc(0.1)), 2);
+  JointDef spring{.kind = JointKind::Distance, .b = ball, .anchor_b = {0, -1.5}};
+  spring.length = 1;
+  spring.stiffness = 40;
+  world.create_joint(spring);
+  for (int i = 0; i < 30; ++i) {
+    const StepReport& report = world.step(1.0 / 120);
+    const double y = world.position(ball).y, stretch = -y - 1;
+    EXPECT_NEAR(report.potential_energy, 2 * 9.81 * y + 20 * stretch * stretch, 1e-12) << i;
+    EXPECT_NEAR(report.potential_energy, world.potential_energy(), 1e-12) << i;
+  }
+}
+
+TEST(Revolute, LetsItsBodiesOverlapWhicheverIsTheFirst) {
+  for (const bool exchanged : {false, true}) {
+    World world(weightless());
+    BodyId a = add(world, {0, 0}, smooth(make_box({1, 0.2}))),
+           b = add(world, {0.8, 0}, smooth(make_box({1, 0.2})));
+    if (exchanged) std::swap(a, b);
+    world.create_joint({.kind = JointKind::Revolute, .a = a, .b = b, .anchor_a = {0.4, 0}});
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(1.0 / 60).contacts, 0) << exchanged;
+    EXPECT_EQ(world.kinetic_energy(), 0);
+  }
 }
 
 }  // namespace joint_test

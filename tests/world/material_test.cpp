@@ -109,5 +109,21 @@ TEST(Events, ATouchingPairBeginsPersistsEveryStepAndEnds) {
   EXPECT_EQ(count(ContactEventKind::Persist), 0);
 }
 
+TEST(Material, RollingResistanceMayBeThatOfTheGroundOrOfTheWheel) {
+  double omega[2];
+  for (const bool of_ground : {true, false}) {
+    World world;
+    ShapeDef ground = rough(make_disc(1), 0.8), wheel = rough(make_disc(0.5), 0.8);
+    (of_ground ? ground : wheel).material.rolling_resistance = 0.02;
+    add_ground(world, ground);
+    const BodyId body = add(world, {0, 0.5}, wheel, 2, {2, 0}, -4);
+    for (int i = 0; i < 60; ++i) world.step(1.0 / 60);
+    omega[of_ground ? 1 : 0] = world.omega(body);
+  }
+  // (3/2) m r^2 alpha = 0.02 m g
+  EXPECT_NEAR(omega[0], -4 + 0.02 * 9.81 / (1.5 * 0.25), 1e-3);
+  EXPECT_EQ(omega[0], omega[1]);
+}
+
 }  // namespace material_test
 }  // namespace skerry

@@ -230,5 +230,72 @@ TEST(Queries, NameTheFirstOfShapesThatAreEquallyNear) {
   EXPECT_EQ(hit->body.index, 0u);
 }
 
+TEST(Queries, TellWhatTheShapesThemselvesTell) {
+  const unsigned seed = 23;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  World w(weightless());
+  for (int i = 0; i < 40; ++i) {
+    ShapeDef def = smooth(i % 3 == 0   ? make_disc(0.3)
+                          : i % 3 == 1 ? make_box({0.5, 0.3})
+                                       : make_capsule({0, 0}, {0.4, 0.2}, 0.1));
+    def.filter.category = 1u << (i % 4);
+    add(w, {4 * unit(random), 3 * unit(random)}, def, 1, {3 * unit(random), 3 * unit(random)}, 0,
+        3 * unit(random));
+  }
+  for (int i = 0; i < 3; ++i) w.step(1.0 / 60);
+  const auto shapes = w.shapes();
+  const auto expect_hit = [&](const QueryHit& hit, const auto& of, const char* query) {
+    EXPECT_EQ(hit.body, shapes[hit.shape.index].body) << query;
+    EXPECT_EQ(hit.point, of.point) << query;
+    EXPECT_EQ(hit.normal, of.normal) << query;
+    EXPECT_GT(length(hit.normal), 0.9) << query;
+  };
+  int rays = 0, casts = 0, nearest = 0, in_boxes = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Filter filter{.mask = static_cast<std::uint32_t>(random() % 16)};
+    const Vec2 p{5 * unit(random), 4 * unit(random)}, way{4 * unit(random), 4 * unit(random)};
+    const auto shape_of = [&](const QueryHit& hit) -> const Shape& { return shapes[hit.shape.index].shape; };
+    const auto pose_of = [&](const QueryHit& hit) { return w.pose(shapes[hit.shape.index].body); };
+    if (const auto hit = w.ray_cast({p, way}, filter)) {
+      expect_hit(*hit, *ray_cast(shape_of(*hit), pose_of(*hit), {p, way}), "ray");
+      ++rays;
+    }
+    const Shape probe = make_box({0.3, 0.2});
+    const Transform at{p, Rot::from_angle(unit(random))};
+    if (const auto hit = w.shape_cast(probe, at, way, filter); hit && hit->t > 0) {
+      expect_hit(*hit, *shape_cast(probe, at, way, shape_of(*hit), pose_of(*hit)), "shape");
+      ++casts;
+    }
+    if (const auto hit = w.closest(p, 3, filter)) {
+      expect_hit(*hit, closest_point(shape_of(*hit), pose_of(*hit), p), "closest");
+      if (hit->distance > 0) {
+        EXPECT_TRUE(w.closest(p, hit->distance, filter));
+        EXPECT_FALSE(w.closest(p, std::nextafter(hit->distance, 0), filter));
+      }
+      ++nearest;
+    }
+    const Aabb box{p, p + Vec2{std::abs(way.x), std::abs(way.y)}};
+    std::vector<std::uint32_t> found, all;
+    for (const ShapeId id : w.shapes_in_box(box, filter)) found.push_back(id.index);
+    for (std::uint32_t i = 0; i < shapes.size(); ++i) {
+      if (may_collide(shapes[i].filter, filter) &&
+          overlap(bounding_box(shapes[i].shape, w.pose(shapes[i].body)), box))
+        all.push_back(i);
+    }
+    EXPECT_EQ(found, all) << "trial " << trial;
+    in_boxes += static_cast<int>(all.size());
+  }
+  EXPECT_GT(std::min({rays, casts, nearest, in_boxes}), 30);
+}
+
+TEST(Queries, TakeNoBoxWithoutEndAndRaysOfNoLength) {
+  World world;
+  add(world, {0, 0}, smooth(make_disc(1)));
+  for (const Aabb& box : {Aabb{{0, 0}, {INFINITY, 1}}, Aabb{{0, 0}, {1, NAN}}, Aabb{{-INFINITY, 0}, {1, 1}}})
+    EXPECT_THROW(world.shapes_in_box(box), std::invalid_argument);
+  EXPECT_TRUE(world.ray_cast({{-1, 0}, {1, 0}, 0}));
+}
+
 }  // namespace query_test
 }  // namespace skerry

@@ -20,6 +20,7 @@ namespace skerry {
 namespace reach_test {
 
 using test::add;
+using test::add_ground;
 using test::rough;
 using test::smooth;
 
@@ -338,6 +339,209 @@ TEST(Reach, ACrushThatGoesElsewhereInEachRoundComesToAnEnd) {
     rounds += most;
   }
   EXPECT_LE(rounds, 90);
+}
+
+TEST(ContactTable, ThatGrowsAtItsFrontIsTheSameForAnyThreads) {
+  // Pairs of discs that collide, enough for all threads; then the first of all discs come between the pairs
+  // and each contact moves back in the table.
+  std::vector<std::uint64_t> hashes[3];
+  for (const int threads : {1, 2, 3}) {
+    WorldConfig config = test::weightless();
+    config.threads = threads;
+    World world(config);
+    std::vector<BodyId> first;
+    for (int k = 0; k < 8; ++k) first.push_back(add(world, {3.0 * k, -50}, smooth(make_disc(0.5), 1)));
+    for (int k = 0; k < 2100; ++k) {
+      for (const double side : {-1.0, 1.0})
+        add(world, {3.0 * k + 0.502 * side, 0}, smooth(make_disc(0.5), 1), 1, {-0.05 * side, 0.0});
+    }
+    for (int i = 0; i < 6; ++i) {
+      if (i == 2) {
+        for (std::size_t k = 0; k < first.size(); ++k)
+          world.set_pose(first[k], {3.0 * static_cast<double>(k), -0.95}, 0);
+      }
+      if (i == 4) {
+        for (std::size_t k = 0; k < first.size(); k += 2)
+          world.set_pose(first[k], {3.0 * static_cast<double>(k), -50}, 0);
+        for (std::uint32_t k = 20; k < 80; k += 4) world.set_pose(world.body_id(k), {3.0 * k, 50}, 0);
+      }
+      world.step(1.0 / 60);
+      hashes[threads - 1].push_back(world.state_hash());
+    }
+    ASSERT_GT(world.report().pairs, 2050);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Reach, ChainsThatComeFastCarryWhatIsInTheirWay) {
+  // In one step the chain goes several times as far as the bodies are high.
+  for (const bool turns : {false, true}) {
+    World world(test::weightless());
+    const BodyId lift = world.create_body({.type = BodyType::Kinematic, .position = {0, 0}});
+    world.add_shape(lift, smooth(make_chain(std::vector<Vec2>{{-5, 0}, {1, 0}, {3, 0}, {5, 0}})));
+    std::vector<BodyId> bodies;
+    for (const double x : {-3.0, 0.0, 2.5})
+      bodies.push_back(add(world, {x, 0.35}, smooth(x == 0 ? make_box({0.1, 0.1}) : make_disc(0.05))));
+    if (turns)
+      world.set_velocity(lift, {0, 12}, 3);
+    else
+      world.set_velocity(lift, {0, 30}, 0);
+    for (int step = 0; step < 4; ++step) {
+      world.step(1.0 / 60);
+      const Transform at = world.pose(lift);
+      for (const BodyId body : bodies)
+        EXPECT_GT(dot(rotate(at.q, {0, 1}), world.position(body) - at.p), 0.05 - 1e-3)
+            << turns << " " << step;
+    }
+  }
+}
+
+TEST(Reach, WhatTurnsBackWithinTheStepMeetsWhatIsAtTheTopOfItsWay) {
+  // Up and down again in one step; a ceiling stops it before its top, and it falls from there.
+  const double h = 1.0 / 60, g = 4000, v = g * h / 2, gap = 0.1;
+  World world({.gravity = {0, -g}});
+  const BodyId ceiling = world.create_body({.type = BodyType::Static});
+  world.add_shape(ceiling, smooth(make_half_plane({0, 0.1 + gap}, {0, -1})));
+  const BodyId disc = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {0, v});
+  world.step(h);
+  const double met = (v - std::sqrt(v * v - 2 * g * gap)) / g;
+  EXPECT_NEAR(world.position(disc).y, gap - g * (h - met) * (h - met) / 2, 1e-6);
+}
+
+TEST(Reach, WhatIsSetTurningMeetsWhatIsBesideIt) {
+  // The torque turns the bar by more than a radian, against a disc far from where it was.
+  World world(test::weightless());
+  const BodyId bar = add(world, {0, 0}, smooth(make_box({2, 0.1})), 1, {}, 2);
+  const BodyId disc = add(world, 0.8 * Vec2{std::cos(0.7), std::sin(0.7)}, smooth(make_disc(0.05)));
+  world.apply_torque(bar, 1e4 / world.bodies().inverse_inertia[bar.index]);
+  world.step(1.0 / 60);
+  EXPECT_GT(length(world.velocity(disc)), 1);
+  EXPECT_LT(world.angle(bar), 1);
+}
+
+TEST(Reach, ABarThatTurnsAsToldMeetsWhatIsBesideIt) {
+  for (const double way : {1.0, -1.0}) {
+    World world(test::weightless());
+    const BodyId bar = world.create_body({.type = BodyType::Kinematic});
+    world.add_shape(bar, smooth(make_box({2, 0.1})));
+    world.set_motion(bar, [way](double t) { return Placement{{0, 0}, 60 * way * t}; });
+    const BodyId disc = add(world, 0.8 * Vec2{std::cos(0.7), way * std::sin(0.7)}, smooth(make_disc(0.05)));
+    world.step(1.0 / 60);
+    EXPECT_GT(length(world.velocity(disc)), 30);
+  }
+}
+
+TEST(Reach, ImpulsesOfIslandsThatAreSteppedAgainAreThoseOfTheirMotion) {
+  int retries = 0;
+  double worst = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    test::Draw draw(seed);
+    WorldConfig config = test::weightless();
+    config.flow_work = 0;
+    World world(config);
+    world.observe({.contacts = true});
+    const BodyId floor = world.create_body({.type = BodyType::Static});
+    world.add_shape(floor, smooth(make_half_plane({0, 0}, {0.1, 1}), 0.5));
+    std::vector<BodyId> bodies;
+    for (int i = 0; i < 12; ++i)
+      bodies.push_back(add(world, {0.33 * (i % 3), 1 + 0.33 * std::floor(i / 3)},
+                           smooth(i % 2 == 0 ? make_disc(0.14) : make_box({0.2, 0.2}), 0.5),
+                           draw.uniform(1, 2), {12 + draw.uniform(-0.1, 0.1), -20}));
+    for (int step = 0; step < 12; ++step) {
+      std::vector<Vec2> change(world.bodies().size());
+      for (const BodyId body : bodies) change[body.index] = -world.mass(body) * world.velocity(body);
+      const StepReport& report = world.step(1.0 / 60);
+      for (const BodyId body : bodies) change[body.index] += world.mass(body) * world.velocity(body);
+      for (const ContactReport& contact : report.contacts_list) {
+        change[contact.body_a.index] += contact.impulse;
+        change[contact.body_b.index] -= contact.impulse;
+      }
+      for (const BodyId body : bodies) worst = std::max(worst, length(change[body.index]));
+      retries += report.island_retries;
+    }
+  }
+  EXPECT_LT(worst, 1e-3);
+  EXPECT_GT(retries, 5);
+}
+
+TEST(Reach, SmallBodiesOlderThanThePlanksMeetThemAsWell) {
+  // One fast body against one long, rounded plank at a slant that stands, turns, or goes as told; the
+  // same where all pairs are looked at.
+  int struck = 0;
+  for (unsigned seed = 1; seed <= 400; ++seed) {
+    Vec2 places[2], velocities[2];
+    for (const bool alike : {false, true}) {
+      test::Draw draw(seed);
+      WorldConfig config = test::weightless();
+      config.skips.alike = alike;
+      World world(config);
+      const Vec2 at{draw.uniform(-2, 2), draw.uniform(-2, 2)};
+      const Vec2 v{draw.uniform(-40, 40), draw.uniform(-40, 40)};
+      const BodyId small = add(world, at, smooth(seed % 2 == 0 ? make_disc(0.1) : make_box({0.15, 0.1}), 0.5),
+                               1, v, draw.uniform(-5, 5), draw.uniform(-3, 3));
+      const bool turns = draw.one_in(2), told = draw.one_in(3);
+      const BodyId plank = world.create_body({.type = BodyType::Kinematic,
+                                              .position = at + Vec2{draw.uniform(-2, 2), draw.uniform(-2, 2)},
+                                              .angle = draw.uniform(-3, 3),
+                                              .omega = turns ? draw.uniform(-12, 12) : 0.0});
+      world.add_shape(
+          plank,
+          smooth(draw.one_in(2) ? make_capsule({-4, 0}, {4, 0}, 0.3) : make_box({8, 0.4}, {}, 0, 0.15), 0.5));
+      if (told) {
+        const Vec2 pull{draw.uniform(-2000, 2000), draw.uniform(-2000, 2000)};
+        world.set_motion(plank, [pull, from = world.position(plank), angle = world.angle(plank)](double t) {
+          return Placement{from + t * t * pull, angle + 200 * t * t};
+        });
+      }
+      const auto shapes = world.shapes();
+      if (collide(shapes[0].shape, world.pose(small), shapes[1].shape, world.pose(plank), 0).count > 0) break;
+      for (int i = 0; i < 2; ++i) {
+        world.step(1.0 / 60);
+        struck += alike && world.report().impacts > 0;
+      }
+      places[alike] = world.position(small);
+      velocities[alike] = world.velocity(small);
+    }
+    ASSERT_LT(length(places[1] - places[0]), 1e-6) << "seed " << seed;
+    ASSERT_LT(length(velocities[1] - velocities[0]), 1e-4) << "seed " << seed;
+  }
+  EXPECT_GT(struck, 40);
+}
+
+TEST(Reach, PairsAreThoseOfBoxesThatOverlap) {
+  // Whatever is left out, found again, or found in a later round.
+  int retries = 0, all = 0;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    test::Draw draw(seed);
+    World world({.threads = seed % 3 == 0 ? 2 : 1});
+    add_ground(world, rough(make_disc(1), 0.5, seed % 2 == 0 ? 0.6 : 0));
+    const BodyId post = world.create_body({.type = BodyType::Static, .position = {0, 1}, .angle = 0.3});
+    world.add_shape(post, smooth(make_box({0.1, 1.5})));
+    const BodyId paddle =
+        world.create_body({.type = BodyType::Kinematic, .position = {2, 1}, .omega = draw.uniform(-5, 5)});
+    world.add_shape(paddle, smooth(make_box({2, 0.1})));
+    for (int swarm = 0; swarm < 2; ++swarm) {
+      const Vec2 v{draw.uniform(-20, 20), draw.uniform(-30, -5)};
+      const Vec2 at{draw.uniform(-2, 2) - 0.05 * v.x, 2.5 - 0.05 * v.y + 3 * swarm};
+      for (int i = 0; i < 12; ++i)
+        add(world, at + Vec2{0.33 * (i % 3), 0.33 * std::floor(i / 3)},
+            smooth(i % 2 == 0 ? make_disc(0.14) : make_box({0.2, 0.2}), 0.3), 1,
+            v + Vec2{draw.uniform(-0.1, 0.1), 0});
+    }
+    for (int step = 0; step < 40; ++step) {
+      const StepReport& report = world.step(1.0 / 60);
+      int overlapping = 0;
+      const auto shapes = world.shapes();
+      for (std::size_t i = 0; i < shapes.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) overlapping += i > 2 && overlap(shapes[i].box, shapes[j].box);
+      }
+      ASSERT_EQ(report.pairs, overlapping) << "seed " << seed << ", step " << step;
+      retries += report.island_retries;
+      all += overlapping;
+    }
+  }
+  EXPECT_GT(std::min(retries, all), 20);
 }
 
 }  // namespace reach_test

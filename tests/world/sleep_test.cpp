@@ -455,5 +455,220 @@ TEST(Sleep, WhatHangsOnWhatTheUserMovesWakes) {
   }
 }
 
+TEST(Sleep, HoldsForTheLengthOfTheStepsInWhichItBegan) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+  for (const double h : {1.0 / 60, 1.0 / 120, 1.0 / 60}) {
+    for (int i = 0; i < 10; ++i) {
+      const StepReport& report = world.step(h);
+      if (i == 0 || i == 9) {
+        EXPECT_EQ(report.islands_asleep, i == 0 ? 0 : 1) << h << " " << i;
+      }
+      EXPECT_NEAR(report.total_normal_impulse, 9.81 * h, 1e-9) << h << " " << i;
+    }
+  }
+}
+
+TEST(Sleep, ABarThatTurnsInItsPlaceWakesWhatItComesTo) {
+  // Its box lies over that of the sleeper from the beginning, and its centre stays.
+  std::vector<double> seen[2];
+  for (const bool sleep : {true, false}) {
+    World world(with_sleep(sleep));
+    add_ground(world, rough(make_disc(1), 0.5));
+    const BodyId box = add(world, {0.6, 0.15}, rough(make_box({0.3, 0.3}), 0.5));
+    const BodyId bar = world.create_body({.type = BodyType::Kinematic, .position = {0, 2}, .angle = 1.2});
+    world.add_shape(bar, rough(make_box({4, 0.1}), 0.5));
+    world.set_velocity(bar, {}, 0.2);
+    bool slept = false, wakes = false;
+    for (int i = 0; i < 400; ++i) {
+      const StepReport& report = world.step(1.0 / 60);
+      slept |= world.asleep(box);
+      wakes |= slept && !world.asleep(box);
+      for (const double number : {static_cast<double>(report.pairs), static_cast<double>(report.contacts),
+                                  report.total_normal_impulse, world.position(box).x})
+        seen[sleep ? 1 : 0].push_back(number);
+    }
+    EXPECT_EQ(slept && wakes, sleep);
+    EXPECT_GT(length(world.position(box) - Vec2{0.6, 0.15}), 0.1);
+  }
+  for (std::size_t k = 0; k < seen[0].size(); ++k)
+    ASSERT_NEAR(seen[0][k], seen[1][k], 1e-11 * std::abs(seen[1][k]) + 1e-13)
+        << "step " << k / 4 << ", number " << k % 4;
+}
+
+TEST(Sleep, SleepersHaveNoNumberOfAnIsland) {
+  World world;
+  add_ground(world, rough(make_disc(1), 0.5));
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 3; ++i) boxes.push_back(add(world, {2.0 * i, 0.5}, rough(make_box({1, 1}), 0.5)));
+  add(world, {20, 100}, rough(make_disc(0.5), 0.5));
+  step(world, 10);
+  for (const BodyId box : boxes) {
+    ASSERT_TRUE(world.asleep(box));
+    EXPECT_EQ(world.bodies().island[box.index], -1);
+  }
+  // But in the list that is made for an observer.
+  world.observe({.contacts = true});
+  step(world, 1);
+  for (const BodyId box : boxes) EXPECT_GE(world.bodies().island[box.index], 0);
+  world.observe({});
+  step(world, 1);
+  for (const BodyId box : boxes) EXPECT_EQ(world.bodies().island[box.index], -1);
+}
+
+TEST(Sleep, GroundThatIsYoungerThanWhatLiesOnItWakesIt) {
+  World world;
+  const BodyId box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+  const BodyId ground = add_ground(world, rough(make_disc(1), 0.5));
+  step(world, 10);
+  ASSERT_TRUE(world.asleep(box));
+  world.set_pose(ground, {0, -1}, 0);
+  step(world, 10);
+  EXPECT_LT(world.position(box).y, 0.45);
+}
+
+TEST(Sleep, AJointInThePlaceOfAnotherOneIsAnotherOne) {
+  // A rope that hangs loose is exchanged for a spring that lifts the box.
+  for (const bool sleep : {true, false}) {
+    World world(with_sleep(sleep));
+    add_ground(world, rough(make_disc(1), 0.5));
+    const BodyId box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+    JointDef def{.kind = JointKind::Rope, .b = box, .anchor_a = {0, 3}, .anchor_b = {0, 0.5}};
+    def.length = 4;
+    const JointId rope = world.create_joint(def);
+    step(world, 10);
+    ASSERT_EQ(world.report().islands_at_rest, 1);
+    world.destroy(rope);
+    def = {.kind = JointKind::Distance, .b = box, .anchor_a = {0, 3}, .anchor_b = {0, 0.5}};
+    def.length = 1;
+    def.stiffness = 40;
+    const JointId spring = world.create_joint(def);
+    ASSERT_EQ(spring.index, rope.index);
+    step(world, 20);
+    EXPECT_GT(world.position(box).y, 0.6);
+  }
+}
+
+TEST(Sleep, StepsThatThrewForgetNothingThatWasMovedBeforeThem) {
+  // The table is taken away; the step that would see it throws, the next one does not.
+  bool fails = false;
+  World world;
+  world.set_force_field([&fails](const FieldSample&) {
+    if (fails) throw std::runtime_error("no force");
+    return Wrench{};
+  });
+  const BodyId box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+  const BodyId table = world.create_body({.type = BodyType::Static, .position = {0, -0.5}});
+  world.add_shape(table, rough(make_box({4, 1}), 0.5));
+  step(world, 10);
+  world.set_pose(table, {0, -5}, 0);
+  fails = true;
+  EXPECT_THROW(world.step(1.0 / 60), std::runtime_error);
+  fails = false;
+  step(world, 30);
+  EXPECT_NEAR(world.position(box).y, 0.5 - 9.81 / 2 * 0.25, 1e-9);
+}
+
+TEST(Sleep, ForcesAndTorquesOfTheUserThatMoveNothingAreGoneInTheNextStep) {
+  // A box is pressed, pushed or turned a little for some steps, and rests all the time.
+  for (const int what : {0, 1, 2}) {
+    std::vector<double> seen[3];
+    for (const int kind : {0, 1, 2}) {
+      WorldConfig config = with_sleep(kind == 0);
+      config.reuse_resting = kind != 2;
+      World world(config);
+      add_ground(world, rough(make_disc(1), 0.5));
+      const BodyId box = add(world, {0, 0.5}, rough(make_box({1, 1}), 0.5));
+      world.observe({.contacts = true});
+      for (int i = 0; i < 40; ++i) {
+        if (i % 20 >= 10) {
+          if (what == 0) world.apply_force(box, {0, -5}, world.position(box));
+          if (what == 1) world.apply_force(box, {1, 0}, world.position(box));
+          if (what == 2) world.apply_torque(box, 1);
+        }
+        const StepReport& report = world.step(1.0 / 60);
+        ASSERT_EQ(report.islands_list.size(), 1u);
+        EXPECT_EQ(report.islands_list[0].bodies, 1);
+        EXPECT_EQ(report.islands_list[0].contacts, 2);
+        EXPECT_EQ(report.islands_list[0].rows, 4);
+        EXPECT_EQ(report.friction_rows, 2);
+        for (const ContactReport& contact : report.contacts_list) {
+          for (int k = 0; k < contact.count; ++k) {
+            seen[kind].push_back(contact.points[k].normal_impulse);
+            seen[kind].push_back(contact.points[k].friction_impulse);
+          }
+        }
+      }
+      ASSERT_EQ(seen[kind].size(), 160u);
+      const double left = seen[kind][4 * 15], right = seen[kind][4 * 15 + 2];
+      EXPECT_NEAR((left + right) * 60, what == 0 ? 14.81 : 9.81, 1e-9);
+      EXPECT_NEAR(std::abs(left - right) * 60, what == 0 ? 0 : what == 1 ? 1 : 2, 1e-9);
+    }
+    for (const int kind : {0, 1})
+      for (std::size_t k = 0; k < seen[2].size(); ++k)
+        ASSERT_NEAR(seen[kind][k], seen[2][k], 1e-12) << what << " " << kind << ", step " << k / 4;
+  }
+}
+
+TEST(Islands, FollowBodiesThatGoAndBodiesThatAreHeld) {
+  World world;
+  std::vector<BodyId> discs;
+  for (const double x : {0.0, 3.0, 6.0}) discs.push_back(add(world, {x, 50}, rough(make_disc(0.5), 0.5)));
+  step(world, 5);
+  EXPECT_EQ(world.report().islands, 3);
+  world.destroy(discs[0]);
+  step(world, 1);
+  EXPECT_EQ(world.report().islands, 2);
+  EXPECT_EQ(world.bodies().island[discs[2].index], 1);
+  world.set_type(discs[1], BodyType::Static);
+  const double y = world.position(discs[1]).y;
+  step(world, 5);
+  EXPECT_EQ(world.report().islands, 1);
+  EXPECT_EQ(world.position(discs[1]).y, y);
+}
+
+TEST(Islands, AtRestAreSteppedWhenWhatTheyHangOnMoves) {
+  // Awake ones, too, whichever end of the joint the hook is.
+  for (const bool sleep : {true, false}) {
+    for (const bool hook_first : {true, false}) {
+      for (const bool by_hand : {true, false}) {
+        World world(with_sleep(sleep));
+        const BodyId hook = world.create_body({.type = BodyType::Kinematic});
+        const BodyId bob = add(world, {0, -1}, rough(make_disc(0.1), 0));
+        world.create_joint({.kind = JointKind::Revolute,
+                            .a = hook_first ? hook : bob,
+                            .b = hook_first ? bob : hook,
+                            .anchor_a = {0, 0}});
+        step(world, 20);
+        ASSERT_EQ(world.report().islands_at_rest, 1);
+        if (by_hand)
+          world.set_pose(hook, {0.5, 0}, 0);
+        else
+          world.set_velocity(hook, {0.5, 0}, 0);
+        step(world, 20);
+        EXPECT_GT(world.position(bob).x, 1e-4) << sleep << hook_first << by_hand;
+      }
+    }
+  }
+}
+
+TEST(Sleep, WhatANeighbourLeavesBehindStillWakesWithItsGround) {
+  // Boxes about the two discs overlap, so the second one to fall asleep keeps what is between them.
+  World world;
+  const BodyId ground = add_ground(world, rough(make_disc(1), 0.5));
+  const BodyId left = add(world, {0, 1}, rough(make_disc(1), 0.5));
+  step(world, 10);
+  const BodyId right = add(world, {1, 0.1}, rough(make_disc(0.1), 0.5));
+  step(world, 10);
+  ASSERT_TRUE(world.asleep(left) && world.asleep(right));
+  world.destroy(left);
+  step(world, 10);
+  ASSERT_TRUE(world.asleep(right));
+  world.set_pose(ground, {0, -1}, 0);
+  step(world, 10);
+  EXPECT_LT(world.position(right).y, 0.05);
+}
+
 }  // namespace sleep_test
 }  // namespace skerry
