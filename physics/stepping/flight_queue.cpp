@@ -93,11 +93,6 @@ class FlightQueue {
 
   Contact& contact_at(std::size_t k) { return state_.contacts[island_.contacts[k]]; }
 
-  bool touches(const Contact& contact) const {
-    return std::any_of(contact.manifold.points.begin(),
-                       contact.manifold.points.begin() + contact.manifold.count,
-                       [this](const ManifoldPoint& point) { return is_touching(state_, point); });
-  }
   /// Whether all touching points of a contact part fast enough to call it a flight.
   bool parts(const Contact& contact, double time) const {
     const double a = pull(contact.body_a) + pull(contact.body_b);
@@ -259,7 +254,7 @@ class FlightQueue {
             !refresh_manifold(contact, state_.shapes[contact.shape_a].shape, pose(contact.body_a, now),
                               state_.shapes[contact.shape_b].shape, pose(contact.body_b, now), contact.margin,
                               state_.config.skips, result_.narrow);
-        if (!touches(contact)) continue;
+        if (!touches(state_, contact)) continue;
         cluster_.contacts.push_back(index);
         join(contact.body_a);
         join(contact.body_b);

@@ -26,12 +26,6 @@ bool pushes(const Contact& contact) {
   return false;
 }
 
-bool touches(const WorldState& state, const Contact& contact) {
-  for (int i = 0; i < contact.manifold.count; ++i)
-    if (is_touching(state, contact.manifold.points[i])) return true;
-  return false;
-}
-
 /// True if no joint, and no contact of which `counts` is true, is with something that does not react.
 template <class Counts>
 bool is_free(const WorldState& state, const Island& island, const Counts& counts) {

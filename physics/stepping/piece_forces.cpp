@@ -349,8 +349,12 @@ class PieceSolve {
     if (origin.spring()) {
       target = add_spring(assembly, i, start.origin[i].error, before, h);
     } else {
-      if (found_.moving && (origin.kind != RowKind::Limit || rests(start, i, before)))
-        target = row_velocity(start, i, before) - row_velocity(assembly, i, before);
+      if (found_.moving && (origin.kind != RowKind::Limit || rests(start, i, before))) {
+        target = row_velocity(start, i, before);
+        // What is held though it leaves, as it would be back at once, is back at the end.
+        if (origin.kind == RowKind::Normal) target = std::min(target, 0.0);
+        target -= row_velocity(assembly, i, before);
+      }
       if (piece_.plastic && origin.kind == RowKind::Normal) target = -std::max(0.0, origin.error) / h;
       if (origin.kind == RowKind::Limit && !rests(start, i, before))
         target = -std::max(0.0, origin.error) / h;

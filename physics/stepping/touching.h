@@ -64,6 +64,13 @@ inline bool is_touching(const WorldState& state, const ManifoldPoint& point) {
   return point.separation <= touch_tolerance(state, point.position);
 }
 
+/// Whether a point of a contact touches.
+inline bool touches(const WorldState& state, const Contact& contact) {
+  return std::any_of(contact.manifold.points.begin(),
+                     contact.manifold.points.begin() + contact.manifold.count,
+                     [&](const ManifoldPoint& point) { return is_touching(state, point); });
+}
+
 /// Whether a point of a contact is farther in than `depth` [m], and than rounding explains.
 inline bool is_deeper(const WorldState& state, const Contact& contact, double depth) {
   for (int i = 0; i < contact.manifold.count; ++i) {
