@@ -44,7 +44,7 @@ SleepTotals count_contacts(const std::vector<Contact>& contacts) {
   SleepTotals t;
   for (const Contact& contact : contacts) {
     ++t.pairs;
-    if (!contact.linked || contact.sensor) {
+    if (!contact.linked) {
       t.pairs_out_of_reach += contact.sensor ? 0 : 1;
       continue;
     }

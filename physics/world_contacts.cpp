@@ -344,10 +344,9 @@ Contact Step::make_contact(const ContactKey& key) const {
 void mix_materials(Contact& contact, const ShapeRecord& a, const ShapeRecord& b) {
   contact.friction =
       mix(std::max(a.friction_rule, b.friction_rule), a.material.friction, b.material.friction);
-  contact.static_friction =
-      std::max(contact.friction, mix(std::max(a.friction_rule, b.friction_rule),
-                                     a.material.static_friction.value_or(a.material.friction),
-                                     b.material.static_friction.value_or(b.material.friction)));
+  contact.static_friction = mix(std::max(a.friction_rule, b.friction_rule),
+                                a.material.static_friction.value_or(a.material.friction),
+                                b.material.static_friction.value_or(b.material.friction));
   contact.restitution =
       mix(std::max(a.restitution_rule, b.restitution_rule), a.material.restitution, b.material.restitution);
   contact.rolling_resistance = std::max(a.material.rolling_resistance, b.material.rolling_resistance);

@@ -214,7 +214,7 @@ class Builder {
     const MixingRule rule = std::max(a.friction_rule, b.friction_rule);
     const auto held = [](const Material& m) { return m.static_friction.value_or(m.friction); };
     const double sliding = mix(rule, a.material.friction, b.material.friction);
-    const double mu = std::max(sliding, mix(rule, held(a.material), held(b.material)));
+    const double mu = mix(rule, held(a.material), held(b.material));
     const double rolling = std::max(a.material.rolling_resistance, b.material.rolling_resistance);
     for (int k = 0; k < manifold.count; ++k) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(k)];
