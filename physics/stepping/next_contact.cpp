@@ -18,6 +18,8 @@ constexpr int kMostLooksOfThin = 256, kMostLooks = 64;
 constexpr double kLeastLooks = 4, kLooksARadian = 4;
 // Of the stretch in which it passes.
 constexpr int kPassingHalvings = 20;
+// Touch tolerances to within which a landing is found.
+constexpr double kLanded = 1e-3;
 // Share of a time that is none.
 constexpr double kAtOnce = 1e-12;
 
@@ -155,13 +157,17 @@ double first_deep_look(const WorldState& state, const Contact& contact, const Fr
 }  // namespace
 
 NextContact next_contact_time(const WorldState& state, std::uint32_t index, const Motion& a, const Motion& b,
-                              std::uint8_t resting, double h, FreeSegments beside) {
+                              std::uint8_t resting, double h, FreeSegments beside, double hop) {
   const Contact& contact = state.contacts[index];
+  const double touch = touch_tolerance(state, a.p0), left = hop * touch;
   if (resting == 0) {
     const ImpactTime impact = landing_time(state, contact, a, b, h);
     // A segment of a chain that touches without a point has left it to the one beside it.
     if (contact.manifold.count == 0 && is_on_chain(state, contact) && impact.t <= kAtOnce * h) return {h};
-    return {impact.hit ? impact.t : h};
+    if (!impact.hit) return {h};
+    const bool stays =
+        touches(state, contact) && FreePoints(state, contact, a, b, 0, {}).separation(0.5 * impact.t) <= left;
+    return stays ? NextContact{h, true} : NextContact{impact.t};
   }
 
   if (rests_wholly(state, contact, resting)) return {h};
@@ -169,20 +175,18 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   // One point rests and another may come down (a box that rocks onto its face): the root of that point's
   // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
   // of its own.
-  const double ignored = 1e3 * touch_tolerance(state, a.p0);
+  const double ignored = 1e3 * touch;
   const FreePoints free(state, contact, a, b, resting, beside);
   const double deep = first_deep_look(state, contact, free, a, b, h, ignored);
   if (deep == h && free.separation(h) > -ignored) return {h};
   h = deep;
-  // A landing is found to within this; what is nearer has not left.
-  const double landed = 1e-3 * touch_tolerance(state, a.p0);
   double low = 0;
   double high = h;
-  if (free.separation(0) <= landed) {
+  if (free.separation(0) <= left) {
     // It touches now and is about to hop: the flight begins somewhere in front of its landing.
     double open = h;
-    for (int i = 0; i < kHalvings && free.separation(open) <= landed; ++i) open *= 0.5;
-    if (free.separation(open) <= landed) return {h, true};
+    for (int i = 0; i < kHalvings && free.separation(open) <= left; ++i) open *= 0.5;
+    if (free.separation(open) <= left) return {h, true};
     low = open;
     high = std::min(h, 2 * open);
   }
@@ -196,7 +200,7 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   for (int i = 0; i < 60 && high - low > 1e-15 * h; ++i) {
     const double t = std::clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
     const double f = free.separation(t);
-    if (std::abs(f) < landed) return {std::max(t, 1e-12 * h)};
+    if (std::abs(f) < kLanded * touch) return {std::max(t, 1e-12 * h)};
     if (f > 0) {
       low = t;
       f_low = f;

@@ -64,6 +64,8 @@ constexpr int kFirstWait = 1, kFirstWaitInLarge = 16, kLongestWait = 256;
 // fourteenth of g h. That doubles every so many pieces, up to g h itself.
 constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
 constexpr double kBouncePiecesADoubling = 4;
+// The hops that are none [touch tolerances], which from then on doubles every so many pieces.
+constexpr double kLeastHop = 1e-3, kHopPiecesADoubling = 2;
 // Height of bounces [touch tolerances] that are none from then on where something turns.
 constexpr double kLowBounce = 16;
 
@@ -141,6 +143,11 @@ PointCounts count_points(const WorldState& state, const Island& island, double h
 
 double slow_speed(const WorldState& state, const Island& island, double h) {
   return h * largest_acceleration(state, island) + state.config.rest_speed;
+}
+
+double least_hop(const WorldState& state, int piece) {
+  if (state.config.accuracy) return kLeastHop;
+  return std::clamp(kLeastHop * std::exp2((piece - kBouncingPieces) / kHopPiecesADoubling), kLeastHop, 1.0);
 }
 
 double slowest_bounce(const WorldState& state, const Island& island, double h, int piece) {

@@ -65,6 +65,11 @@ bool flows_on(const WorldState& state, const Island& island, double h);
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 
+/// Touch tolerances by which a corner has to get away in a piece to have left: some, but in a step that was
+/// cut often more, up to one, as corners that rattle by less only come to rest after hundreds of cuts.
+/// @param piece  its number
+double least_hop(const WorldState& state, int piece);
+
 /// Approach below which nothing bounces in a piece of a step of `h` [s], but for what loses nothing [m/s]. In
 /// a step that was cut often, bounces of a pile that die away are most of what cuts it: the lowest ones are
 /// left out, and the more, the more pieces there were; in the end those that would last about a step.

@@ -143,7 +143,7 @@ TEST(Flow, IsNotSeenInALargePyramidWhoseForcesAreFoundFromNothing) {
   }
 }
 
-/// Some 36 of 60 such heaps sleep within 15 s, exactly; of the others a few boxes rock on.
+/// All of 72 such heaps sleep within 15 s, 70 of them exactly; forces that are no answer hold the others.
 TEST(Flow, EndsInExactRest) {
   int resting = 0;
   for (int speed = 1; speed <= 6; ++speed) {
@@ -154,14 +154,15 @@ TEST(Flow, EndsInExactRest) {
     for (int k = 0; k < 900 && world.report().bodies_asleep < 80; ++k)
       flowing += world.step(kStep).islands_in_flow;
     EXPECT_GT(flowing, 20);
-    if (world.report().bodies_asleep < 80) continue;
+    EXPECT_EQ(world.report().bodies_asleep, 80) << "speed " << speed;
+    if (world.report().inexact_islands > 0) continue;
     ++resting;
     EXPECT_EQ(world.report().islands_in_flow, 0);
     EXPECT_LE(world.report().worst_residual, 1e-9);
     EXPECT_LE(world.report().worst_penetration, 1e-9);
     EXPECT_LE(world.kinetic_energy(), 1e-3);
   }
-  EXPECT_GE(resting, 2);
+  EXPECT_GE(resting, 5);
 }
 
 TEST(Flow, KeepsMomentaAndGainsNoEnergyWhereNothingIsFixed) {
