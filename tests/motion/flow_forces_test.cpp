@@ -225,6 +225,7 @@ TEST(FlowOfBouncingPiles, LeavesACradleToImpactsWhateverTheSolver) {
     config.solver = solver;
     World world(config);
     std::vector<BodyId> discs;
+    discs.reserve(50);
     for (int i = 0; i < 50; ++i)
       discs.push_back(
           test::add(world, {1.0 * i, 0}, test::smooth(make_disc(0.5), 1), 1, {i == 0 ? 1.0 : 0, 0}));

@@ -157,7 +157,8 @@ TEST(Bridges, ArrowsAndMomentsKeepTheScaleOfTheLargestSoFar) {
 
 TEST(Bridges, SaysHowManyMoreMembersBroke) {
   const Shot shot(demo_path("failing_bridge"), 6, {"stresses"});
-  EXPECT_THAT(shot.labels(), Contains(testing::MatchesRegex("member .* broke at .* s in .*, and 8 more")));
+  EXPECT_THAT(shot.labels(),
+              Contains(testing::MatchesRegex("member .* broke at .* s in .*, and [1-9][0-9]* more")));
 }
 
 TEST(Influence, AxlesAreStraightStrokes) {

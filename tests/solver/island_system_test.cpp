@@ -516,8 +516,8 @@ TEST(ClampAndJudge, SeesWhatIsNearlyAPathForWhatItIs) {
     test::Draw draw(seed);
     const int n = seed % 2 == 0 ? 6 : 16 + draw.pick(9), what = static_cast<int>(seed / 2 % 3);
     IslandSystem system = path_of_rows(n, draw);
-    std::vector<double> lambda;
-    for (int k = 0; k < n; ++k) lambda.push_back(draw.uniform(-1, 1));
+    std::vector<double> lambda(static_cast<std::size_t>(n));
+    for (double& impulse : lambda) impulse = draw.uniform(-1, 1);
     const int at = 2 + draw.pick(n - 3);
     Row& row = system.rows[static_cast<std::size_t>(at)];
     if (what == 0) {

@@ -110,7 +110,7 @@ TEST(Events, ATouchingPairBeginsPersistsEveryStepAndEnds) {
 }
 
 TEST(Material, RollingResistanceMayBeThatOfTheGroundOrOfTheWheel) {
-  double omega[2];
+  double omega[2] = {0, 0};
   for (const bool of_ground : {true, false}) {
     World world;
     ShapeDef ground = rough(make_disc(1), 0.8), wheel = rough(make_disc(0.5), 0.8);

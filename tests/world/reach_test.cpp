@@ -350,6 +350,7 @@ TEST(ContactTable, ThatGrowsAtItsFrontIsTheSameForAnyThreads) {
     config.threads = threads;
     World world(config);
     std::vector<BodyId> first;
+    first.reserve(8);
     for (int k = 0; k < 8; ++k) first.push_back(add(world, {3.0 * k, -50}, smooth(make_disc(0.5), 1)));
     for (int k = 0; k < 2100; ++k) {
       for (const double side : {-1.0, 1.0})
@@ -444,6 +445,7 @@ TEST(Reach, ImpulsesOfIslandsThatAreSteppedAgainAreThoseOfTheirMotion) {
     const BodyId floor = world.create_body({.type = BodyType::Static});
     world.add_shape(floor, smooth(make_half_plane({0, 0}, {0.1, 1}), 0.5));
     std::vector<BodyId> bodies;
+    bodies.reserve(12);
     for (int i = 0; i < 12; ++i)
       bodies.push_back(add(world, {0.33 * (i % 3), 1 + 0.33 * std::floor(i / 3)},
                            smooth(i % 2 == 0 ? make_disc(0.14) : make_box({0.2, 0.2}), 0.5),

@@ -102,8 +102,10 @@ TEST(Skips, NoObserverChangesAPileInFlow) {
     for (World* world : {&alone, &observed}) {
       const ShapeDef box = rough(make_box({1, 1}), 0.5);
       add_ground(*world, box);
-      for (int i = 0; i < 60; ++i)
-        add(*world, {1.05 * (i % 6) + 0.1 * (i / 6 % 2), 0.6 + 1.1 * (i / 6)}, box, 1, {i % 6 - 2.5, -3});
+      for (int i = 0; i < 60; ++i) {
+        const int row = i / 6;
+        add(*world, {1.05 * (i % 6) + 0.1 * (row % 2), 0.6 + 1.1 * row}, box, 1, {i % 6 - 2.5, -3});
+      }
     }
     int flowing = 0;
     for (int step = 0; step < 40; ++step) {
@@ -124,7 +126,7 @@ TEST(Skips, NoObserverChangesAPileInFlow) {
 struct KeptAndMade {
   World kept, made;
 
-  explicit KeptAndMade(WorldConfig config = {}) : kept(config), made(without_manifolds(config)) {}
+  explicit KeptAndMade(const WorldConfig& config = {}) : kept(config), made(without_manifolds(config)) {}
 
   static WorldConfig without_manifolds(WorldConfig config) {
     config.skips.manifolds = false;
@@ -144,10 +146,11 @@ TEST(Skips, OfManifoldsChangesNoBitInFlow) {
       for (const double side : {-1.0, 1.0})
         world->add_shape(walls, rough(make_half_plane({2 * side, 0}, {-side, 0}), 0.5));
       for (int i = 0; i < 30; ++i) {
+        const int row = i / 5;
         const double size = draw.uniform(0.25, 0.6), x = -1.5 + 0.7 * (i % 5) + draw.uniform(-0.03, 0.03);
         const Shape shape =
             draw.one_in(3) ? make_disc(0.5 * size) : make_box({size, draw.uniform(0.3, 1) * size});
-        add(*world, {x, 0.6 + 0.7 * (i / 5)}, rough(shape, 0.5), 1, {}, 0, draw.uniform(0, 6));
+        add(*world, {x, 0.6 + 0.7 * row}, rough(shape, 0.5), 1, {}, 0, draw.uniform(0, 6));
       }
     }
     for (int step = 0; step < 120; ++step) {

@@ -501,6 +501,7 @@ TEST(Sleep, SleepersHaveNoNumberOfAnIsland) {
   World world;
   add_ground(world, rough(make_disc(1), 0.5));
   std::vector<BodyId> boxes;
+  boxes.reserve(3);
   for (int i = 0; i < 3; ++i) boxes.push_back(add(world, {2.0 * i, 0.5}, rough(make_box({1, 1}), 0.5)));
   add(world, {20, 100}, rough(make_disc(0.5), 0.5));
   step(world, 10);
