@@ -302,6 +302,25 @@ TEST(Chain, WhatTurnsOverARidgeIsForeseenBeyondIt) {
 
 /// A heptagon comes down beside a ridge: the ridge is in front of the line of its lowest edge, 33 mm deep,
 /// but the edge ends before that.
+TEST(Chain, WhatTurnsOnARidgeDoesNotLandOnTheSideThatItLeaves) {
+  // The box lies flat on the right side of the ridge, to rounding, and turns about the ridge as it slides:
+  // its corner leaves that side. What goes down at the ridge is the contact of the left side.
+  const Shape chain = make_chain(std::vector<Vec2>{
+      {-1.5, 0x1.0856e5a10e057p-5}, {-1, 0x1.32c0a4de6d44fp-3}, {-0.5, 0x1.881baa52637b5p-5}});
+  const Shape box = make_box({0x1.766145b2p-1, 0x1.3ddbb3fb33334p-2});
+  Motion motion;
+  motion.p0 = {-0x1.52c35045bec44p+0, 0x1.7f0d84c0f685ap-2};
+  motion.angle0 = 0x1.7862c15c3bc9p+1;
+  motion.v = {-0x1.81735bf3c569ap+0, -0x1.b39af6d051e91p+0};
+  motion.omega = 0x1.5c58583b0a624p+2;
+  motion.a = {0x1.145fd4f96951fp-2, -0x1.2fa1c5e1d293ep+3};
+  motion.alpha = 0x1.90bdd788a28a4p+1;
+  const ImpactTime left = time_of_impact_chain_segment(chain, 0, {}, box, motion, 0.0145);
+  EXPECT_TRUE(left.hit);
+  EXPECT_EQ(left.t, 0);
+  EXPECT_FALSE(time_of_impact_chain_segment(chain, 1, {}, box, motion, 0.0145).hit);
+}
+
 TEST(Chain, RidgeBesideTheEndOfAnEdgeDoesNotTouchIt) {
   const Shape chain =
       make_chain(std::vector<Vec2>{{1.819559, -0.046565}, {3.479829, 0.223362}, {4.724185, -0.006169}});
