@@ -34,7 +34,8 @@ TEST(Chain, ABoxThatSlidesOverAThousandFlatSegmentsFeelsTheFlatNormalOnly) {
     const Shape chain = make_chain(corners);
     const Vec2 up = rotate(turn, {0, 1});
     for (const Shape& shape : {make_box({1, 1}), make_disc(0.5), make_capsule({-0.5, 0}, {0.5, 0}, 0.5)}) {
-      for (double x = 1; x < 368; x += 0.0713) {
+      for (int k = 0; k < 5147; ++k) {
+        const double x = 1 + 0.0713 * k;
         for (const double depth : {1e-3, 1e-9, -1e-4}) {
           const Transform pose{rotate(turn, {x, 0.5 - depth}), turn};
           const auto list = contacts(chain, shape, pose, 0.005);
@@ -79,7 +80,8 @@ TEST(Chain, SlidingOverAFlatChainIsNoImpact) {
 
 TEST(Chain, AnswersARidgeOnceWithANormalBetweenItsSides) {
   const Shape ridge = make_chain(std::vector<Vec2>{{-2, -1}, {0, 0}, {2, -1}});
-  for (double x = -0.2; x <= 0.2; x += 0.01) {
+  for (int k = -20; k <= 20; ++k) {
+    const double x = 0.01 * k;
     const double reach = 0.499;
     const auto disc = contacts(ridge, make_disc(0.5), {{x, std::sqrt(reach * reach - x * x)}, {}}, 0.0);
     ASSERT_EQ(disc.size(), 1u) << x;
@@ -223,7 +225,8 @@ TEST(Chain, ADiscThatFollowsRandomTerrainIsNeverWithoutContactAndNeverSeesSteepN
   const Shape chain = make_chain(corners), disc = make_disc(0.4);
   double steepest = 1;
   for (const Vec2 n : chain.normals) steepest = std::min(steepest, n.y);
-  for (double x = 1; x < 99; x += 0.0173) {
+  for (int k = 0; k < 5664; ++k) {
+    const double x = 1 + 0.0173 * k;
     // Lower the disc until it touches.
     const ImpactTime lands = time_of_impact(chain, {}, disc, {.p0 = {x, 2}, .v = {0, -1}}, 5);
     ASSERT_TRUE(lands.hit) << x;
@@ -325,6 +328,7 @@ TEST(Chain, RidgeBesideTheEndOfAnEdgeDoesNotTouchIt) {
   const Shape chain =
       make_chain(std::vector<Vec2>{{1.819559, -0.046565}, {3.479829, 0.223362}, {4.724185, -0.006169}});
   std::vector<Vec2> corners;
+  corners.reserve(7);
   for (int i = 0; i < 7; ++i) corners.push_back(rotate(Rot::from_angle(2 * kPi * i / 7), {0.31682, 0}));
   const Shape shape = make_polygon(corners);
   const Transform pose{{3.6613, 0.4885}, Rot::from_angle(4.3303)};
