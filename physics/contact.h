@@ -104,6 +104,12 @@ ImpactTime contact_impact_time(const Contact& contact, const Shape& a, const Mot
 bool keep_manifold(Contact& contact, const Shape& a, const Transform& pose_a, const Shape& b,
                    const Transform& pose_b, double margin, const Skips& skips);
 
+/// The manifold is not, or no longer, that of its poses: `keep_manifold` makes it anew wherever the bodies
+/// are.
+inline void forget_poses(Contact& contact) {
+  contact.pose_a.q = {0, 0};
+}
+
 /// Carries on with `contact.manifold`, which was made for these poses and this margin.
 void adopt_manifold(Contact& contact, const Transform& pose_a, const Transform& pose_b, double margin);
 

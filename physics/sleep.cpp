@@ -262,7 +262,6 @@ const SleepTotals& Sleepers::totals() {
     const SleepTotals& one = island.totals;
     ++totals_.islands;
     totals_.bodies += static_cast<int>(island.bodies.size());
-    totals_.joints += static_cast<int>(island.joints.size());
     totals_.pairs += one.pairs;
     totals_.contacts += one.contacts;
     totals_.contact_points += one.contact_points;

@@ -21,7 +21,7 @@ class Archive;
 
 /// What sleeping islands add to the counts of a step report.
 struct SleepTotals {
-  int islands = 0, bodies = 0, joints = 0;
+  int islands = 0, bodies = 0;
   int pairs = 0, contacts = 0, contact_points = 0, pairs_out_of_reach = 0;
   int rows = 0, friction_rows = 0, inexact = 0;
   double worst_residual = 0;

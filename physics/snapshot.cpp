@@ -9,7 +9,7 @@ namespace skerry {
 namespace {
 
 constexpr std::string_view kKind = "world";
-constexpr std::uint32_t kSnapshotVersion = 27;
+constexpr std::uint32_t kSnapshotVersion = 28;
 constexpr std::string_view kTags[] = {"conf", "body", "shap", "join", "cont", "isla", "repo"};
 constexpr std::size_t kParts = std::size(kTags);
 

@@ -172,10 +172,10 @@ inline void fields(Archive& a, IslandMemory& v) {
 }
 
 inline void fields(Archive& a, SleepTotals& v) {
-  auto& [islands, bodies, joints, pairs, contacts, contact_points, pairs_out_of_reach, rows, friction_rows,
-         inexact, worst_residual, worst_penetration, normal_impulse, friction_impulse] = v;
-  a(islands, bodies, joints, pairs, contacts, contact_points, pairs_out_of_reach, rows, friction_rows,
-    inexact, worst_residual, worst_penetration, normal_impulse, friction_impulse);
+  auto& [islands, bodies, pairs, contacts, contact_points, pairs_out_of_reach, rows, friction_rows, inexact,
+         worst_residual, worst_penetration, normal_impulse, friction_impulse] = v;
+  a(islands, bodies, pairs, contacts, contact_points, pairs_out_of_reach, rows, friction_rows, inexact,
+    worst_residual, worst_penetration, normal_impulse, friction_impulse);
 }
 inline void fields(Archive& a, SleepingIsland& v) {
   auto& [bodies, joints, contacts, memories, rest, keepers, totals] = v;

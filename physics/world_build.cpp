@@ -126,7 +126,7 @@ void update_mass(WorldState& s, std::uint32_t body) {
     // What moved by less than its place can tell has other manifolds all the same.
     if (s.bodies.position[body] == before) {
       for (Contact& contact : s.contacts)
-        if (contact.body_a == body || contact.body_b == body) contact.pose_a.q = {0, 0};
+        if (contact.body_a == body || contact.body_b == body) forget_poses(contact);
     }
     s.bodies.velocity[body] += s.bodies.omega[body] * perp(shift);
     s.bodies.torque[body] -= cross(shift, s.bodies.force[body]);

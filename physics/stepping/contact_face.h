@@ -29,8 +29,7 @@ inline void take_face(Contact& contact, Vec2 normal, double separation) {
   contact.manifold.count = 1;
   contact.manifold.points[0].separation = separation;
   match_points(contact);
-  // It is not that of the poses: never to be kept for them.
-  contact.pose_a.q = {0, 0};
+  forget_poses(contact);
 }
 
 }  // namespace skerry

@@ -347,7 +347,7 @@ class OnePiecePositions {
         if (row.b >= 0) closer += along(row.Jb, shift[static_cast<std::size_t>(row.b)]);
         if (closer == 0) continue;
         contact.manifold.points[origins[i].point].separation += closer;
-        contact.pose_a.q = {0, 0};
+        forget_poses(contact);
       }
     });
   }

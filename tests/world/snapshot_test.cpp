@@ -486,7 +486,7 @@ TEST(Snapshot, ForeignFilesAreRefusedWithTheReasonAndTheOffset) {
   EXPECT_NE(refusal(bytes).find("of kind"), std::string::npos) << refusal(bytes);
   bytes = good;
   bytes[19] = std::byte{16};
-  EXPECT_EQ(refusal(bytes), "offset 19: version 16, this program reads version 27");
+  EXPECT_EQ(refusal(bytes), "offset 19: version 16, this program reads version 28");
   bytes = good;
   bytes.back() ^= std::byte{1};
   EXPECT_NE(refusal(bytes).find("section repo is damaged"), std::string::npos) << refusal(bytes);
