@@ -45,7 +45,7 @@ constexpr double kFinest = 1e-13;
 // not with its eighth power, and what is as small as that needs no shorter ones: the error that is allowed
 // where steps of a quarter have not had a sixteenth of it, over the usual one.
 constexpr double kRough = 100, kTold = 4;
-// Work of the force solves of a step (see AccelerationProblem::work), and more for longer steps: what costs
+// Work of the force solves and landings of a step (see AccelerationProblem::work), and more for longer steps: what costs
 // more than about 0.2 s is for time stepping.
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 // Share of the limit of the configuration after which the rest of it is for time stepping, and visits that a
@@ -354,15 +354,15 @@ class EventStep {
     bool may_be_rough = !state_.config.accuracy;
     Roughness roughness;
     const double most_work = std::min(kMaxWork + h_ * kMaxWorkPerSecond, limit_ / kVisitsAUnit);
-    InnerPace pace(elapsed_, problem_.work() - path_work_, most_work);
+    InnerPace pace(elapsed_, work(), most_work);
 
     for (;;) {
       const double left = until() - elapsed_;
       const double length = std::min(inner_step_, left);
       if (++inner_steps_ > kMaxInnerSteps || !(length > kNothingLeft * h_)) return false;
-      const double work = problem_.work() - path_work_;
-      if (work > most_work) return false;
-      if (pace.is_too_slow(elapsed_, left, length, work)) return false;
+      const double spent = work();
+      if (spent > most_work) return false;
+      if (pace.is_too_slow(elapsed_, left, length, spent)) return false;
       // What is asked for is the error of a second of motion.
       const double allowed = state_.config.accuracy ? std::max(accuracy * length, kFinest) : accuracy;
       stages.begin(elapsed_, length);
@@ -422,6 +422,9 @@ class EventStep {
       return true;
     }
   }
+
+  /// That of the step so far, in units of `AccelerationProblem::work`.
+  double work() const { return problem_.work() + events_.work() - path_work_; }
 
   /// The continuous output of the inner step that was tried last; an event may end it early.
   bool record_path(RungeKutta& method) {

@@ -26,6 +26,8 @@ constexpr double kAtBound = 1e-8;
 constexpr double kNoDip = 1e-10;
 // Corners this near to each other are one, and their points have other names [m].
 constexpr double kPassing = 1e-7;
+// What one gap of two shapes costs (see ModeEvents::work).
+constexpr double kWorkOfGap = 1;
 // Sine of the turn from a segment to the next below which they have no ridge between them.
 constexpr double kFlat = 1e-9;
 
@@ -138,6 +140,7 @@ double ModeEvents::open_gap(const Contact& contact, int child, const Transform& 
   const Manifold manifold =
       contact_manifold(child, state_.shapes[contact.shape_a].shape, a, state_.shapes[contact.shape_b].shape,
                        b, contact.margin, nullptr, nullptr);
+  work_ += kWorkOfGap;
   const auto is_between = [&](const Contact& other) {
     return other.shape_a == contact.shape_a && other.shape_b == contact.shape_b && other.child == child;
   };
@@ -169,29 +172,38 @@ double ModeEvents::open_gap_beside(const Contact& contact, const Transform& a, c
   return smallest;
 }
 
-/// Largest speed at which any gap of a contact can change within `h` of constrained motion [m/s].
+/// Largest speed at which any gap of a contact can change within `h` of constrained motion [m/s]: that of the
+/// bodies against each other, as what goes and turns together keeps its gaps.
 double ModeEvents::gap_speed(const Contact& contact, double elapsed, double h,
                              const ModeForces& forces) const {
-  double sum = 1e-9;
-  for (const auto& [body, other] :
-       {std::pair{contact.body_a, contact.body_b}, std::pair{contact.body_b, contact.body_a}}) {
-    if (body == BodyId::kNone) continue;
-    const Motion m = free_flight(state_, body, elapsed);
-    // They meet no farther out than where the other one is.
-    const double near = other == BodyId::kNone
-                            ? kInfinity
-                            : length(m.p0 - free_flight(state_, other, elapsed).p0) + state_.radius[other];
-    const double radius = std::min(state_.radius[body], near);
-    double acceleration = length(m.a), angular = std::abs(m.alpha);
-    const int k = state_.local_index[body];
+  const Motion a = free_flight(state_, contact.body_a, elapsed),
+               b = free_flight(state_, contact.body_b, elapsed);
+  const Vec2 apart = b.p0 - a.p0, v = b.v - a.v;
+  const double spin = b.omega - a.omega;
+  // They meet no farther out than where the other one is.
+  const auto radius = [&](std::uint32_t body) {
+    return body == BodyId::kNone ? kInfinity : state_.radius[body];
+  };
+  const double of_a = radius(contact.body_a), of_b = radius(contact.body_b);
+  // Of what one of them has at its own centre against the other.
+  const auto fastest = [&](Vec2 at_centre, double omega, double own, double other) {
+    const double r = std::min(own, length(apart) + other);
+    return length(at_centre) + (spin == 0 ? 0 : std::abs(spin) * r) + h * std::abs(omega) * length(v);
+  };
+  double speed = 1e-9 + std::min(fastest(v - a.omega * perp(apart), a.omega, of_b, of_a),
+                                 fastest(v - b.omega * perp(apart), b.omega, of_a, of_b));
+  for (const auto& [body, m] : {std::pair{contact.body_a, &a}, std::pair{contact.body_b, &b}}) {
+    double acceleration = length(m->a), angular = std::abs(m->alpha);
+    const int k = body == BodyId::kNone ? -1 : state_.local_index[body];
     if (k >= 0) {
       const std::array<double, 3>& f = forces.acceleration[static_cast<std::size_t>(k)];
       acceleration = std::max(acceleration, std::hypot(f[0], f[1]));
       angular = std::max(angular, std::abs(f[2]));
     }
-    sum += length(m.v) + h * acceleration + (std::abs(m.omega) + h * angular) * radius;
+    const double arm = length(apart) + std::min(of_a, of_b);
+    speed += h * (acceleration + (angular == 0 ? 0 : angular * arm));
   }
-  return sum;
+  return speed;
 }
 
 FlightEnd ModeEvents::end_of_flight(double elapsed, double length) const {

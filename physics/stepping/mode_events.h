@@ -57,6 +57,9 @@ class ModeEvents {
             const ModeForces& begin, const ModeForces& end, const StageValues& stages,
             ModeEvent& event) const;
 
+  /// What looking for landings cost so far, in units of `AccelerationProblem::work`.
+  double work() const { return work_; }
+
  private:
   const Contact& contact_at(std::size_t k) const;
   bool is_loaded(const Grip& grip) const;
@@ -73,6 +76,7 @@ class ModeEvents {
   const Island& island_;
   const AccelerationProblem& problem_;
   const ContactMode& mode_;
+  mutable double work_ = 0;  ///< see `work`
 };
 
 }  // namespace skerry

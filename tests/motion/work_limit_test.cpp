@@ -113,6 +113,40 @@ TEST_P(WorkLimit, SmallOnesAreKeptToUpToALastLookAtEverything) {
   EXPECT_GT(inexact, 0);
 }
 
+/// Two boxes on a stiff spring, which takes many inner steps, and a third one beside the first. All drift.
+StepReport spring_and_box(double drift, double gap, Vec2 velocity, double limit) {
+  WorldConfig config = test::weightless();
+  config.stepper = "event_driven";
+  config.solve.work_limit = limit;
+  World world(config);
+  const ShapeDef shape = rough(make_box({1, 1}), 0);
+  const BodyId box = add(world, {0, 0}, shape, 1, {drift, 0});
+  const BodyId other = add(world, {0, -3}, shape, 1, {drift, 0});
+  world.create_joint({.kind = JointKind::Spring,
+                      .a = box,
+                      .b = other,
+                      .anchor_b = {0, -3},
+                      .length = 2.99,
+                      .stiffness = 1e6});
+  add(world, {1 + gap, 0}, shape, 1, Vec2{drift, 0} + velocity);
+  return world.step(kStep);
+}
+
+TEST(LimitOfWork, WhatGoesAlongTakesFewLooksForLandings) {
+  for (const double drift : {0.0, 10.0, 1000.0}) {
+    const StepReport report = spring_and_box(drift, 1e-3, {0, 0.01}, 1e5);
+    EXPECT_EQ(report.fallbacks, 0) << drift;
+    EXPECT_EQ(report.inexact_islands, 0) << drift;
+  }
+}
+
+TEST(LimitOfWork, LooksForLandingsCount) {
+  // 10 um beside it, a hundred times as near, its gap is looked at in up to a thousand places of an inner
+  // step.
+  EXPECT_EQ(spring_and_box(0, 1e-5, {0, 0.01}, 1e8).fallbacks, 0);
+  EXPECT_EQ(spring_and_box(0, 1e-5, {0, 0.01}, 1e5).fallbacks, 1);
+}
+
 TEST(LimitOfWork, OneThatIsLongSpentIsNotNone) {
   for (const double spent : {1e4, 1e5, 1e6, 1e7, 1e10}) {
     EXPECT_GT(work_left(1e4, spent), 0) << spent;
