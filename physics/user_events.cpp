@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "physics/stepping/root.h"
+#include "physics/root.h"
 #include "physics/world.h"
 
 namespace skerry {

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "physics/hash.h"
+#include "physics/root.h"
 #include "physics/snapshot.h"
-#include "physics/stepping/root.h"
 #include "sandbox/errors.h"
 #include "sandbox/lua_args.h"
 #include "sandbox/names.h"

@@ -12,6 +12,7 @@
 #include "physics/narrowphase/chain_tree.h"
 #include "physics/narrowphase/hull.h"
 #include "physics/narrowphase/lanes.h"
+#include "physics/root.h"
 #include "physics/text.h"
 
 namespace skerry {
@@ -64,23 +65,11 @@ struct Line {
   double value, rate;
 };
 
-/// First s > 0 with value + rate s + curvature s^2 / 2 = 0, given value >= 0; infinite if there is none.
-/// A zero at the start that rises from there does not count.
-double first_root(double value, double rate, double curvature) {
-  if (rate >= 0) {
-    if (curvature >= 0) return kInfinity;
-    return (rate + std::sqrt(rate * rate - 2 * curvature * value)) / -curvature;
-  }
-  const double square = rate * rate - 2 * curvature * value;
-  if (square < 0) return kInfinity;
-  return 2 * value / (-rate + std::sqrt(square));
-}
-
 /// First s in (0, longest] with
 ///   p(s) = value + rate s + curvature s^2 / 2 - jerk s^3 / 6 = 0,   value >= 0, jerk >= 0,
 /// or a little less, never more; `longest` if there is none. A zero at the start that rises from there does
 /// not count.
-double first_root(double value, double rate, double curvature, double jerk, double longest) {
+double safe_root(double value, double rate, double curvature, double jerk, double longest) {
   const auto p = [&](double s) { return value + s * (rate + s * (0.5 * curvature - (jerk / 6) * s)); };
   // p bends up until `low` and down from there.
   double low = curvature > 0 ? std::min(curvature / jerk, longest) : 0;
@@ -326,8 +315,8 @@ SKERRY_TWICE double Flight::step_on_turning_axis(double gap, double span) const 
   double s = span;
   for (int i = 0; i < other.hull.count; ++i) {
     const double height = dot(along, other.hull.v[i]), side = dot(sideways, other.hull.v[i]);
-    s = first_root(gap + (height - lowest), base_rate + dw * side,
-                   base_curvature + dalpha * side - dw * dw * height, jerk, s);
+    s = safe_root(gap + (height - lowest), base_rate + dw * side,
+                  base_curvature + dalpha * side - dw * dw * height, jerk, s);
   }
   return s;
 }

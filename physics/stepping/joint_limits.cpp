@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/root.h"
 #include "physics/stepping/free_flight.h"
-#include "physics/stepping/root.h"
 #include "physics/stepping/touching.h"
 
 namespace skerry {
@@ -47,6 +47,15 @@ double fastest_change(const JointRecord& joint, const Motion& a, const Motion& b
   const double apart = length(b.p0 - a.p0) + arm_a + arm_b + h * centres;
   const bool sliding = joint.def.kind == JointKind::Prismatic || joint.def.kind == JointKind::Wheel;
   return centres + turn_a * (arm_a + (sliding ? apart : 0)) + turn_b * arm_b;
+}
+
+/// `closing_time` of value + rate t + bend t^2 / 2, at once where it does not begin as closed.
+std::optional<double> closing_time_of_parabola(double value, double rate, double bend, double change,
+                                               double h, double reach) {
+  if (value <= reach)
+    return closing_time([&](double t) { return value + t * (rate + 0.5 * t * bend); }, change, h, reach);
+  const double t = first_root(value, rate, bend);
+  return t <= h ? std::optional(t) : std::nullopt;
 }
 
 }  // namespace
@@ -96,11 +105,20 @@ std::optional<double> next_limit_time(const WorldState& state, const JointRecord
     const auto row = static_cast<std::size_t>(k);
     if (start[row].kind != JointRowKind::Limit || (reached >> k & 1) != 0) continue;
     if (!(start[row].error <= h * change)) continue;
-    const auto slack = [&](double t) {
-      rows_at(t);
-      return rows[row].error;
-    };
-    const std::optional<double> t = closing_time(slack, change, first.value_or(h), reach);
+    const double until = first.value_or(h);
+    std::optional<double> t;
+    if (joint.def.kind == JointKind::Revolute) {
+      // An angle is a parabola in time.
+      const double sign = start[row].Jb[2], rate = sign * (b.omega - a.omega),
+                   bend = sign * (b.alpha - a.alpha);
+      t = closing_time_of_parabola(start[row].error, rate, bend, change, until, reach);
+    } else {
+      const auto slack = [&](double time) {
+        rows_at(time);
+        return rows[row].error;
+      };
+      t = closing_time(slack, change, until, reach);
+    }
     if (t) first = t;
   }
   return first;

@@ -6,11 +6,11 @@
 #include <functional>
 
 #include "physics/joint_rows.h"
+#include "physics/root.h"
 #include "physics/stepping/chain_side.h"
 #include "physics/stepping/flush_faces.h"
 #include "physics/stepping/free_flight.h"
 #include "physics/stepping/joint_limits.h"
-#include "physics/stepping/root.h"
 #include "physics/stepping/touching.h"
 #include "physics/world_state.h"
 

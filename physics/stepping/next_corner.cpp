@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "physics/stepping/next_corner.h"
 
+#include "physics/root.h"
 #include "physics/stepping/contact_kinematics.h"
 #include "physics/stepping/free_flight.h"
-#include "physics/stepping/root.h"
 
 namespace skerry {
 namespace {

@@ -6,7 +6,8 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-#include "physics/stepping/root.h"
+#include "physics/root.h"
+#include "tests/support/draw.h"
 #include "tests/support/worlds.h"
 
 namespace skerry {
@@ -141,6 +142,28 @@ TEST(EventFeatures, ATimeWithoutParts) {
   EXPECT_FALSE(closing_time(sunk, 1, 3e-323, 1e-14));
   EXPECT_FALSE(closing_time(sunk, 1, 0, 1e-14));
   EXPECT_TRUE(closing_time(sunk, 1, 1e-30, 1e-14));
+}
+
+TEST(FirstRoot, IsWhereTheParabolaFirstGetsToZero) {
+  test::Draw draw(1412);
+  int found = 0;
+  for (int run = 0; run < 20000; ++run) {
+    const double value = draw.one_in(4) ? 0 : draw.uniform(0, 2), rate = draw.uniform(-2, 2);
+    const double acceleration = draw.one_in(4) ? 0 : draw.uniform(-4, 4);
+    const auto at = [&](double t) { return value + t * (rate + 0.5 * t * acceleration); };
+    const double t = first_root(value, rate, acceleration);
+    const double until = std::isfinite(t) ? t : 50;
+    if (std::isfinite(t)) {
+      ++found;
+      ASSERT_NEAR(at(t), 0, 1e-14 * (1 + t * t)) << "run " << run;
+    }
+    if (value == 0 && rate < 0) {
+      ASSERT_EQ(t, 0) << "run " << run;
+      continue;
+    }
+    for (int k = 1; k < 20; ++k) ASSERT_GT(at(0.05 * k * until), -1e-14) << "run " << run << ", part " << k;
+  }
+  EXPECT_GT(found, 10000);
 }
 
 }  // namespace event_features_test

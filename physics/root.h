@@ -7,7 +7,21 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/math.h"
+
 namespace skerry {
+
+/// First t >= 0 with value + rate t + acceleration t^2 / 2 = 0, given value >= 0; infinite if there is none. A
+/// zero at the start that rises from there does not count.
+inline double first_root(double value, double rate, double acceleration) {
+  if (rate >= 0) {
+    if (acceleration >= 0) return kInfinity;
+    return (rate + std::sqrt(rate * rate - 2 * acceleration * value)) / -acceleration;
+  }
+  const double square = rate * rate - 2 * acceleration * value;
+  if (square < 0) return kInfinity;
+  return 2 * value / (-rate + std::sqrt(square));
+}
 
 /// Root of `f` between `low` with f > 0 and `high` with f <= 0, to 1e-14 of `high`: false position with
 /// reduced values at the end that stays [Anderson & Bjorck 1973], and bisection where that is slow.
