@@ -93,8 +93,11 @@ double safe_root(double value, double rate, double curvature, double jerk, doubl
     const double high = std::min(first_root(value, rate, curvature), longest);
     return std::min(first_root(value, rate, curvature - (jerk / 3) * high), longest);
   }
-  // Below what bends down a chord meets zero too early, a tangent too late.
-  double high = longest;
+  // Below what bends down a chord meets zero too early, a tangent too late. Where each of the other terms is
+  // at most a third of the last one it is below zero, and a tangent from there is near it.
+  double high = std::min(std::max({std::cbrt(18 * value / jerk), std::sqrt(18 * std::max(rate, 0.0) / jerk),
+                                   9 * curvature / jerk}),
+                         longest);
   for (int round = 0; round < kMaxNewton && p(low) > 0; ++round) {
     const double slope = rate + high * (curvature - 0.5 * jerk * high);
     if (slope < 0) high = std::max(high - p(high) / slope, low);
@@ -151,7 +154,8 @@ class Flight {
  private:
   void look(double t);
   bool approaches() const;
-  double safe_step(double t, double on_fixed_axis) const;
+  double safe_step(double gap, double longest, double on_fixed_axis) const;
+  double step_of_touching(double safe, double longest) const;
   double step_of_discs() const;
   double step_on_fixed_axis(double gap, double longest, double direction = 1) const;
   double root_of_features(double t) const;
@@ -321,14 +325,26 @@ SKERRY_TWICE double Flight::step_on_turning_axis(double gap, double span) const 
   return s;
 }
 
-/// Step that is safe whatever the features do, given that on the fixed axis.
-double Flight::safe_step(double t, double on_fixed_axis) const {
-  const double gap = std::max(gap_, 0.0), longest = t_max_ - t, s = on_fixed_axis;
+/// Step that is safe whatever the features do for what may come nearer by `gap`, given that on the fixed
+/// axis.
+double Flight::safe_step(double gap, double longest, double on_fixed_axis) const {
+  const double s = on_fixed_axis;
   if (s >= longest) return s;
   // The bounds grow with the span that they are for, so the span is one that is worth having.
   const double turn = std::max(a_.top_omega, b_.top_omega);
   const double span = s > 0 && turn > 0 ? std::min(std::max(8 * s, kShortTurn / turn), longest) : longest;
   return std::max(s, step_on_turning_axis(gap, span));
+}
+
+/// Step in which shapes that touch, and neither part nor approach but for rounding, cannot sink too deep.
+/// @param safe  a step in which they do not sink at all, which rounding may leave short
+double Flight::step_of_touching(double safe, double longest) const {
+  const double slip = kTouchingSlip * scale_;
+  const double bound = narrow::magnitude(acceleration_) + a_.turning_bound() + b_.turning_bound();
+  const double least = bound > 0 ? std::sqrt(2 * slip / bound) : 0;
+  if (safe > least) return safe;
+  // What slides along a face is as fast as it likes.
+  return std::max(least, safe_step(slip, longest, step_on_fixed_axis(slip, longest)));
 }
 
 /// When the features that are closest now would touch, if they stayed so: Newton's method on the distance of
@@ -483,7 +499,8 @@ ImpactTime Flight::run() {
     if (ghost) {
       s = step_past_neighbours_contact();
     } else {
-      const double fixed = step_on_fixed_axis(std::max(gap_, 0.0), t_max_ - t), clear = t + fixed;
+      const double gap = std::max(gap_, 0.0), longest = t_max_ - t;
+      const double fixed = step_on_fixed_axis(gap, longest), clear = t + fixed;
       const bool turns = a_.turns || b_.turns;
       const double guess = turns && segment_ == nullptr && !touching && guesses > 0 && clear < t_max_
                                ? root_of_features(t)
@@ -506,11 +523,8 @@ ImpactTime Flight::run() {
         std::tie(t_, qa_, qb_, d_, v_, from_, n_, gap_, scale_, corner_a_, corner_b_) = here;
         t = t_;
       }
-      s = safe_step(t, fixed);
-    }
-    if (touching && !ghost) {
-      const double bound = narrow::magnitude(acceleration_) + a_.turning_bound() + b_.turning_bound();
-      if (bound > 0) s = std::max(s, std::sqrt(2 * kTouchingSlip * scale_ / bound));
+      s = safe_step(gap, longest, fixed);
+      if (touching) s = std::max(s, step_of_touching(s, longest));
     }
     if (!(t + s < t_max_)) return result;
     if (!(t + s > t)) {

@@ -317,6 +317,52 @@ TEST(TimeOfImpact, FollowsTwoFacesThatTurnTogetherInFewSteps) {
   std::printf("%d hits, at most %d looks\n", hits, most);
 }
 
+TEST(TimeOfImpact, OfWhatSlidesAlongAFaceIsKnownAtOnce) {
+  const Shape tile = make_box({1, 1}), box = make_box({0.6, 0.6});
+  Scenes scenes(733);
+  for (int k = 0; k < test_scale(200); ++k) {
+    // Speeds of roundings across the face.
+    const auto noise = [&] { return scenes.below(3) == 0 ? 0.0 : scenes.uniform(-1, 1) * 1e-16; };
+    const Motion sliding{.p0 = {scenes.uniform(-0.5, 0.5), 0.8},
+                         .v = {scenes.uniform(-3, 3), noise()},
+                         .omega = noise(),
+                         .a = {scenes.uniform(-10, 10), 10 * noise()},
+                         .alpha = 100 * noise()};
+    const ImpactTime impact = time_of_impact(tile, {}, box, sliding, 1.0 / 60);
+    EXPECT_TRUE(impact.converged) << "case " << k;
+    EXPECT_FALSE(impact.hit) << "case " << k << " at " << impact.t;
+    EXPECT_LE(impact.iterations, 8) << "case " << k;
+  }
+}
+
+TEST(TimeOfImpact, OfABoxThatTipsOverARidgeTakesFewLooks) {
+  // A face turns about the ridge on which it lies: its corners move fast, the gap at the ridge does not.
+  const Shape ridge = make_box({0.66, 0.66}), box = make_box({1, 0.64});
+  Scenes scenes(734);
+  int most = 0;
+  for (int k = 0; k < test_scale(300); ++k) {
+    Motion below;
+    below.angle0 = 0.25 * kPi + scenes.uniform(-0.5, 0.5);
+    below.p0 = -rotate(Rot::from_angle(below.angle0), {0.33, 0.33});
+    const double gap = scenes.below(4) == 0 ? 0 : std::pow(10.0, scenes.uniform(-14, -9));
+    const double rate = scenes.below(3) == 0 ? 0 : std::pow(10.0, scenes.uniform(-11, -8));
+    Motion above;
+    above.p0 = {scenes.uniform(-0.4, 0.4), 0.32 + gap};
+    above.omega = scenes.uniform(-1, 1) * 1e-4;
+    above.alpha = scenes.uniform(-10, 10);
+    above.v = above.omega * perp(above.p0) + Vec2{0, rate};
+    above.a = above.alpha * perp(above.p0) - above.omega * above.omega * above.p0;
+    const ImpactTime impact = time_of_impact(ridge, below, box, above, 1.0 / 60);
+    ASSERT_TRUE(impact.converged) << "case " << k;
+    most = std::max(most, impact.iterations);
+    for (int i = 1; i <= 100; ++i)
+      ASSERT_GT(distance_at(ridge, below, box, above, impact.t * i / 100), -2e-12)
+          << "case " << k << " t " << impact.t << " at " << i;
+  }
+  EXPECT_LE(most, 100);
+  std::printf("at most %d looks\n", most);
+}
+
 TEST(TimeOfImpact, RefusesBadArguments) {
   const Shape disc = make_disc(1);
   EXPECT_THROW(time_of_impact(disc, {}, disc, {}, -1), std::invalid_argument);
