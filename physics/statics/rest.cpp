@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "physics/disjoint_sets.h"
 #include "physics/solver/solver.h"
@@ -20,6 +21,8 @@ constexpr double kMoves = 1e-7;
 // The last step's forces count as those of this moment where they leave this share of the accelerations: a
 // step at rest is exact to 1e-10, one of a moving world is far from it.
 constexpr double kLastStep = 1e-6;
+// Residual of solves, and up to which forces of the last step are solved as they are.
+constexpr double kTolerance = 1e-13, kSolved = 1e-11;
 // Entries of a null vector below this share of its largest are zero.
 constexpr double kPartOf = 1e-8;
 
@@ -134,6 +137,7 @@ struct RestSolver::State {
   std::unique_ptr<SolverMemory> memory;
   std::vector<double> base;  // forces of the first load
   std::vector<int> carrying;
+  double tolerance = kTolerance;               // of the next solve
   std::vector<std::array<double, 2>> applied;  // magnitudes of the loads, as `RestRows::applied`
   SolveWork work;
 
@@ -143,10 +147,14 @@ struct RestSolver::State {
     applied = rows.applied;
     set_load();
     std::vector<double> start;
-    if (options.last_step && !rows.last_step.empty() &&
-        natural_map_residual(out.system, rows.last_step) <= kLastStep) {
-      start = rows.last_step;
-      out.from_last_step = true;
+    if (options.last_step && !rows.last_step.empty()) {
+      const double residual = natural_map_residual(out.system, rows.last_step);
+      if (residual <= kLastStep) {
+        start = rows.last_step;
+        out.from_last_step = true;
+        // Of many answers it is to stay the one that it is.
+        if (residual <= kSolved) tolerance = std::max(tolerance, 2 * residual);
+      }
     }
     solve(solver, start);
     base = out.lambda;
@@ -188,7 +196,7 @@ struct RestSolver::State {
     Solution solution;
     if (out.system.size() > 0) {
       SolveOptions exact;
-      exact.tolerance = 1e-13;
+      exact.tolerance = std::exchange(tolerance, kTolerance);
       solution = solver.solve(out.system, start, exact, &memory);
       work += solution.work;
       out.residual = solution.residual;

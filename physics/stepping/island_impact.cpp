@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "physics/solver/impact_law.h"
 #include "physics/solver/impact_laws.h"
 #include "physics/solver/impact_tools.h"
 #include "physics/solver/welded_bodies.h"
 #include "physics/spare.h"
+#include "physics/stepping/chain_side.h"
 #include "physics/stepping/flush_faces.h"
 #include "physics/stepping/island_energy.h"
 #include "physics/stepping/island_notes.h"
@@ -23,6 +25,9 @@ namespace skerry {
 
 namespace {
 
+// Points within so many touch tolerances are met with what they are flush with: normals whose cosine is this
+// near to 1.
+constexpr double kNearlyMet = 16, kFlush = 1e-9;
 // Contacts, or joints, that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 1024;
 
@@ -39,6 +44,65 @@ void see_groups(const WeldedBodies& welded, ImpactProblem& problem) {
   Spare<std::vector<Velocity>> groups;
   welded.join(problem.velocity, *groups);
   problem.velocity = *groups;
+}
+
+/// Which two bodies meet, where what is static is one body, and the normal towards the second one.
+struct Meeting {
+  std::uint32_t first, second;
+  Vec2 normal;
+};
+
+Meeting meeting_of(const WorldState& state, const Contact& contact) {
+  const auto which = [&](std::uint32_t body) {
+    return state.bodies.type[body] == BodyType::Static ? BodyId::kNone : body;
+  };
+  const std::uint32_t a = which(contact.body_a), b = which(contact.body_b);
+  return a < b ? Meeting{a, b, contact.manifold.normal} : Meeting{b, a, -contact.manifold.normal};
+}
+
+bool operator<(const Meeting& x, const Meeting& y) {
+  return x.first != y.first ? x.first < y.first : x.second < y.second;
+}
+
+/// Whether the two bodies may meet in several contacts.
+bool may_meet_in_several(const WorldState& state, const Contact& contact) {
+  const auto has_several = [&](std::uint32_t body) {
+    return state.bodies.type[body] == BodyType::Static || state.shapes_of[body].size() > 1;
+  };
+  return has_several(contact.body_a) || has_several(contact.body_b) || is_on_chain(state, contact);
+}
+
+/// A face that comes down on one that is made of several, such as tiles, meets their seams and its corners at
+/// once: those within rounding of a piece of the step are struck together, as the corners are on one face.
+void join_flush_contacts(const WorldState& state, const Island& island, double elapsed,
+                         std::vector<std::uint8_t>& touching) {
+  const auto contact_at = [&](std::size_t k) -> const Contact& { return state.contacts[island.contacts[k]]; };
+  Spare<std::vector<Meeting>> spare;
+  std::vector<Meeting>& met = *spare;
+  met.clear();
+  for (std::size_t k = 0; k < touching.size(); ++k) {
+    if (touching[k] != 0 && may_meet_in_several(state, contact_at(k)))
+      met.push_back(meeting_of(state, contact_at(k)));
+  }
+  if (met.empty()) return;
+  std::sort(met.begin(), met.end());
+  for (std::size_t k = 0; k < touching.size(); ++k) {
+    const Contact& contact = contact_at(k);
+    // Its own points alone do not make it one of several.
+    const int own = touching[k] != 0 ? 1 : 0;
+    for (int i = 0; i < contact.manifold.count; ++i) {
+      const ManifoldPoint& point = contact.manifold.points[i];
+      if ((touching[k] >> i & 1) != 0 ||
+          !(point.separation <= kNearlyMet * touch_tolerance(state, point.position)) ||
+          !(normal_velocity(state, contact, point.position, elapsed) < -state.config.rest_speed))
+        continue;
+      const Meeting here = meeting_of(state, contact);
+      const auto [first, last] = std::equal_range(met.begin(), met.end(), here);
+      const auto flush = std::count_if(
+          first, last, [&](const Meeting& m) { return dot(here.normal, m.normal) > 1 - kFlush; });
+      if (flush > own) touching[k] |= 1u << i;
+    }
+  }
 }
 
 }  // namespace
@@ -77,6 +141,7 @@ ImpactOutcome apply_impact(WorldState& state, const Island& island, double elaps
       if (is_touching(state, point)) touching[k] |= 1u << i;
     }
   }
+  join_flush_contacts(state, island, elapsed, touching);
 
   Spare<Assembly> spare_assembly;
   Assembly& assembly = *spare_assembly;

@@ -157,9 +157,9 @@ double first_deep_look(const WorldState& state, const Contact& contact, const Fr
 }  // namespace
 
 NextContact next_contact_time(const WorldState& state, std::uint32_t index, const Motion& a, const Motion& b,
-                              std::uint8_t resting, double h, FreeSegments beside, double hop) {
+                              std::uint8_t resting, double h, FreeSegments beside, const SmallGaps& gaps) {
   const Contact& contact = state.contacts[index];
-  const double touch = touch_tolerance(state, a.p0), left = hop * touch;
+  const double touch = touch_tolerance(state, a.p0), left = gaps.hop * touch;
   if (resting == 0) {
     const ImpactTime impact = landing_time(state, contact, a, b, h);
     // A segment of a chain that touches without a point has left it to the one beside it.
@@ -173,9 +173,9 @@ NextContact next_contact_time(const WorldState& state, std::uint32_t index, cons
   if (rests_wholly(state, contact, resting)) return {h};
 
   // One point rests and another may come down (a box that rocks onto its face): the root of that point's
-  // separation. A point that is not deeper than this at the end is left to the projection; it needs no event
-  // of its own.
-  const double ignored = 1e3 * touch;
+  // separation. A point that is hardly deeper than that at the end is left to the projection; it needs no
+  // event of its own.
+  const double ignored = gaps.sunk * touch;
   const FreePoints free(state, contact, a, b, resting, beside);
   const double deep = first_deep_look(state, contact, free, a, b, h, ignored);
   if (deep == h && free.separation(h) > -ignored) return {h};

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "physics/narrowphase/time_of_impact.h"
+#include "physics/stepping/one_piece_rule.h"
 #include "physics/world_state.h"
 
 namespace skerry {
@@ -31,9 +32,9 @@ struct FreeSegments {
 
 /// Looks at the points of the contact that are not in `resting` (bit i: point i of the present manifold).
 /// @param beside  what turns over a ridge while a point of the contact rests is theirs in the end
-/// @param hop  what touches and gets no farther than so many touch tolerances has not left
+/// @param gaps  what neither leaves nor lands
 NextContact next_contact_time(const WorldState& state, std::uint32_t contact, const Motion& a,
                               const Motion& b, std::uint8_t resting, double h, FreeSegments beside,
-                              double hop);
+                              const SmallGaps& gaps);
 
 }  // namespace skerry

@@ -66,6 +66,8 @@ constexpr int kBouncingPieces = 8, kLowBouncePieces = 24;
 constexpr double kBouncePiecesADoubling = 4;
 // The hops that are none [touch tolerances], which from then on doubles every so many pieces.
 constexpr double kLeastHop = 1e-3, kHopPiecesADoubling = 2;
+// Share of a fall in the step by which a landing corner may have sunk, and most of it in touch tolerances.
+constexpr double kSunk = 1e-3, kMostSunk = 1e3;
 // Height of bounces [touch tolerances] that are none from then on where something turns.
 constexpr double kLowBounce = 16;
 
@@ -145,9 +147,15 @@ double slow_speed(const WorldState& state, const Island& island, double h) {
   return h * largest_acceleration(state, island) + state.config.rest_speed;
 }
 
-double least_hop(const WorldState& state, int piece) {
-  if (state.config.accuracy) return kLeastHop;
-  return std::clamp(kLeastHop * std::exp2((piece - kBouncingPieces) / kHopPiecesADoubling), kLeastHop, 1.0);
+SmallGaps small_gaps(const WorldState& state, const Island& island, double h, int piece) {
+  SmallGaps gaps{.hop = kLeastHop};
+  if (!state.config.accuracy) {
+    const double doublings = (piece - kBouncingPieces) / kHopPiecesADoubling;
+    gaps.hop = std::clamp(kLeastHop * std::exp2(doublings), kLeastHop, 1.0);
+  }
+  const double fall = 0.5 * h * h * largest_acceleration(state, island);
+  gaps.sunk = std::clamp(kSunk * fall / state.config.touch_tolerance, 1.0, kMostSunk);
+  return gaps;
 }
 
 double slowest_bounce(const WorldState& state, const Island& island, double h, int piece) {

@@ -65,10 +65,17 @@ bool flows_on(const WorldState& state, const Island& island, double h);
 /// What the largest force changes a velocity in a time `h` [s], and a little [m/s].
 double slow_speed(const WorldState& state, const Island& island, double h);
 
-/// Touch tolerances by which a corner has to get away in a piece to have left: some, but in a step that was
-/// cut often more, up to one, as corners that rattle by less only come to rest after hundreds of cuts.
-/// @param piece  its number
-double least_hop(const WorldState& state, int piece);
+/// What a corner does in a piece of a step that is neither leaving nor landing, in touch tolerances.
+struct SmallGaps {
+  /// By which it has to get away to have left: some, but in a step that was cut often more, up to one, as
+  /// corners that rattle by less only come to rest after hundreds of cuts.
+  double hop = 0;
+  /// By which it may have come down at the end, beside one that rests, for the projection to lift it: far
+  /// less than bodies fall in a step, lest each end of a face that lies down falls in turn, and never stops.
+  double sunk = 1;
+};
+/// @param piece  its number @param h  length of the step [s]
+SmallGaps small_gaps(const WorldState& state, const Island& island, double h, int piece);
 
 /// Approach below which nothing bounces in a piece of a step of `h` [s], but for what loses nothing [m/s]. In
 /// a step that was cut often, bounces of a pile that die away are most of what cuts it: the lowest ones are

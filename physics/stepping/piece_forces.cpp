@@ -12,6 +12,7 @@
 #include "physics/stepping/flow_work.h"
 #include "physics/stepping/island_notes.h"
 #include "physics/stepping/joint_midpoint.h"
+#include "physics/stepping/midpoint_manifold.h"
 #include "physics/stepping/paradox.h"
 #include "physics/stepping/sliding_stop.h"
 #include "physics/stepping/solver_memories.h"
@@ -21,8 +22,8 @@
 namespace skerry {
 namespace {
 
-// Of a manifold all points.
-constexpr unsigned kAllPoints = ~0u;
+// Corners within so many touch tolerances touch each other.
+constexpr double kNearCorner = 16;
 // Contacts, rows, and bodies that a thread takes at a time.
 constexpr std::size_t kContactsAPiece = 256, kRowsAPiece = 2048, kBodiesAPiece = 1024;
 // Residual of forces that are as good as none, for which it is 1; and of those that a step in flow of as much
@@ -114,6 +115,10 @@ class PieceSolve {
             state_.shapes[contact.shape_b].shape, pose(contact.body_b), contact.margin,
             state_.config.skips.axes ? &contact.cache : nullptr, &(*stats)[from / kContactsAPiece]);
         const bool on_chain = is_on_chain(state_, contact);
+        if (!on_chain && are_corners_that_touch(mid, manifolds[k], radii(contact), near_corner(contact))) {
+          manifolds[k].points[0].position = mid.points[0].position;
+          continue;
+        }
         const unsigned found = take_geometry(mid, manifolds[k], on_chain);
         if (found == kAllPoints) continue;
         if (found == 0 && !on_chain && (follow_corner(mid, manifolds[k]) || !are_of_one_body(manifolds[k])))
@@ -127,30 +132,11 @@ class PieceSolve {
     return true;
   }
 
-  /// Whether a point is a corner of that body; it may be one of both.
-  static bool is_corner_of_a(const ManifoldPoint& point) { return (point.feature >> 16) % 2 == 0; }
-  static bool is_corner_of_b(const ManifoldPoint& point) { return point.feature % 2 == 0; }
-
-  static bool are_of_one_body(const Manifold& manifold) {
-    return std::all_of(manifold.points.begin(), manifold.points.begin() + manifold.count,
-                       [](const ManifoldPoint& p) { return is_corner_of_a(p) != is_corner_of_b(p); });
+  double radii(const Contact& contact) const {
+    return state_.shapes[contact.shape_a].shape->radius + state_.shapes[contact.shape_b].shape->radius;
   }
-
-  /// Of two corners that met, as at the seam of two tiles, one is on a side of the other body half-way.
-  /// @return false if that is not so
-  static bool follow_corner(const Manifold& mid, Manifold& same) {
-    if (same.count != 1 || !is_corner_of_a(same.points[0]) || !is_corner_of_b(same.points[0])) return false;
-    const ManifoldPoint* nearest = nullptr;
-    for (int j = 0; j < mid.count; ++j) {
-      const ManifoldPoint& now = mid.points[j];
-      const bool follows = now.feature >> 16 == same.points[0].feature >> 16 ||
-                           (now.feature & 0xffffu) == (same.points[0].feature & 0xffffu);
-      if (follows && (nearest == nullptr || now.separation < nearest->separation)) nearest = &now;
-    }
-    if (nearest == nullptr) return false;
-    same.points[0].position = nearest->position;
-    same.normal = mid.normal;
-    return true;
+  double near_corner(const Contact& contact) const {
+    return kNearCorner * touch_tolerance(state_, contact.manifold.points[0].position);
   }
 
   /// A corner goes with its body, though it leaves the other one by half-way: an arm to where it was would be
@@ -165,33 +151,6 @@ class PieceSolve {
     const bool round = state_.shapes[of_b ? contact.shape_b : contact.shape_a].shape->kind == ShapeKind::Disc;
     point.position =
         round ? point.position + (now.p - then.p) : to_world(now, to_local(then, point.position));
-  }
-
-  /// Points keep their numbers. @param all  only all of them
-  /// @return a bit for each point that is still there; none where the features changed on the way: the old
-  /// normal serves then
-  static unsigned take_geometry(const Manifold& mid, Manifold& same, bool all) {
-    unsigned found = 0;
-    std::array<int, 2> partner{-1, -1};
-    for (int i = 0; i < same.count; ++i) {
-      for (int j = 0; j < mid.count; ++j) {
-        if (mid.points[j].feature != same.points[i].feature) continue;
-        partner[i] = j;
-        found |= 1u << i;
-      }
-    }
-    // A corner that passes the end of an edge leaves its place to that end.
-    if (!all && same.count == 2 && mid.count == 2 && (found == 1 || found == 2)) {
-      partner[found == 1 ? 1 : 0] = 1 - partner[found == 1 ? 0 : 1];
-      found = 3;
-    }
-    if (found == (1u << same.count) - 1) found = kAllPoints;
-    if (found == 0 || (all && found != kAllPoints)) return 0;
-    for (int i = 0; i < same.count; ++i) {
-      if (partner[i] >= 0) same.points[i].position = mid.points[partner[i]].position;
-    }
-    same.normal = mid.normal;
-    return found;
   }
 
   /// Springs along a line, whose free way would take their anchors past each other, keep the direction of the

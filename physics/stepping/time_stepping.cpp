@@ -203,7 +203,7 @@ class IslandStep {
       const bool by_limits = limits_left_ > 0 && !last;
       const bool by_corners = points <= kPointsWithCorners && corners_left_ > 0 && !last;
       choose_resting(last);
-      hop_ = least_hop(state_, piece);
+      gaps_ = small_gaps(state_, island_, to - from, piece);
       choose_limits(by_limits);
       island_velocities(state_, island_, before);
       PieceForces forces;
@@ -507,7 +507,7 @@ class IslandStep {
       const Contact& contact = state_.contacts[index];
       const NextContact next =
           next_contact_time(state_, index, motion(contact.body_a), motion(contact.body_b), resting_[k], first,
-                            resting_[k] != 0 ? free_beside(k) : FreeSegments{}, hop_);
+                            resting_[k] != 0 ? free_beside(k) : FreeSegments{}, gaps_);
       first = std::min(first, next.t);
       if (!next.sinks) continue;
       for (int i = 0; i < contact.manifold.count; ++i) {
@@ -642,7 +642,7 @@ class IslandStep {
   double elapsed_ = 0;                 ///< since the beginning of the step [s]
   double anew_ = 0;                    ///< where velocities may be other ones than joints allow; -1: nowhere
   double aim_ = 0;                     ///< when ground is where it is told to be, within the piece [s]
-  double hop_ = 0;                     ///< see `least_hop`
+  SmallGaps gaps_;                     ///< of the piece
   bool sinking_ = false;               ///< `next_hit` found points that the solve has to hold
   std::vector<PathEnd> start_;         ///< of the piece, for the paths
 };
