@@ -477,5 +477,69 @@ TEST(SweepAndPrune, CountsExchangesThatGrowWithTheMotion) {
   EXPECT_GT(swaps[1], 4 * swaps[0]);
 }
 
+/// One of the few that move comes back as another kind, elsewhere, before anybody asks again.
+TEST(NeighbourList, SearchesAnewForABoxThatComesBackAsAnotherKind) {
+  for (const ProxyKind before : {ProxyKind::Moving, ProxyKind::Fixed}) {
+    const auto tested = make_broad_phase("neighbour_list"), oracle = make_broad_phase("brute_force");
+    const ProxyKind after = before == ProxyKind::Moving ? ProxyKind::Fixed : ProxyKind::Moving;
+    const auto both = [&](auto call) {
+      call(*tested);
+      call(*oracle);
+    };
+    const auto at = [](double x, double y) { return Aabb{{x, y}, {x + 1, y + 1}}; };
+    both([&](BroadPhase& b) {
+      for (ProxyIndex i = 0; i < 200; ++i)
+        b.insert(i, at(2.0 * (i % 20), 2.0 * (i / 20)), i == 0 ? before : ProxyKind::Moving);
+    });
+    std::vector<Pair> pairs, expected;
+    const auto compare = [&] {
+      tested->moved_pairs(pairs);
+      oracle->moved_pairs(expected);
+      EXPECT_EQ(pairs, expected);
+    };
+    compare();
+    for (int step = 1; step <= 3; ++step) {
+      both([&](BroadPhase& b) { b.update(std::vector<BoxUpdate>{{0, at(0.01 * step, 0)}}); });
+      compare();
+    }
+    both([&](BroadPhase& b) {
+      b.remove(0);
+      b.insert(0, at(20.5, 10.5), after);
+    });
+    compare();
+    EXPECT_FALSE(expected.empty());
+  }
+}
+
+/// Margins are as wide as the boxes have it, be they grains or ships.
+TEST(NeighbourList, TestsTheSameAtAnyScale) {
+  const auto tests_at = [](double unit) {
+    const auto tested = make_broad_phase("neighbour_list");
+    Random random(3);
+    std::vector<Aabb> boxes = scenes()[1].make(random, 1000);
+    std::vector<Vec2> flights;
+    for (ProxyIndex i = 0; i < boxes.size(); ++i) {
+      flights.push_back({uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05)});
+      tested->insert(i, {unit * boxes[i].lower, unit * boxes[i].upper}, ProxyKind::Moving);
+    }
+    std::vector<Pair> pairs;
+    std::uint64_t tests = 0;
+    for (int step = 0; step < 40; ++step) {
+      std::vector<BoxUpdate> moved;
+      // All of them, then a few.
+      for (ProxyIndex i = 0; i < boxes.size(); i += step < 20 ? 1 : 20) {
+        boxes[i] = shifted(boxes[i], flights[i]);
+        moved.push_back({i, {unit * boxes[i].lower, unit * boxes[i].upper}});
+      }
+      tested->update(moved);
+      tested->moved_pairs(pairs);
+      tests += tested->stats().box_tests;
+    }
+    return tests;
+  };
+  const std::uint64_t usual = tests_at(1);
+  for (const double unit : {1.0 / 1024, 1024.0}) EXPECT_EQ(tests_at(unit), usual) << unit;
+}
+
 }  // namespace structures_test
 }  // namespace skerry::broadphase_test

@@ -2,12 +2,14 @@
 #include "physics/thread_pool.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <gtest/gtest.h>
 #include <numeric>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -73,24 +75,6 @@ TEST(ThreadPool, LetsItemsWaitForLowerOnes) {
   }
 }
 
-TEST(ThreadPool, ThrowsTheFirstExceptionAfterAllItemsEnded) {
-  ThreadPool pool(3);
-  std::vector<int> calls(100, 0);
-  try {
-    pool.run(calls.size(), [&](std::size_t i) {
-      ++calls[i];
-      if (i % 10 == 7) throw std::runtime_error("item " + std::to_string(i));
-    });
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "item 7");
-  }
-  EXPECT_EQ(std::accumulate(calls.begin(), calls.end(), 0), 100);
-  // And it still works.
-  pool.run(4, [&](std::size_t i) { calls[i] = -1; });
-  EXPECT_EQ(calls[3], -1);
-}
-
 TEST(ThreadPool, RefusesASillyNumberOfThreads) {
   EXPECT_THROW(ThreadPool(0), std::invalid_argument);
   EXPECT_THROW(ThreadPool(100000), std::invalid_argument);
@@ -144,6 +128,81 @@ TEST(Pace, IsKeptByPowersOfTwoOfTheSize) {
   EXPECT_EQ(&pool.pace(1000), &pool.pace(513));
   EXPECT_NE(&pool.pace(1000), &pool.pace(2000));
   EXPECT_NE(&pool.pace(0), &pool.pace(1));
+}
+
+/// For a moment at most: true as soon as `ready` is.
+template <class Ready>
+bool waits_for(Ready&& ready) {
+  const auto begin = std::chrono::steady_clock::now();
+  while (!ready()) {
+    if (std::chrono::steady_clock::now() - begin > std::chrono::milliseconds(300)) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+TEST(ThreadPool, ThrowsTheFirstExceptionAfterAllItemsEnded) {
+  for (const int threads : {1, 3}) {
+    ThreadPool pool(threads);
+    std::vector<int> calls(100, 0);
+    try {
+      pool.run(calls.size(), [&](std::size_t i) {
+        ++calls[i];
+        if (i % 10 == 7) throw std::runtime_error("item " + std::to_string(i));
+      });
+      FAIL();
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "item 7");
+    }
+    EXPECT_EQ(std::accumulate(calls.begin(), calls.end(), 0), 100);
+    // And it still works.
+    pool.run(4, [&](std::size_t i) { calls[i] = -1; });
+    EXPECT_EQ(calls[3], -1);
+  }
+}
+
+TEST(ThreadPool, ThrowsThatOfTheLowestItemThoughItComesLater) {
+  ThreadPool pool(2);
+  int later = 0;
+  for (int round = 0; round < 5; ++round) {
+    std::atomic<bool> thrown = false;
+    try {
+      pool.run(2, [&](std::size_t i) {
+        if (i == 0 && waits_for([&] { return thrown.load(); })) {
+          ++later;
+          std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        if (i == 1) thrown = true;
+        throw std::runtime_error("item " + std::to_string(i));
+      });
+      FAIL();
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "item 0");
+    }
+  }
+  EXPECT_GT(later, 0);
+}
+
+/// With more threads than processors the caller sleeps while another one is at the last item.
+TEST(ThreadPool, TheCallerComesBackWhenTheOthersAreThrough) {
+  ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())) + 1);
+  const std::thread::id caller = std::this_thread::get_id();
+  int helped = 0;
+  for (int round = 0; round < 5; ++round) {
+    std::atomic<bool> begun = false;
+    std::atomic<int> done = 0;
+    pool.run(2, [&](std::size_t) {
+      if (std::this_thread::get_id() == caller) {
+        helped += waits_for([&] { return begun.load(); });
+      } else {
+        begun = true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+      ++done;
+    });
+    EXPECT_EQ(done, 2);
+  }
+  EXPECT_GT(helped, 0);
 }
 
 }  // namespace thread_pool_test

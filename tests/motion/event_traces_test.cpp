@@ -14,6 +14,7 @@ namespace event_traces_test {
 using test::add;
 using test::add_ground;
 using test::rough;
+using test::smooth;
 
 constexpr double kG = 9.81, kStep = 0.05;
 
@@ -110,6 +111,24 @@ TEST(EventTraces, WhatFliesHasNoProblem) {
   world.observe({.systems = true});
   world.step(kStep);
   EXPECT_TRUE(world.report().traces.empty());
+}
+
+TEST(Report, TracesTellTheTimeOfTheWorld) {
+  World world;
+  world.observe({.systems = true});
+  add_ground(world, smooth(make_disc(1), 0.5));
+  add(world, {0, 1.5}, smooth(make_disc(0.5), 0.5));
+  bool struck = false;
+  for (int i = 0; i < 60 && !struck; ++i) {
+    for (const IslandTrace& trace : world.step(1.0 / 60).traces) {
+      EXPECT_GE(trace.time, world.time() - 1.0 / 60 - 1e-12);
+      EXPECT_LE(trace.time, world.time() + 1e-12);
+      if (!trace.impact) continue;
+      struck = true;
+      EXPECT_NEAR(trace.time, std::sqrt(2 / 9.81), 1e-9);
+    }
+  }
+  EXPECT_TRUE(struck);
 }
 
 }  // namespace event_traces_test

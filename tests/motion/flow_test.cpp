@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/narrowphase/queries.h"
 #include "tests/support/free_motion.h"
 #include "tests/support/worlds.h"
 
@@ -538,6 +539,47 @@ TEST(Flow, TakesNoNegativeWork) {
   WorldConfig config;
   config.flow_work = -1;
   EXPECT_THROW(World{config}, std::invalid_argument);
+}
+
+/// What met unforeseen in one step is told by the next, though that has parted it by its end.
+TEST(Flow, TellsTheOverlapsThatTheLastStepLeft) {
+  std::mt19937_64 random(3);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+  };
+  World world;
+  const BodyId pit = world.create_body({.type = BodyType::Static});
+  for (const Shape& side :
+       {make_half_plane({0, 0}, {0, 1}), make_half_plane({-4, 0}, {1, 0}), make_half_plane({4, 0}, {-1, 0})})
+    world.add_shape(pit, {.shape = side});
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 10; ++column) {
+      const BodyId body = world.create_body(
+          {.position = {-3.6 + 0.8 * column, 1 + 0.8 * row}, .velocity = {6 * uniform(-1, 1), -20}});
+      world.add_shape(body,
+                      {.shape = make_capsule({-0.35, 0}, {0.35, 0}, 0.05), .material = {.restitution = 0.5}});
+    }
+  }
+  const auto deepest = [&] {
+    double overlap = 0;
+    const auto shapes = world.shapes();
+    for (std::uint32_t i = 0; i < shapes.size(); ++i)
+      for (std::uint32_t j = std::max(3u, i + 1); j < shapes.size(); ++j)
+        overlap = std::max(overlap, -distance(shapes[i].shape, world.pose(shapes[i].body), shapes[j].shape,
+                                              world.pose(shapes[j].body))
+                                         .distance);
+    return overlap;
+  };
+  int told = 0;
+  for (int step = 0; step < 30; ++step) {
+    const double before = deepest();
+    const StepReport& report = world.step(1.0 / 60);
+    const double after = deepest();
+    if (report.islands_in_flow == 0 || before < 1e-5) continue;
+    told += after < 0.5 * before;
+    EXPECT_GT(report.worst_penetration, 0.9 * before) << step;
+  }
+  EXPECT_GT(told, 0);
 }
 
 }  // namespace flow_test

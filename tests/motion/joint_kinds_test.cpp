@@ -354,5 +354,44 @@ TEST_P(Joint, BreaksByItsMomentToo) {
   EXPECT_NEAR(world.report().joint_events.at(0).torque, kG, 1e-9);
 }
 
+TEST(Joint, ReportsItsLoadWhicheverOfTheTwoItHolds) {
+  for (const bool bob_first : {false, true}) {
+    World world({.sleep = false});
+    const BodyId wall = world.create_body({.type = BodyType::Static});
+    const BodyId bob = add(world, {0, -1}, smooth(make_disc(0.1)), 2);
+    const JointId joint = world.create_joint({.kind = JointKind::Distance,
+                                              .a = bob_first ? bob : wall,
+                                              .b = bob_first ? wall : bob,
+                                              .anchor_a = bob_first ? Vec2{0, -1} : Vec2{0, 0},
+                                              .anchor_b = bob_first ? Vec2{0, 0} : Vec2{0, -1}});
+    for (int i = 0; i < 5; ++i) {
+      world.apply_force(bob, {0, -1.0 * i}, world.position(bob));
+      world.step(0.01);
+      EXPECT_NEAR(length(world.joints()[joint.index].impulse), (2 * 9.81 + i) * 0.01, 1e-9) << bob_first;
+    }
+    // It breaks by the weight of another one.
+    const BodyId load = add(world, {0, -1.2}, smooth(make_disc(0.1)), 3);
+    JointDef weak{.kind = JointKind::Distance,
+                  .a = bob_first ? load : bob,
+                  .b = bob_first ? bob : load,
+                  .anchor_a = {0, bob_first ? -1.2 : -1.0},
+                  .anchor_b = {0, bob_first ? -1.0 : -1.2}};
+    weak.break_force = 20;
+    world.create_joint(weak);
+    EXPECT_EQ(world.step(0.01).joint_events.size(), 1u);
+  }
+}
+
+TEST(Joint, OfNoStrengthBreaksByTheFirstLoad) {
+  World world(weightless());
+  const BodyId body = add(world, {1, 0}, smooth(make_disc(0.1)));
+  JointDef glass{.kind = JointKind::Revolute, .b = body, .anchor_a = {0, 0}, .anchor_b = {0, 0}};
+  glass.break_force = glass.break_torque = 0;
+  world.create_joint(glass);
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(world.step(0.01).joint_events.empty()) << i;
+  world.apply_force(body, {-1, 0}, world.position(body));
+  EXPECT_EQ(world.step(0.01).joint_events.size(), 1u);
+}
+
 }  // namespace joint_kinds_test
 }  // namespace skerry

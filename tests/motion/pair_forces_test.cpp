@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -258,6 +259,65 @@ TEST(PairForces, PowersMayBeOfAnySize) {
     advance(world, PairForces({.strength = 1, .power = power}), 1e-3, 1);
     EXPECT_NEAR(world.velocity(a).x, 1e-3 * std::pow(1 + 1 / power, -power), 1e-6) << power;
   }
+}
+
+TEST(PairForces, WeightsAreSetAnewInAnyOrder) {
+  World world(test::weightless());
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 4; ++i) bodies.push_back(test::add(world, {1.0 * i, 0}, test::smooth(make_disc(0.1))));
+  PairForces forces({.strength = 4});
+  for (const double weight : {5.0, 1.0})
+    for (const std::size_t i : {3, 1, 2, 0}) forces.set_weight(bodies[i], i == 0 || i == 3 ? weight : 0);
+  EXPECT_NEAR(forces.potential_energy(world), -4.0 / 3, 1e-12);
+}
+
+TEST(PairForces, ThatAreRefusedChangeNothing) {
+  World world(test::weightless());
+  const ShapeDef small = test::smooth(make_disc(0.1));
+  // Springs so stiff that two of them are too far from each other for a number, up or to the right.
+  const PairForces springs({.strength = 1e300, .power = -1});
+  for (const Vec2 way : {Vec2{0, 1e8}, Vec2{1e8, 0}}) {
+    const BodyId bodies[] = {test::add(world, {0, 0}, small), test::add(world, -way, small),
+                             test::add(world, 0.9 * way, small)};
+    EXPECT_THROW(springs.apply(world, 0), std::invalid_argument);
+    for (const BodyId body : bodies) {
+      EXPECT_EQ(world.bodies().force[body.index], Vec2{});
+      world.destroy(body);
+    }
+  }
+}
+
+TEST(PairForces, AreBoundedBySofteningAsTheirLawSays) {
+  constexpr double kStep = 1e-6;
+  for (const double power : {1.0, 2.0, 3.0}) {
+    World world(test::weightless());
+    const ShapeDef small = test::smooth(make_disc(0.01));
+    const BodyId a = test::add(world, {0, 0}, small, 2);
+    test::add(world, {0.4, 0}, small, 5);
+    const PairForces forces({.strength = 3, .power = power, .softening = 0.3});
+    EXPECT_EQ(forces.law().softening, 0.3);
+    forces.apply(world, kStep);
+    world.step(kStep);
+    // The root distance is 0.5 m.
+    EXPECT_NEAR(world.velocity(a).x / kStep, 3 * 5 * 0.4 * std::pow(0.5, -power - 1), 1e-6) << power;
+  }
+}
+
+TEST(PairForces, WhatOnlyActsWakesNobody) {
+  WorldConfig config;
+  config.sleep = true;
+  World world(config);
+  const BodyId ground = test::add_ground(world, test::rough(make_disc(1), 0.5));
+  const BodyId box = test::add(world, {0, 0.5}, test::rough(make_box({1, 1}), 0.5));
+  const BodyId moon = test::add(world, {0, 50}, test::smooth(make_disc(1)), 1, {1, 0});
+  PairForces forces({.strength = 1});
+  forces.set_weight(ground, 10);
+  forces.set_weight(moon, 1);
+  advance(world, forces, 1.0 / 60, 120);
+  EXPECT_NE(world.bodies().asleep[box.index], 0);
+  forces.apply(world, 1.0 / 60);
+  EXPECT_NE(world.bodies().asleep[box.index], 0);
+  EXPECT_EQ(world.bodies().force[ground.index], Vec2{});
 }
 
 }  // namespace pair_forces_test

@@ -208,5 +208,41 @@ TEST(Path, RefusesTimesOutsideTheStepAndStepsThatWereNotObserved) {
     EXPECT_THROW(world.interpolated(ball, t), std::invalid_argument);
 }
 
+TEST(Path, OfABodyThatWasMadeSinceIsWhereItIs) {
+  World world(weightless());
+  world.observe({.paths = true});
+  const BodyId gone = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  add(world, {0, 5}, smooth(make_disc(0.1)), 1, {1, 0});
+  world.step(0.1);
+  world.destroy(gone);
+  const BodyId fresh = add(world, {7, 7}, smooth(make_disc(0.1)), 1, {3, 0});
+  ASSERT_EQ(fresh.index, gone.index);
+  EXPECT_EQ(world.interpolated(fresh, 0.05).position, (Vec2{7, 7}));
+  EXPECT_THROW(world.interpolated(gone, 0.05), std::invalid_argument);
+}
+
+/// Times of a caller's own are as exact as the time of the world is.
+TEST(Path, ARoundingOutsideTheStepIsItsEnd) {
+  World world(weightless());
+  world.observe({.paths = true});
+  add(world, {0, 5}, smooth(make_disc(0.1)), 1, {2, 0});
+  const BodyId body = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  add(world, {0, -5}, smooth(make_disc(0.1)), 1, {2, 0});
+  for (const double long_step : {1.0, 1000.0, 1e6}) {
+    world.step(long_step);
+    for (const double h : {0.1, 1.0 / 60, 0.001}) {
+      const Vec2 before = world.position(body);
+      const double begin = world.time();
+      world.step(h);
+      const double rounding = 1e-15 * world.time();
+      for (const double t : {begin - rounding, begin, begin + rounding, world.time() - h})
+        EXPECT_NEAR(world.interpolated(body, t).position.x, before.x, 4e-15 * world.time()) << t << ", " << h;
+      const double later = world.time() + rounding;
+      EXPECT_EQ(world.interpolated(body, later).position, world.position(body)) << h;
+      EXPECT_THROW(world.interpolated(body, begin - 1e-3 * h - 1e-9 * begin), std::invalid_argument);
+    }
+  }
+}
+
 }  // namespace path_test
 }  // namespace skerry

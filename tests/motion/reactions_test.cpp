@@ -18,6 +18,12 @@
 namespace skerry {
 namespace reactions_test {
 
+using test::add;
+using test::add_ground;
+using test::rough;
+using test::smooth;
+using test::weightless;
+
 constexpr double kStep = 1.0 / 60;
 
 /// Impulses on each body of a world in its last step [N s], and the sum of their magnitudes.
@@ -308,6 +314,57 @@ TEST(Reactions, OfAnImpactHaveItsNormal) {
     EXPECT_NEAR(length(impulse - 8 * normal), 0, 1e-9);
     EXPECT_NEAR(std::abs(dot(contact.impact_normal, normal)), 1, 1e-12);
     EXPECT_LT(std::abs(dot(contact.normal, normal)), 0.99);
+  }
+}
+
+TEST(Reactions, OfAFaceThatBouncedOffAreInTheSums) {
+  for (const char* stepper : {"event_driven", "time_stepping"}) {
+    WorldConfig config = weightless();
+    config.stepper = stepper;
+    World world(config);
+    add_ground(world, smooth(make_disc(1), 0.5));
+    add(world, {0, 0.6}, smooth(make_box({1, 1}), 0.5), 3, {0, -10});
+    world.observe({.contacts = true});
+    const StepReport& report = world.step(0.05);
+    ASSERT_EQ(report.contacts_list.size(), 1u) << stepper;
+    const ContactReport& contact = report.contacts_list[0];
+    EXPECT_NEAR(length(contact.impulse - Vec2{0, 45}), 0, 1e-9) << stepper;
+    EXPECT_NEAR(contact.points[0].impact_impulse + contact.points[1].impact_impulse, 45, 1e-9) << stepper;
+    EXPECT_NEAR(report.total_normal_impulse, 45, 1e-9) << stepper;
+    EXPECT_EQ(report.total_friction_impulse, 0) << stepper;
+  }
+}
+
+TEST(Reactions, OfWhatRestsHaveNoPlaceOfAnImpactButTheirOwn) {
+  World world;
+  world.observe({.contacts = true});
+  add_ground(world, rough(make_disc(1), 0.5));
+  add(world, {0, 0.501}, rough(make_box({1, 1}), 0.5), 1, {2, -1});
+  bool struck = false;
+  for (int i = 0; i < 60; ++i) {
+    for (const ContactReport& contact : world.step(1.0 / 60).contacts_list) {
+      for (int k = 0; k < contact.count; ++k) {
+        const ContactPointReport& point = contact.points[static_cast<std::size_t>(k)];
+        if (point.impact_impulse > 0)
+          struck = true;
+        else
+          EXPECT_EQ(point.impact_position, point.position) << i;
+      }
+    }
+  }
+  EXPECT_TRUE(struck);
+}
+
+TEST(Reactions, OfABarThatTurnsPointAlongItInTheMiddleOfTheStep) {
+  World world(weightless());
+  const BodyId bob = add(world, {1, 0}, smooth(make_disc(0.1)), 2, {0, 3});
+  const JointId bar =
+      world.create_joint({.kind = JointKind::Distance, .b = bob, .anchor_a = {0, 0}, .anchor_b = {1, 0}});
+  for (int i = 0; i < 20; ++i) {
+    const Vec2 before = world.velocity(bob);
+    world.step(0.02);
+    const Vec2 change = 2 * (world.velocity(bob) - before);
+    EXPECT_LT(length(world.joints()[bar.index].impulse - change), 2e-3 * length(change)) << i;
   }
 }
 

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/worlds.h"
@@ -193,6 +196,107 @@ TEST(UserEvents, TwoWithinAFifthOfAStepAreFound) {
   world.step(0.8);
   EXPECT_EQ(events.look(world), 2);
   EXPECT_EQ(found, 2);
+}
+
+/// A world of nothing but time, as quantities may be.
+World watched_world() {
+  World world(test::weightless());
+  world.observe({.paths = true});
+  return world;
+}
+
+TEST(UserEvents, TheirNumbersStayTheirsWhateverIsRemoved) {
+  World world = watched_world();
+  std::string called;
+  UserEvents events;
+  const auto watch = [&](char name) {
+    return events.add([](double t) { return t - 0.01; }, [&called, name](double, bool) { called += name; });
+  };
+  const int a = watch('a');
+  watch('b');
+  events.remove(a);
+  const int c = watch('c');
+  watch('d');
+  events.remove(c);
+  EXPECT_THROW(events.remove(a), std::invalid_argument);
+  world.step(1.0 / 60);
+  EXPECT_EQ(events.look(world), 2);
+  EXPECT_EQ(called, "bd");
+}
+
+TEST(UserEvents, ActionsAddAndRemoveForTheNextStep) {
+  World world = watched_world();
+  std::string called;
+  UserEvents events;
+  int last = -1;
+  const auto at = [](double time) { return [time](double t) { return t - time; }; };
+  int first = -1;
+  first = events.add(at(0.002), [&](double, bool) {
+    called += '1';
+    events.remove(first);
+    events.remove(last);
+    for (int k = 0; k < 40; ++k)
+      events.add(at(k % 2 == 0 ? 0.01 : 0.02), [&](double, bool) { called += '+'; });
+  });
+  // More than a function keeps in itself.
+  const std::string word = "a word that is longer than what a string keeps without memory of its own";
+  events.add(at(0.004), [&called, word](double, bool) { called += word.substr(0, 1); });
+  last = events.add(at(0.006), [&called, word](double, bool) { called += word.substr(2, 1); });
+  world.step(1.0 / 64);
+  EXPECT_EQ(events.look(world), 3);
+  EXPECT_EQ(called, "1aw");
+  called.clear();
+  world.step(1.0 / 64);
+  EXPECT_EQ(events.look(world), 20);
+  EXPECT_EQ(called, std::string(20, '+'));
+}
+
+TEST(UserEvents, OfTimeAloneNeedNoBody) {
+  World world = watched_world();
+  UserEvents events;
+  int called = 0;
+  events.add([](double t) { return t - 0.01; }, [&](double, bool) { ++called; });
+  world.step(1.0 / 60);
+  EXPECT_EQ(events.look(world), 1);
+  EXPECT_EQ(called, 1);
+}
+
+TEST(UserEvents, DoNotAskForBodiesThatAreNoMore) {
+  World world = watched_world();
+  const BodyId gone = add(world, {5, 0}, smooth(make_disc(0.1)));
+  const BodyId body = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  world.destroy(gone);
+  UserEvents events;
+  events.add([&](double t) { return world.interpolated(body, t).position.x - 0.01; }, [](double, bool) {});
+  world.step(1.0 / 60);
+  EXPECT_EQ(events.look(world), 1);
+}
+
+TEST(UserEvents, AreThoseOfTheLastStepAlone) {
+  World world = watched_world();
+  const BodyId body = add(world, {0, 0}, smooth(make_disc(0.1)), 1, {1, 0});
+  std::string called;
+  UserEvents events;
+  for (const auto& [name, place] : {std::pair{'1', 0.05}, std::pair{'2', 0.15}, std::pair{'4', 0.35}})
+    events.add([&world, body, x = place](double t) { return world.interpolated(body, t).position.x - x; },
+               [&called, name = name](double, bool) { called += name; });
+  world.step(0.1);
+  world.step(0.1);
+  EXPECT_EQ(events.look(world), 1);
+  EXPECT_EQ(called, "2");
+  world.step(0.1);
+  world.step(0.1);
+  EXPECT_EQ(events.look(world), 1);
+  EXPECT_EQ(called, "24");
+}
+
+TEST(UserEvents, OnBothSidesOfTheEndOfAnEighthAreFound) {
+  World world = watched_world();
+  UserEvents events;
+  for (int k = 1; k < 8; ++k)
+    events.add([k](double t) { return (t - k / 8.0 - 0.005) * (t - k / 8.0 + 0.005); }, [](double, bool) {});
+  world.step(1);
+  EXPECT_EQ(events.look(world), 14);
 }
 
 }  // namespace user_events_test

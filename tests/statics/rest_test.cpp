@@ -654,5 +654,34 @@ TEST(Rest, ThrustRunsThroughWhatTwoPairsLoad) {
   EXPECT_TRUE(thrust_line(analyse_rest(table)).empty());
 }
 
+/// Two bars on two hinges that lean against each other: with a third hinge between them, or welded.
+TEST(Rest, AnArchOfTwoBarsIsIndeterminateOnceWithoutItsThirdHinge) {
+  for (const bool welded : {false, true}) {
+    for (const bool others : {false, true}) {
+      World world;
+      // Whether the bars are the first bodies must not matter.
+      if (others) {
+        const BodyId lamp = world.create_body({.position = {7, 0}, .mass = 1.0, .inertia = 1.0});
+        world.create_joint({.kind = JointKind::Weld, .b = lamp, .anchor_a = {7, 0}, .anchor_b = {7, 0}});
+      }
+      const BodyId left = world.create_body({.position = {-0.5, 0.5}, .mass = 2.0, .inertia = 0.1}),
+                   right = world.create_body({.position = {0.5, 0.5}, .mass = 2.0, .inertia = 0.1});
+      world.create_joint({.kind = JointKind::Revolute, .b = left, .anchor_a = {-1, 0}, .anchor_b = {-1, 0}});
+      world.create_joint({.kind = JointKind::Revolute, .b = right, .anchor_a = {1, 0}, .anchor_b = {1, 0}});
+      world.create_joint({.kind = welded ? JointKind::Weld : JointKind::Revolute,
+                          .a = left,
+                          .b = right,
+                          .anchor_a = {0, 1},
+                          .anchor_b = {0, 1}});
+      const RestAnalysis rest = analyse_rest(world);
+      EXPECT_TRUE(rest.stands);
+      EXPECT_EQ(rest.indeterminacy, welded ? 1 : 0) << others;
+      ASSERT_EQ(rest.joints.size(), others ? 4u : 3u);
+      for (std::size_t i = others ? 1 : 0; i < rest.joints.size(); ++i)
+        EXPECT_EQ(rest.joints[i].unique, !welded) << i << ", " << others;
+    }
+  }
+}
+
 }  // namespace rest_test
 }  // namespace skerry::statics::test

@@ -329,4 +329,14 @@ inline Scene random_island(const RandomIsland& shape, const SceneOptions& option
   return builder.finish();
 }
 
+/// Of every kind of row, one of them compliant.
+inline IslandSystem mixed_island(unsigned seed) {
+  IslandSystem system = random_island({.bodies = 4, .contacts = 6, .pins = 2},
+                                      {.friction = 0.3, .rolling = 0.05, .noise = 1, .seed = seed})
+                            .system;
+  system.compliance.assign(system.rows.size(), 0.0);
+  system.compliance.back() = 0.125;
+  return system;
+}
+
 }  // namespace skerry::scenes

@@ -499,5 +499,23 @@ TEST(Events, ABlowThatPassesThroughAContactIsNoHitOfIt) {
   EXPECT_EQ(struck, 1);
 }
 
+TEST(Events, OfAFaceAreInItsMiddle) {
+  World world(weightless());
+  world.observe({.contacts = true});
+  add_ground(world, smooth(make_disc(1)));
+  const BodyId box = add(world, {7, 0.6}, smooth(make_box({1, 1})), 1, {0, -10});
+  int told = 0;
+  for (int i = 0; i < 4; ++i) {
+    if (i == 3) world.set_velocity(box, {0, 5}, 0);
+    for (const ContactEvent& event : world.step(1.0 / 60).events) {
+      if (event.kind != ContactEventKind::Begin && event.kind != ContactEventKind::Persist) continue;
+      ++told;
+      EXPECT_NEAR(length(event.point - Vec2{7, 0}), 0, 1e-9);
+      EXPECT_NEAR(length(event.normal - Vec2{0, 1}), 0, 1e-9);
+    }
+  }
+  EXPECT_GE(told, 2);
+}
+
 }  // namespace events_test
 }  // namespace skerry

@@ -125,5 +125,22 @@ TEST(Material, RollingResistanceMayBeThatOfTheGroundOrOfTheWheel) {
   EXPECT_EQ(omega[0], omega[1]);
 }
 
+TEST(Events, ATouchingPairPersistsWhetherItSleepsOrNot) {
+  for (const bool sleep : {false, true}) {
+    World world({.sleep = sleep});
+    world.observe({.contacts = true});
+    add_ground(world, smooth(make_disc(1)));
+    add(world, {0, 0.5}, smooth(make_box({1, 1})));
+    world.step(1.0 / 60);
+    for (int i = 0; i < 10; ++i) {
+      const auto& events = world.step(1.0 / 60).events;
+      ASSERT_EQ(events.size(), 1u) << sleep << ", " << i;
+      EXPECT_EQ(events[0].kind, ContactEventKind::Persist) << sleep << ", " << i;
+    }
+    EXPECT_EQ(world.report().islands_at_rest, 1);
+    EXPECT_EQ(world.report().islands_asleep, sleep ? 1 : 0);
+  }
+}
+
 }  // namespace material_test
 }  // namespace skerry

@@ -546,5 +546,27 @@ TEST(Reach, PairsAreThoseOfBoxesThatOverlap) {
   EXPECT_GT(std::min(retries, all), 20);
 }
 
+TEST(Reach, SensorsAreNoPairsOutOfReachWhicheverOfTheTwoTheyAre) {
+  // A block that falls: the sensor in its corner was made first, or last, or is not there.
+  const auto fall = [](int sensor) {
+    World world;
+    for (int i = 0; i < 100; ++i) {
+      ShapeDef def = rough(make_box({0.2, 0.2}), 0.5);
+      if (i == 0 || i == 99) def.sensor = i == sensor;
+      if (sensor < 0 && i == -sensor - 1) continue;
+      add(world, {0.21 * (i / 10), 100 + 0.21 * (i % 10)}, def, 1, {3, -20});
+    }
+    world.step(1.0 / 60);
+    return std::pair(world.report().pairs, world.report().pairs_out_of_reach);
+  };
+  for (const int corner : {0, 99}) {
+    const auto [pairs, out_of_reach] = fall(corner);
+    const auto [solid, solid_out] = fall(-corner - 1);
+    EXPECT_GT(pairs, solid);
+    EXPECT_EQ(solid_out, solid);
+    EXPECT_EQ(out_of_reach, solid) << corner;
+  }
+}
+
 }  // namespace reach_test
 }  // namespace skerry

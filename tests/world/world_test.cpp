@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
 #include <type_traits>
@@ -564,63 +563,6 @@ TEST(Determinism, EveryBroadPhaseGivesTheSameBits) {
   };
   const std::uint64_t expected = run("brute_force");
   for (const BroadPhaseEntry& entry : broad_phases()) EXPECT_EQ(run(entry.name), expected) << entry.name;
-}
-
-TEST(Report, SaysWhichBroadPhaseFoundThePairsAndWhyAndFollowsItsChanges) {
-  for (const BroadPhaseEntry& entry : broad_phases()) {
-    WorldConfig config;
-    config.broad_phase = entry.name;
-    World world(config);
-    add(world, {0, 0}, smooth(make_disc(0.5)));
-    const BroadPhaseChoice choice = world.step(1.0 / 60).broad_phase;
-    const bool is_auto = entry.name == "auto";
-    EXPECT_EQ(choice.name, is_auto ? "brute_force" : entry.name);
-    EXPECT_EQ(reason_of(choice), is_auto ? "few boxes" : "by name");
-    EXPECT_EQ(choice.switches, 0u);
-  }
-  // A thousand discs in the second step, above a ground whose box has no end.
-  World world(weightless());
-  world.add_shape(world.create_body({.type = BodyType::Static}),
-                  {.shape = make_half_plane({0, -10}, {0, 1})});
-  add(world, {0, -3}, smooth(make_disc(0.5)), 1, {1, 0});
-  EXPECT_EQ(world.step(1.0 / 60).broad_phase.name, "brute_force");
-  for (int i = 0; i < 999; ++i) add(world, {2.0 * i, 0}, smooth(make_disc(0.5)), 1, {1, 0});
-  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
-  const BroadPhaseChoice choice = world.report().broad_phase;
-  EXPECT_EQ(choice.name, "neighbour_list");
-  EXPECT_EQ(choice.reason, BroadPhaseReason::Cheapest);
-  EXPECT_EQ(choice.switches, 1u);
-  EXPECT_EQ(choice.boxes, 1001u);
-  EXPECT_NEAR(choice.extent.x, 1997, 1);
-  EXPECT_THAT(reason_of(choice), testing::MatchesRegex("about [0-9]+ of 1001 moved a step, 1 to 1 m, in "
-                                                       "2e\\+03 m x 4.* m"));
-}
-
-TEST(Report, IsCopiedWithItsTracesAndOutlivesTheNextStep) {
-  World world;
-  const ShapeDef box = rough(make_box({1, 1}), 0.5);
-  add_ground(world, box);
-  for (int i = 0; i < 3; ++i) add(world, {0.1 * i, 0.5 + i}, box);
-  world.observe({.contacts = true, .systems = true, .solve_traces = true});
-  static_assert(std::is_copy_constructible_v<StepReport> && std::is_copy_assignable_v<StepReport>);
-  const StepReport copy = world.step(1.0 / 60);
-  ASSERT_FALSE(copy.events.empty());
-  ASSERT_FALSE(copy.traces.empty());
-  const std::vector<ContactEvent> events = world.report().events;
-  const std::vector<double> lambda = world.report().traces[0].lambda;
-  const SolveTrace* trace = world.report().traces[0].trace.get();
-  // Whoever goes through the events may destroy what they tell of, and step.
-  for (const ContactEvent& event : copy.events) {
-    if (world.alive(event.body_b)) world.destroy(event.body_b);
-  }
-  world.step(1.0 / 60);
-  EXPECT_EQ(copy.step, 1u);
-  EXPECT_EQ(copy.events.size(), events.size());
-  EXPECT_EQ(copy.traces[0].lambda, lambda);
-  ASSERT_EQ(copy.traces[0].trace.get(), trace);
-  if (trace != nullptr) {
-    EXPECT_FALSE(trace->notes.empty() && trace->iterations.empty());
-  }
 }
 
 TEST(World, ContainsABodyThatLeavesTheNumbersAndTellsWhenAndWhy) {
