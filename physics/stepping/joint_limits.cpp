@@ -106,20 +106,20 @@ std::optional<double> next_limit_time(const WorldState& state, const JointRecord
     if (start[row].kind != JointRowKind::Limit || (reached >> k & 1) != 0) continue;
     if (!(start[row].error <= h * change)) continue;
     const double until = first.value_or(h);
-    std::optional<double> t;
+    double t = kInfinity;
     if (joint.def.kind == JointKind::Revolute) {
       // An angle is a parabola in time.
       const double sign = start[row].Jb[2], rate = sign * (b.omega - a.omega),
                    bend = sign * (b.alpha - a.alpha);
-      t = closing_time_of_parabola(start[row].error, rate, bend, change, until, reach);
+      t = closing_time_of_parabola(start[row].error, rate, bend, change, until, reach).value_or(kInfinity);
     } else {
       const auto slack = [&](double time) {
         rows_at(time);
         return rows[row].error;
       };
-      t = closing_time(slack, change, until, reach);
+      t = closing_time(slack, change, until, reach).value_or(kInfinity);
     }
-    if (t) first = t;
+    if (t < kInfinity) first = t;
   }
   return first;
 }
