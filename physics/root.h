@@ -11,8 +11,8 @@
 
 namespace skerry {
 
-/// First t >= 0 with value + rate t + acceleration t^2 / 2 = 0, given value >= 0; infinite if there is none. A
-/// zero at the start that rises from there does not count.
+/// First t >= 0 with value + rate t + acceleration t^2 / 2 = 0, given value >= 0; infinite if there is none.
+/// A zero at the start that rises from there does not count.
 inline double first_root(double value, double rate, double acceleration) {
   if (rate >= 0) {
     if (acceleration >= 0) return kInfinity;

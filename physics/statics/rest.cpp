@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 #include "physics/disjoint_sets.h"
 #include "physics/solver/solver.h"
@@ -137,7 +136,6 @@ struct RestSolver::State {
   std::unique_ptr<SolverMemory> memory;
   std::vector<double> base;  // forces of the first load
   std::vector<int> carrying;
-  double tolerance = kTolerance;               // of the next solve
   std::vector<std::array<double, 2>> applied;  // magnitudes of the loads, as `RestRows::applied`
   SolveWork work;
 
@@ -147,6 +145,7 @@ struct RestSolver::State {
     applied = rows.applied;
     set_load();
     std::vector<double> start;
+    double tolerance = kTolerance;
     if (options.last_step && !rows.last_step.empty()) {
       const double residual = natural_map_residual(out.system, rows.last_step);
       if (residual <= kLastStep) {
@@ -156,7 +155,7 @@ struct RestSolver::State {
         if (residual <= kSolved) tolerance = std::max(tolerance, 2 * residual);
       }
     }
-    solve(solver, start);
+    solve(solver, start, tolerance);
     base = out.lambda;
     finish();
   }
@@ -179,24 +178,25 @@ struct RestSolver::State {
     }
   }
 
-  void solve(const SolverEntry& solver, const std::vector<double>& start) {
+  /// @param tolerance  of the first try
+  void solve(const SolverEntry& solver, const std::vector<double>& start, double tolerance = kTolerance) {
     bool known = true;
     for (RestContact& contact : out.contacts) known = set_friction(contact, contact.held_mu) && known;
     if (!known) memory.reset();
-    solve_rows(solver, start);
+    solve_rows(solver, start, tolerance);
     // What slides is held by less; it may let others go. At most once a contact.
     while (let_slide()) {
       memory.reset();
-      solve_rows(solver, out.lambda);
+      solve_rows(solver, out.lambda, kTolerance);
     }
   }
 
-  void solve_rows(const SolverEntry& solver, const std::vector<double>& start) {
+  void solve_rows(const SolverEntry& solver, const std::vector<double>& start, double tolerance) {
     out.residual = 0;
     Solution solution;
     if (out.system.size() > 0) {
       SolveOptions exact;
-      exact.tolerance = std::exchange(tolerance, kTolerance);
+      exact.tolerance = tolerance;
       solution = solver.solve(out.system, start, exact, &memory);
       work += solution.work;
       out.residual = solution.residual;

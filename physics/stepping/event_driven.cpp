@@ -45,8 +45,8 @@ constexpr double kFinest = 1e-13;
 // not with its eighth power, and what is as small as that needs no shorter ones: the error that is allowed
 // where steps of a quarter have not had a sixteenth of it, over the usual one.
 constexpr double kRough = 100, kTold = 4;
-// Work of the force solves and landings of a step (see AccelerationProblem::work), and more for longer steps: what costs
-// more than about 0.2 s is for time stepping.
+// Work of the force solves and landings of a step (see AccelerationProblem::work), and more for longer steps:
+// what costs more than about 0.2 s is for time stepping.
 constexpr double kMaxWork = 4e5, kMaxWorkPerSecond = 4e6;
 // Share of the limit of the configuration after which the rest of it is for time stepping, and visits that a
 // unit of the work above counts for there.

@@ -49,15 +49,6 @@ double fastest_change(const JointRecord& joint, const Motion& a, const Motion& b
   return centres + turn_a * (arm_a + (sliding ? apart : 0)) + turn_b * arm_b;
 }
 
-/// `closing_time` of value + rate t + bend t^2 / 2, at once where it does not begin as closed.
-std::optional<double> closing_time_of_parabola(double value, double rate, double bend, double change,
-                                               double h, double reach) {
-  if (value <= reach)
-    return closing_time([&](double t) { return value + t * (rate + 0.5 * t * bend); }, change, h, reach);
-  const double t = first_root(value, rate, bend);
-  return t <= h ? std::optional(t) : std::nullopt;
-}
-
 }  // namespace
 
 bool has_limits(const JointDef& def) {
@@ -106,20 +97,22 @@ std::optional<double> next_limit_time(const WorldState& state, const JointRecord
     if (start[row].kind != JointRowKind::Limit || (reached >> k & 1) != 0) continue;
     if (!(start[row].error <= h * change)) continue;
     const double until = first.value_or(h);
-    double t = kInfinity;
-    if (joint.def.kind == JointKind::Revolute) {
-      // An angle is a parabola in time.
-      const double sign = start[row].Jb[2], rate = sign * (b.omega - a.omega),
-                   bend = sign * (b.alpha - a.alpha);
-      t = closing_time_of_parabola(start[row].error, rate, bend, change, until, reach).value_or(kInfinity);
-    } else {
-      const auto slack = [&](double time) {
-        rows_at(time);
-        return rows[row].error;
-      };
-      t = closing_time(slack, change, until, reach).value_or(kInfinity);
+    // An angle is a parabola in time.
+    const bool angle = joint.def.kind == JointKind::Revolute;
+    const double value = start[row].error, sign = start[row].Jb[2];
+    const double rate = sign * (b.omega - a.omega), bend = sign * (b.alpha - a.alpha);
+    if (angle && value > reach) {
+      const double t = first_root(value, rate, bend);
+      if (t <= until) first = t;
+      continue;
     }
-    if (t < kInfinity) first = t;
+    const auto slack = [&](double t) {
+      if (angle) return value + t * (rate + 0.5 * t * bend);
+      rows_at(t);
+      return rows[row].error;
+    };
+    const std::optional<double> t = closing_time(slack, change, until, reach);
+    if (t) first = t;
   }
   return first;
 }
