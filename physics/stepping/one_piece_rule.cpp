@@ -154,7 +154,7 @@ SmallGaps small_gaps(const WorldState& state, const Island& island, double h, in
     gaps.hop = std::clamp(kLeastHop * std::exp2(doublings), kLeastHop, 1.0);
   }
   const double fall = 0.5 * h * h * largest_acceleration(state, island);
-  gaps.sunk = std::clamp(kSunk * fall / state.config.touch_tolerance, 1.0, kMostSunk);
+  if (fall > 0) gaps.sunk = std::clamp(kSunk * fall / state.config.touch_tolerance, 1.0, kMostSunk);
   return gaps;
 }
 

@@ -488,8 +488,10 @@ TEST(NeighbourList, SearchesAnewForABoxThatComesBackAsAnotherKind) {
     };
     const auto at = [](double x, double y) { return Aabb{{x, y}, {x + 1, y + 1}}; };
     both([&](BroadPhase& b) {
-      for (ProxyIndex i = 0; i < 200; ++i)
-        b.insert(i, at(2.0 * (i % 20), 2.0 * (i / 20)), i == 0 ? before : ProxyKind::Moving);
+      for (ProxyIndex i = 0; i < 200; ++i) {
+        const ProxyIndex column = i % 20, row = i / 20;
+        b.insert(i, at(2.0 * column, 2.0 * row), i == 0 ? before : ProxyKind::Moving);
+      }
     });
     std::vector<Pair> pairs, expected;
     const auto compare = [&] {

@@ -284,6 +284,7 @@ Tumbling tumbling(unsigned seed, double tile, bool of_one_body, const char* step
   std::vector<Vec2> corners;
   const int count = 3 + draw.pick(5);
   const double radius = draw.uniform(0.1, 0.35), angle = draw.uniform(0, 6);
+  corners.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     corners.push_back(radius * rotate(Rot::from_angle(2 * kPi * i / count), {1, 0}));
   scene.body = world.create_body({.position = {draw.uniform(-1, 1), radius + draw.uniform(0, 0.05)},

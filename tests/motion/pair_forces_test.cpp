@@ -264,6 +264,7 @@ TEST(PairForces, PowersMayBeOfAnySize) {
 TEST(PairForces, WeightsAreSetAnewInAnyOrder) {
   World world(test::weightless());
   std::vector<BodyId> bodies;
+  bodies.reserve(4);
   for (int i = 0; i < 4; ++i) bodies.push_back(test::add(world, {1.0 * i, 0}, test::smooth(make_disc(0.1))));
   PairForces forces({.strength = 4});
   for (const double weight : {5.0, 1.0})

@@ -551,10 +551,11 @@ TEST(Reach, SensorsAreNoPairsOutOfReachWhicheverOfTheTwoTheyAre) {
   const auto fall = [](int sensor) {
     World world;
     for (int i = 0; i < 100; ++i) {
+      const int column = i / 10, row = i % 10;
       ShapeDef def = rough(make_box({0.2, 0.2}), 0.5);
       if (i == 0 || i == 99) def.sensor = i == sensor;
       if (sensor < 0 && i == -sensor - 1) continue;
-      add(world, {0.21 * (i / 10), 100 + 0.21 * (i % 10)}, def, 1, {3, -20});
+      add(world, {0.21 * column, 100 + 0.21 * row}, def, 1, {3, -20});
     }
     world.step(1.0 / 60);
     return std::pair(world.report().pairs, world.report().pairs_out_of_reach);

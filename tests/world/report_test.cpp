@@ -153,6 +153,7 @@ TEST(Report, CountsNothingOfWhatIsDestroyed) {
   World world(weightless());
   const std::uint64_t empty = world.state_hash();
   std::vector<BodyId> bodies;
+  bodies.reserve(200);
   for (int i = 0; i < 200; ++i)
     bodies.push_back(add(world, {3.0 * i, 0}, smooth(make_disc(0.5)), 1, {0, i == 100 ? 2.0 : 0.0}));
   for (int i = 0; i < 3; ++i) world.step(1.0 / 60);
