@@ -58,10 +58,10 @@ struct WorldConfig {
   SolveOptions solve{.work_limit = 1e8};
   /// Counted work (`SolveWork::visits`, some 10 ns each) for each body of an island in flow and a step: its
   /// contacts are many and most of them move, so that exact forces of an instant are worth less than they
-  /// cost (physics/stepping/one_piece.h). Not set: 400; in a world of fewer than 1000 dynamic bodies, 1000
-  /// without joints, and in a small one more, whose bodies share 4e5 (a joint of the island counts as half a
-  /// one). From 1000 visits on overlaps stay below some micrometres. 0: no
-  /// island counts as in flow, for reference runs.
+  /// cost (physics/stepping/one_piece.h). Not set: 400, or 60 sweeps over velocities where that is less and
+  /// there are no joints; in a world of fewer than 1000 dynamic bodies, 1000 without joints, and in a small
+  /// one more, whose bodies share 4e5 (a joint of the island counts as half a one). From 1000 visits on
+  /// overlaps stay below some micrometres. 0: no island counts as in flow, for reference runs.
   std::optional<double> flow_work{};
   double contact_margin = 0.005;  ///< pairs closer than this are kept as near contacts [m]
   double touch_tolerance = 1e-9;  ///< gaps up to this count as touching [m]

@@ -47,6 +47,9 @@ constexpr double kExactWorkInFlow = 10, kExactWorkInLargeFlow = 2.5;
 constexpr double kNearly = 1e-3;
 // The same up to which the step goes on as an exact one: reported, but nothing to do without.
 constexpr double kAlmost = 1e-8;
+// Sweeps over the velocities of an island without joints in a large world, where its rows are so few that its
+// work would pay for more: what these leave is less than what nobody foresaw.
+constexpr double kMostSweeps = 60;
 // A step of which so many visits were thrown away has the usual work where heavy bodies lie on light ones.
 constexpr double kMostThrownAway = 2e7;
 // A step in flow is cut into pieces no longer than this times what is stable for rods under load; in a small
@@ -98,7 +101,9 @@ class OnePieceStep {
       work = std::max(work, work_for_heavy(state, island));
     const double with_joints = bodies + kJointWork * static_cast<double>(island.joints.size());
     limit_ = work * with_joints;
-    if (!island.joints.empty() && !state.config.flow_work)
+    if (state.config.flow_work) return;
+    if (island.joints.empty() && !works_finely(state, island)) most_sweeps_ = more * kMostSweeps;
+    if (!island.joints.empty())
       sweep_end_ = {.swept = more * kVelocityShare * kUsualFlowWork * with_joints,
                     .coarse = work < kFineWork};
   }
@@ -290,7 +295,7 @@ class OnePieceStep {
   /// What sweeps of velocities may cost [visits].
   double velocity_work(const IslandSystem& system) const {
     const double least = state_.config.flow_work ? 0 : work_of_sweeps(system, kLeastSweeps);
-    return std::max(kVelocityShare * limit_, least);
+    return std::max(std::min(kVelocityShare * limit_, work_of_sweeps(system, most_sweeps_)), least);
   }
 
   /// Rows of the chosen points, what they want, and the impulses of the last step.
@@ -567,13 +572,14 @@ class OnePieceStep {
   mutable std::atomic<bool> bounced_ = false;  ///< something did
   double more_pieces_;
   IslandResult& result_;
-  double slow_ = 0;                ///< what approaches no faster is shaken by the forces of a step [m/s]
-  double exact_limit_ = 0;         ///< work for an exact answer
-  double limit_ = 0;               ///< work of the step in flow
-  SweepEnd sweep_end_;             ///< of those of velocities
-  Spare<std::vector<Vec2>> lag_;   ///< by body of islands with joints: see `bind_jointed`
-  std::optional<double> brought_;  ///< the most that ground brings [J], without joints
-  bool far_ = false;               ///< a body goes so far that it may pass a wall
+  double slow_ = 0;                 ///< what approaches no faster is shaken by the forces of a step [m/s]
+  double exact_limit_ = 0;          ///< work for an exact answer
+  double limit_ = 0;                ///< work of the step in flow
+  double most_sweeps_ = kInfinity;  ///< over velocities
+  SweepEnd sweep_end_;              ///< of those of velocities
+  Spare<std::vector<Vec2>> lag_;    ///< by body of islands with joints: see `bind_jointed`
+  std::optional<double> brought_;   ///< the most that ground brings [J], without joints
+  bool far_ = false;                ///< a body goes so far that it may pass a wall
   Spare<std::vector<Transform>> start_;      ///< by body, where the piece began
   Spare<std::vector<InverseMass>> damping_;  ///< by body, where forces depend on the state: `take_forces`
 };
