@@ -24,6 +24,22 @@ std::uint64_t split_mix(std::uint64_t& x) {
   return z ^ (z >> 31);
 }
 
+// Handler of errors: what functions of the library do not allow (ipairs(nil)), and what `assert` says, comes
+// without a place. It gets that of the innermost line of the script.
+int add_place(lua_State* state) {
+  lua_Debug info;
+  if (lua_type(state, 1) != LUA_TSTRING) return 1;
+  for (int level = 0; lua_getstack(state, level, &info) != 0; ++level) {
+    lua_getinfo(state, "Sl", &info);
+    if (info.currentline <= 0) continue;
+    const std::string_view message = lua_tostring(state, 1), file = info.short_src;
+    if (message.substr(0, file.size()) != file)
+      lua_pushfstring(state, "%s:%d: %s", info.short_src, info.currentline, lua_tostring(state, 1));
+    break;
+  }
+  return 1;
+}
+
 std::string quantity(std::uint64_t n) {
   return n >= 1'000'000 ? std::to_string(n / 1'000'000) + " million" : std::to_string(n);
 }
@@ -103,7 +119,11 @@ void LuaHost::call(int function, int results, const std::function<int(lua_State*
 
 void LuaHost::protected_call(int arguments, int results, std::uint64_t budget) {
   left_ = budget;
-  if (lua_pcall(state_, arguments, results, 0) != LUA_OK) fail_with_top();
+  const int handler = lua_gettop(state_) - arguments;
+  lua_pushcfunction(state_, &add_place);
+  lua_insert(state_, handler);
+  if (lua_pcall(state_, arguments, results, handler) != LUA_OK) fail_with_top();
+  lua_remove(state_, handler);
 }
 
 void LuaHost::fail_with_top() {

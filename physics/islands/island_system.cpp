@@ -259,6 +259,7 @@ void validate_row(const IslandSystem& system, std::size_t i) {
     }
     return;
   }
+  if (row.normal >= 0) reject(i, "only friction and rolling rows have a normal row", row.normal);
   if (std::isnan(row.lower) || row.lower == kInfinity) reject(i, "lower bound must be below +inf", row.lower);
   if (std::isnan(row.upper) || row.upper == -kInfinity)
     reject(i, "upper bound must be above -inf", row.upper);
@@ -401,6 +402,8 @@ void validate(const IslandSystem& system) {
     if (!std::isfinite(compliance) || compliance < 0) {
       reject(i, "compliance must be finite and not negative", compliance);
     }
+    const double diagonal = inverse_effective_mass(system, i);
+    if (!std::isfinite(diagonal)) reject(i, "J M^-1 J' must be finite", diagonal);
   }
 }
 

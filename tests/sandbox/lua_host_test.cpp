@@ -100,6 +100,17 @@ TEST(LuaHost, LeavesOutEverythingThatReachesBeyondTheScript) {
     EXPECT_EQ(output_of(std::string("print(") + name + ")"), "nil\n") << name;
 }
 
+TEST(LuaHost, ErrorsInsideTheLibraryHaveALineToo) {
+  EXPECT_EQ(error_of("local t\nfor _, x in ipairs(t) do print(x) end"),
+            "demos/x.lua:2: attempt to index a nil value");
+  EXPECT_EQ(error_of("local function worst(a)\n  return math.max(true, a)\nend\nprint(worst(3))"),
+            "demos/x.lua:2: attempt to compare boolean with number");
+  EXPECT_EQ(error_of("\n\nassert(1 > 2, 'no bricks')"), "demos/x.lua:3: no bricks");
+  EXPECT_EQ(error_of("\nerror('plain', 0)"), "demos/x.lua:2: plain");
+  EXPECT_EQ(error_of("\nerror('once')"), "demos/x.lua:2: once");
+  EXPECT_EQ(error_of("\nerror{}"), "demos/x.lua: error of type table");
+}
+
 TEST(LuaHost, RefusesBytecode) {
   EXPECT_THAT(error_of("\x1bLua"), HasSubstr("attempt to load a binary chunk"));
 }

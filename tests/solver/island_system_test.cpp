@@ -104,6 +104,11 @@ TEST(IslandSystem, ValidateNamesTheRowAndTheValue) {
   EXPECT_THAT(message([](auto& s) { s.b.pop_back(); }), testing::HasSubstr("got 3"));
   EXPECT_THAT(message([](auto& s) { s.bodies[0].linear = -1; }), testing::HasSubstr("body 0"));
   EXPECT_THAT(message([](auto& s) { s.rows[0].Jb[1] = kInfinity; }), testing::HasSubstr("row 0"));
+  // A normal row of a normal row would be looked up by nobody, or far away.
+  EXPECT_THAT(message([](auto& s) { s.rows[2].normal = 0; }), testing::HasSubstr("row 2: only friction"));
+  EXPECT_THAT(message([](auto& s) { s.rows[0].normal = 99999; }), testing::HasSubstr("got 99999"));
+  EXPECT_THAT(message([](auto& s) { s.rows[1].Jb[0] = 1e160; }),
+              testing::HasSubstr("row 1: J M^-1 J' must be finite, got inf"));
 }
 
 TEST(FactorPattern, MinimumDegreeFillsLessThanTheNaturalOrderOnAPyramid) {
