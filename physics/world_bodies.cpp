@@ -83,10 +83,15 @@ void World::apply_impulse(BodyId id, Vec2 impulse, Vec2 point_world) {
   const std::uint32_t i = slot(*state_, id);
   require_finite(impulse, "impulse");
   require_finite(point_world, "point");
-  touch(*state_, i);
   BodyArrays& b = state_->bodies;
-  b.velocity[i] += b.inverse_mass[i] * impulse;
-  b.omega[i] += b.inverse_inertia[i] * cross(point_world - b.position[i], impulse);
+  const Vec2 v = b.velocity[i] + b.inverse_mass[i] * impulse;
+  double omega = b.omega[i];
+  if (b.inverse_inertia[i] > 0) omega += b.inverse_inertia[i] * cross(point_world - b.position[i], impulse);
+  require_finite(v, "velocity that the impulse gives");
+  require_finite(omega, "omega that the impulse gives");
+  touch(*state_, i);
+  b.velocity[i] = v;
+  b.omega[i] = omega;
 }
 
 void World::set_force_field(ForceField field, FieldThreads threads) {

@@ -70,6 +70,11 @@ std::uint32_t new_body_slot(WorldState& s) {
   return static_cast<std::uint32_t>(b.position.size() - 1);
 }
 
+/// Neither it nor its inverse leaves the numbers.
+bool has_inverse(double x) {
+  return std::isfinite(x) && std::isfinite(1 / x);
+}
+
 double density_of(const WorldState& s, std::uint32_t shape) {
   const ShapeRecord& record = s.shapes[shape];
   return s.bodies.type[record.body.index] == BodyType::Dynamic ? record.density : 0;
@@ -149,7 +154,7 @@ void update_mass(WorldState& s, std::uint32_t body) {
   s.bodies.mass[body] = mass;
   s.bodies.inertia[body] = inertia;
   s.bodies.inverse_mass[body] = mass > 0 ? 1 / mass : 0;
-  s.bodies.inverse_inertia[body] = inertia > 0 ? 1 / inertia : 0;
+  s.bodies.inverse_inertia[body] = inertia > 0 && has_inverse(inertia) ? 1 / inertia : 0;
 }
 
 void drop_contacts_of_shape(WorldState& s, std::uint32_t shape) {
@@ -181,8 +186,29 @@ void check_material(const Material& material) {
 }
 
 void check_mass(std::optional<double> mass, std::optional<double> inertia) {
-  if (mass) require(*mass > 0 && std::isfinite(*mass), "mass must be positive, got ", *mass);
-  if (inertia) require_at_least_zero(*inertia, "inertia");
+  if (mass) {
+    require(*mass > 0 && std::isfinite(*mass), "mass must be positive, got ", *mass);
+    require(has_inverse(*mass), "mass must have an inverse, got ", *mass);
+  }
+  if (inertia) {
+    require_at_least_zero(*inertia, "inertia");
+    require(*inertia == 0 || has_inverse(*inertia), "inertia must have an inverse, got ", *inertia);
+  }
+}
+
+/// What a body sums up over its shapes, with a further one, are numbers.
+void check_area(const WorldState& s, std::uint32_t body, const Shape& shape, double density) {
+  double mass = 0, second = 0;
+  const auto add = [&](const Shape& of, double its_density) {
+    const AreaProperties p = area_properties(of);
+    mass += its_density * p.area;
+    // A body without density has that of its area.
+    second += std::max(its_density, 1.0) * (p.second_moment + p.area * length_squared(p.centroid));
+  };
+  add(shape, density);
+  for (const std::uint32_t i : s.shapes_of[body]) add(s.shapes[i].shape, s.shapes[i].density);
+  require(mass == 0 || has_inverse(mass), "shape: the mass of its body must have an inverse, got ", mass);
+  require(std::isfinite(second), "shape: the moment of inertia of its body must be finite, got ", second);
 }
 
 bool is_endless(const Shape& shape) {
@@ -265,6 +291,7 @@ ShapeId World::add_shape(BodyId id, const ShapeDef& def) {
   require(!def.shape.vertices.empty(), "shape is empty; use make_disc, make_polygon, ...");
   require(!is_endless(def.shape) || s.bodies.type[body] != BodyType::Dynamic,
           "a half-plane or chain has no mass and cannot belong to a dynamic body");
+  check_area(s, body, def.shape, def.density);
 
   std::uint32_t i;
   if (s.free_shapes.empty()) {

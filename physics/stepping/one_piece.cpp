@@ -101,7 +101,11 @@ class OnePieceStep {
       work = std::max(work, work_for_heavy(state, island));
     const double with_joints = bodies + kJointWork * static_cast<double>(island.joints.size());
     limit_ = work * with_joints;
-    if (state.config.flow_work) return;
+    if (state.config.flow_work) {
+      // As much as the user likes, but no more than an island may cost.
+      if (state.config.solve.work_limit > 0) limit_ = std::min(limit_, state.config.solve.work_limit);
+      return;
+    }
     if (island.joints.empty() && !works_finely(state, island)) most_sweeps_ = more * kMostSweeps;
     if (!island.joints.empty())
       sweep_end_ = {.swept = more * kVelocityShare * kUsualFlowWork * with_joints,

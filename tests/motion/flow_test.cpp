@@ -47,6 +47,28 @@ World heap_on_ground(std::optional<double> flow_work, const char* solver = "auto
   return world;
 }
 
+/// Where no sweep finds an answer, as between walls that close, as much work as anybody likes is no more than
+/// an island may cost.
+TEST(Flow, IsBoundedByTheWorkOfAnIslandToo) {
+  WorldConfig config;
+  config.flow_work = 1e6;
+  config.solve.work_limit = 1e5;
+  World world(config);
+  const ShapeDef wall = test::rough(make_box({1, 20}), 0.5);
+  test::add_ground(world, wall);
+  for (const int side : {-1, 1}) {
+    const BodyId press = world.create_body(
+        {.type = BodyType::Kinematic, .position = {side * 4.6, 10}, .velocity = {-side * 2.0, 0}});
+    world.add_shape(press, wall);
+  }
+  for (int i = 0; i < 48; ++i)
+    test::add(world, {1.02 * (i % 8 - 3.5), 0.5 + 1.01 * (i / 8)}, test::rough(make_box({1, 1}), 0.5));
+  double most = 0;
+  for (int k = 0; k < 30; ++k) most = std::max(most, world.step(kStep).work.visits);
+  std::printf("%.2g visits a step at most\n", most);
+  EXPECT_LT(most, 2e6);
+}
+
 TEST(Flow, OfAFallingHeapIsBoundedInWorkAndSaysWhatIsLeft) {
   World poor = heap_on_ground(100), rich = heap_on_ground(2000);
   int flowing = 0;

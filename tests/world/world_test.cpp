@@ -155,6 +155,45 @@ TEST(Building, RefusesBadArgumentsWithTheirValues) {
   EXPECT_NE(message_of([&] { World({.solve = {.max_iterations = -5}}); }).find("-5"), std::string::npos);
 }
 
+/// Each number is one, but not what comes of it.
+TEST(Building, RefusesMassesAndImpulsesThatLeaveTheNumbers) {
+  World world;
+  EXPECT_NE(message_of([&] { world.create_body({.mass = 1e-320}); }).find("must have an inverse, got 1"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] { world.create_body({.inertia = 1e-320}); }).find("inertia must have an inverse"),
+            std::string::npos);
+  const BodyId body = world.create_body({.position = {1, 2}, .velocity = {1, 0}, .omega = 1});
+  const auto add = [&](double density, Vec2 centre) {
+    ShapeDef def = smooth(make_disc(0.5, centre));
+    def.density = density;
+    return message_of([&] { world.add_shape(body, def); });
+  };
+  EXPECT_NE(add(1e-320, {}).find("mass of its body must have an inverse"), std::string::npos);
+  EXPECT_NE(add(1e300, {1e10, 0}).find("moment of inertia of its body must be finite"), std::string::npos);
+  EXPECT_EQ(add(1.5e308, {0.1, 0}), "no exception");
+  const double mass = world.mass(body);
+  const Vec2 at = world.position(body);
+  // Two of them are too much.
+  EXPECT_NE(add(1.5e308, {0.1, 0}).find("must have an inverse, got inf"), std::string::npos);
+  EXPECT_NE(add(1.5e308, {1, 0}).find("must"), std::string::npos);
+  EXPECT_EQ(world.mass(body), mass);
+  EXPECT_EQ(world.position(body), at);
+
+  const BodyId light = world.create_body({.mass = 1e-3, .inertia = 1e-3});
+  EXPECT_EQ(message_of([&] {
+              world.apply_impulse(light, {1e308, 0}, {});
+            }),
+            "velocity that the impulse gives must be finite, got (inf, 0)");
+  EXPECT_EQ(message_of([&] {
+              world.apply_impulse(light, {0, 1e300}, {1e300, 0});
+            }),
+            "omega that the impulse gives must be finite, got inf");
+  EXPECT_EQ(world.velocity(light), Vec2{});
+  const BodyId rock = world.create_body({.type = BodyType::Static});
+  world.apply_impulse(rock, {0, 1e300}, {1e300, 0});
+  EXPECT_EQ(world.omega(rock), 0);
+}
+
 TEST(Building, RefusalsNameTheBody) {
   World world;
   const auto rock = world.create_body({.type = BodyType::Static, .name = "rock"});
