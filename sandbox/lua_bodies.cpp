@@ -538,6 +538,7 @@ Shape read_capsule(const Args& args) {
 BodyId add_body(lua_State* L, Script& script, const BodyDef& def, std::span<const ShapeDef> parts,
                 int color) {
   World& world = *script.world;
+  LuaHost::of(L).spend(kInstructionsOfABody);
   const BodyId body = world.create_body(def);
   try {
     for (const ShapeDef& part : parts) world.add_shape(body, part);

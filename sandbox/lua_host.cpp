@@ -92,10 +92,12 @@ void LuaHost::count_hook(lua_State* state, lua_Debug* info) {
   }
   self.left_ = 0;
   lua_getinfo(state, "Sl", info);
-  lua_pushfstring(state,
-                  "%s:%d: the script runs for too long (limits: %s instructions to load, %s a callback)",
-                  info->short_src, info->currentline, quantity(self.limits_.load_instructions).c_str(),
-                  quantity(self.limits_.call_instructions).c_str());
+  lua_pushfstring(
+      state,
+      "%s:%d: the script runs for too long (limits: %s instructions to load, %s a callback; a body "
+      "or a joint counts %s)",
+      info->short_src, info->currentline, quantity(self.limits_.load_instructions).c_str(),
+      quantity(self.limits_.call_instructions).c_str(), quantity(kInstructionsOfABody).c_str());
   lua_error(state);
 }
 

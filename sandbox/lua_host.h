@@ -9,6 +9,7 @@
 // build of Lua: errors are C++ exceptions and run destructors.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <lua.hpp>
@@ -19,6 +20,9 @@
 #include "sandbox/lua_arena.h"
 
 namespace skerry::sandbox {
+
+/// What a body or a joint counts, of the instructions.
+inline constexpr std::uint64_t kInstructionsOfABody = 400;
 
 struct LuaLimits {
   std::size_t memory = 64u << 20;                 ///< [bytes] of all Lua objects together
@@ -70,6 +74,9 @@ class LuaHost {
   /// What a script may use again: the C++ object that `attach` stored, or null.
   void attach(void* context) { context_ = context; }
   void* context() const { return context_; }
+  /// Counts instructions for what is kept outside of Lua, as the world keeps bodies: a loop without an end
+  /// would fill the machine before it has used its own.
+  void spend(std::uint64_t instructions) { left_ -= std::min(left_, instructions); }
   /// Passes one printed line on.
   void print(std::string_view line);
 

@@ -44,6 +44,7 @@ End read_end(lua_State* L, const Args& args, const char* key, const World& world
 }
 
 int push_joint(lua_State* L, Script& script, const JointDef& def) {
+  LuaHost::of(L).spend(kInstructionsOfABody);
   const JointId joint = script.world->create_joint(def);
   *static_cast<JointId*>(lua_newuserdatauv(L, sizeof(JointId), 0)) = joint;
   luaL_setmetatable(L, kJointType);

@@ -74,6 +74,18 @@ TEST_F(Script, NamesFileLineFunctionArgumentAndWhatItGot) {
               HasSubstr("no field \"vz\"; did you mean"));
 }
 
+TEST_F(Script, StopsScriptsThatMakeBodiesForEver) {
+  Demo demo = load("on_step(function()\n  while true do disc{ radius = 1 } end\nend)");
+  try {
+    demo.step();
+    FAIL();
+  } catch (const ScriptError& error) {
+    EXPECT_THAT(error.what(), EndsWith("arch.lua:3: the script runs for too long (limits: 200 million "
+                                       "instructions to load, 20 million a callback; a body or a joint "
+                                       "counts 400)"));
+  }
+}
+
 TEST_F(Script, WhatIsAskedForAnAnswerMustNotChangeTheWorld) {
   const auto error_of_run = [&](const std::string& body) -> std::string {
     try {
