@@ -61,8 +61,10 @@ TEST(Flow, IsBoundedByTheWorkOfAnIslandToo) {
         {.type = BodyType::Kinematic, .position = {side * 4.6, 10}, .velocity = {-side * 2.0, 0}});
     world.add_shape(press, wall);
   }
-  for (int i = 0; i < 48; ++i)
-    test::add(world, {1.02 * (i % 8 - 3.5), 0.5 + 1.01 * (i / 8)}, test::rough(make_box({1, 1}), 0.5));
+  for (int i = 0; i < 48; ++i) {
+    const int row = i / 8;
+    test::add(world, {1.02 * (i % 8 - 3.5), 0.5 + 1.01 * row}, test::rough(make_box({1, 1}), 0.5));
+  }
   double most = 0;
   for (int k = 0; k < 30; ++k) most = std::max(most, world.step(kStep).work.visits);
   std::printf("%.2g visits a step at most\n", most);
