@@ -102,7 +102,10 @@ TEST(LuaHost, LeavesOutEverythingThatReachesBeyondTheScript) {
 
 TEST(LuaHost, ErrorsInsideTheLibraryHaveALineToo) {
   EXPECT_EQ(error_of("local t\nfor _, x in ipairs(t) do print(x) end"),
-            "demos/x.lua:2: attempt to index a nil value");
+            "demos/x.lua:2: bad argument #1 to 'ipairs' (table expected, got nil)");
+  EXPECT_EQ(output_of("local t = {5, 6, nil, 8}\nfor i, x in ipairs(t) do print(i, x) t[2] = 7 end\n"
+                      "for _ in ipairs{} do print('none') end"),
+            "1\t5\n2\t7\n");
   EXPECT_EQ(error_of("local function worst(a)\n  return math.max(true, a)\nend\nprint(worst(3))"),
             "demos/x.lua:2: attempt to compare boolean with number");
   EXPECT_EQ(error_of("\n\nassert(1 > 2, 'no bricks')"), "demos/x.lua:3: no bricks");
