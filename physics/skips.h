@@ -13,7 +13,7 @@ struct Skips {
   bool factors = true;  ///< solvers keep factors and states from step to step; the same to rounding
   bool smooth_rows = true;  ///< no friction rows where mu is 0; the same to the solver's tolerance
   bool alike = true;  ///< bodies that fly alike are no pair until something strikes one; the same to rounding
-  bool flight = true;  ///< islands without contacts and joints fly in closed form; the same to rounding
+  bool flight = true;  ///< islands without contacts, whose joints do nothing, fly in closed form; to rounding
 };
 
 }  // namespace skerry

@@ -437,7 +437,7 @@ bool Step::extend_reach() {
 /// it has a new one.
 void Step::loosen_overrun() {
   for (const SteppedIsland& island : s_.islands) {
-    if (island.flew_alone || island.kept) continue;
+    if (island.flew_alone || island.kept || island.result().in_flight) continue;
     for (const std::uint32_t i : island.island.bodies) {
       // What was forgiven is noted as just the bound.
       const bool astray = s_.flight[i] == FlightKind::Fast && s_.strayed[i] >= s_.allowance[i];

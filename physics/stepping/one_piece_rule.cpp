@@ -273,8 +273,8 @@ OnePieceRule one_piece_rule(const WorldState& state, const Island& island, doubl
 }
 
 void note_parted(const WorldState& state, const Island& island, double h, IslandResult& result) {
-  // What will be made again has not moved yet.
-  if (result.unmoved) return;
+  // What will be made again has not moved yet, and what flew was looked at before.
+  if (result.unmoved || result.in_flight) return;
   const bool exact = !result.report.flowing;
   const bool parted = has_parted(state, island, h);
   if (!parted && !(exact && has_overlaps(state, island))) return;

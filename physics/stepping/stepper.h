@@ -103,10 +103,10 @@ std::span<const StepperEntry> steppers();
 /// @throws std::invalid_argument that lists the names there are.
 const StepperEntry& find_stepper(std::string_view name);
 
-/// Whether an island is in free flight: nothing is in reach, and no force varies.
+/// Whether an island is in free flight: nothing is in reach, no joint holds it, and no force varies.
 bool is_in_flight(const WorldState& state, const Island& island);
 
-/// If it is: one flight in closed form. @return false if it is not
+/// If it is, or falls with joints that have nothing to do: one flight in closed form. @return false if not
 bool fly_freely(WorldState& state, const Island& island, double h, IslandResult& result);
 
 }  // namespace skerry
