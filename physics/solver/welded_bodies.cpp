@@ -68,6 +68,9 @@ bool WeldedBodies::find_welds(int joints) {
       if (row.kind == RowKind::Normal) break;
       continue;
     }
+    // Nearly all others end here.
+    const Row& third = system.rows[static_cast<std::size_t>(i) + 2];
+    if (third.a != row.a || third.b != row.b) continue;
     bool weld = true;
     for (int k = 0; weld && k < 3; ++k) {
       const Row& other = system.rows[static_cast<std::size_t>(i + k)];

@@ -192,13 +192,22 @@ struct ToldMotion {
 
 double told_speed(const WorldState& state, const Island& island, double h) {
   const BodyArrays& all = state.bodies;
+  double turning = 0;
+  for (const std::uint32_t i : island.bodies)
+    if (all.inverse_inertia[i] == 0) turning = std::max(turning, std::abs(all.omega[i]) * state.radius[i]);
+  // Most mechanisms have nothing that could.
+  const auto drives = [&](std::uint32_t i) {
+    return state.joints[i].def.motor_speed && !(state.joints[i].def.motor_limit < kInfinity);
+  };
+  if (island.contacts.empty() && state.kinematic.empty() &&
+      std::none_of(island.joints.begin(), island.joints.end(), drives))
+    return turning;
   Aabb box{all.position[island.bodies.front()], all.position[island.bodies.front()]};
-  double longest = 0, largest = 0, turning = 0;
+  double longest = 0, largest = 0;
   for (const std::uint32_t i : island.bodies) {
     box = united(box, {all.position[i], all.position[i]});
     longest += 2 * size_of(state, i);
     largest = std::max(largest, size_of(state, i));
-    if (all.inverse_inertia[i] == 0) turning = std::max(turning, std::abs(all.omega[i]) * state.radius[i]);
   }
   const Vec2 middle = 0.5 * (box.lower + box.upper);
   const double radius = 0.5 * length(box.upper - box.lower);
@@ -236,7 +245,7 @@ double told_speed(const WorldState& state, const Island& island, double h) {
     const double span = state.kinematic.empty() ? 0 : span_of(state, joint);
     most = std::max({most, speed_of(def.a.index, span + length(joint.local_a), motion),
                      speed_of(def.b.index, span + length(joint.local_b), motion)});
-    if (!def.motor_speed || def.motor_limit < kInfinity) continue;
+    if (!drives(i)) continue;
     double arm = 1;
     if (def.kind == JointKind::Revolute || def.kind == JointKind::Wheel || def.kind == JointKind::Motor) {
       // Its bodies turn about the anchor, and take along what they are joined to.

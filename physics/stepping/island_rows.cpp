@@ -185,18 +185,44 @@ std::size_t rows_of_joint(const WorldState& state, const Island& island, const A
   return count;
 }
 
+std::uint64_t source_of_joint(std::uint32_t slot, int k) {
+  return (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
+}
+
+/// The rows of a hinge that is nothing but a hinge, which most joints are: those of `joint_geometry`, at a
+/// third of the cost.
+void add_hinge(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, RowWriter& rows) {
+  const JointRecord& joint = state.joints[slot];
+  const Ends ends = ends_of(state, joint.def.a.index, joint.def.b.index);
+  const JointEnd a = end_of(state, request, ends.body_a, ends.a),
+                 b = end_of(state, request, ends.body_b, ends.b);
+  const Vec2 ra = rotate(a.q, joint.local_a), rb = rotate(b.q, joint.local_b);
+  const Vec2 apart = (b.p - a.p) + (rb - ra);
+  const auto hold = [&](int k, double error, const std::array<double, 3>& Ja,
+                        const std::array<double, 3>& Jb) {
+    Row& row = rows.add(state, request.elapsed, {RowKind::Joint, true, slot, k, error, 0, 0}, ends, Ja, Jb, 0,
+                        source_of_joint(slot, k));
+    row.lower = -kInfinity;
+    row.upper = kInfinity;
+    row.normal = -1;
+    row.mu = 0;
+  };
+  hold(0, apart.x, {-1, 0, ra.y}, {1, 0, -rb.y});
+  hold(1, apart.y, {0, -1, -ra.x}, {0, 1, rb.x});
+}
+
 void add_joint(const WorldState& state, const Island& island, const AssemblyRequest& request,
                std::size_t number, RowWriter& rows) {
   const std::uint32_t slot = island.joints[number];
+  const JointDef& def = state.joints[slot].def;
+  if (def.kind == JointKind::Revolute && held_rows(def) > 0) return add_hinge(state, request, slot, rows);
   for_joint_rows(state, island, request, number, [&](const Ends& ends, int k, const JointRow& from) {
     const RowKind kind = from.kind == JointRowKind::Hold    ? RowKind::Joint
                          : from.kind == JointRowKind::Limit ? RowKind::Limit
                                                             : RowKind::Motor;
-    const std::uint64_t source = (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1}
-                                                                                             << 63;
     Row& row =
         rows.add(state, request.elapsed, {kind, true, slot, k, from.error, from.stiffness, from.damping},
-                 ends, from.Ja, from.Jb, -from.speed, source);
+                 ends, from.Ja, from.Jb, -from.speed, source_of_joint(slot, k));
     row.lower = kind == RowKind::Limit ? 0 : -from.most;
     row.upper = from.most;
     row.normal = -1;
