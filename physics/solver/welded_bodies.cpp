@@ -62,18 +62,18 @@ bool WeldedBodies::find_welds(int joints) {
   welds_.clear();
   Matrix blocks, unused;
   for (int i = 0; i + 2 < std::min(joints, system.size()); ++i) {
-    const Row& row = system.rows[static_cast<std::size_t>(i)];
+    const Row* const rows = &system.rows[static_cast<std::size_t>(i)];
+    const Row& row = rows[0];
     if (row.kind != RowKind::Joint) {
       // Joints come before contacts.
       if (row.kind == RowKind::Normal) break;
       continue;
     }
     // Nearly all others end here.
-    const Row& third = system.rows[static_cast<std::size_t>(i) + 2];
-    if (third.a != row.a || third.b != row.b) continue;
+    if (rows[2].a != row.a || rows[2].b != row.b) continue;
     bool weld = true;
     for (int k = 0; weld && k < 3; ++k) {
-      const Row& other = system.rows[static_cast<std::size_t>(i + k)];
+      const Row& other = rows[k];
       weld = other.a == row.a && other.b == row.b && holds_both_ways(system, i + k);
       blocks[static_cast<std::size_t>(k)] = row.b >= 0 ? other.Jb : other.Ja;
     }
