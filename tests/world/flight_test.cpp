@@ -95,6 +95,12 @@ struct Mechanism {
       joints.push_back(world.create_joint(def));
     }
   }
+
+  /// From the centre of the first body to that of the last.
+  JointDef across(const World& world, JointKind kind) const {
+    const BodyId a = bodies.front(), b = bodies.back();
+    return {.kind = kind, .a = a, .b = b, .anchor_a = world.position(a), .anchor_b = world.position(b)};
+  }
 };
 
 TEST(Flight, OfWhatFallsAsOneTakesNoForces) {
@@ -150,12 +156,7 @@ TEST(Flight, OfJointsThatAreAtWorkIsSolved) {
       {"one is pushed", [](World& w, const Mechanism& m) { w.apply_torque(m.bodies[3], 0.01); }},
       {"two rods contradict each other",
        [](World& w, const Mechanism& m) {
-         JointDef def;
-         def.kind = JointKind::Distance;
-         def.a = m.bodies.front();
-         def.b = m.bodies.back();
-         def.anchor_a = w.position(def.a);
-         def.anchor_b = w.position(def.b);
+         JointDef def = m.across(w, JointKind::Distance);
          w.create_joint(def);
          def.length = length(def.anchor_b - def.anchor_a) + 0.1;
          w.create_joint(def);
@@ -165,24 +166,14 @@ TEST(Flight, OfJointsThatAreAtWorkIsSolved) {
        [](World& w, const Mechanism& m) { w.set_motor(m.joints[0], 1); }},
       {"a spring pulls",
        [](World& w, const Mechanism& m) {
-         JointDef def;
-         def.kind = JointKind::Spring;
-         def.a = m.bodies.front();
-         def.b = m.bodies.back();
-         def.anchor_a = w.position(def.a);
-         def.anchor_b = w.position(def.b);
+         JointDef def = m.across(w, JointKind::Spring);
          def.length = 1;
          def.stiffness = 10;
          w.create_joint(def);
        }},
       {"a pulley hangs somewhere",
        [](World& w, const Mechanism& m) {
-         JointDef def;
-         def.kind = JointKind::Pulley;
-         def.a = m.bodies.front();
-         def.b = m.bodies.back();
-         def.anchor_a = w.position(def.a);
-         def.anchor_b = w.position(def.b);
+         JointDef def = m.across(w, JointKind::Pulley);
          def.pulley_a = {0, 30};
          def.pulley_b = {4, 30};
          w.create_joint(def);
