@@ -137,6 +137,14 @@ TEST(Flight, OfWhatFallsAsOneTakesNoForces) {
   }
 }
 
+/// What is at rest does not fly: it sleeps.
+TEST(Flight, IsNothingForAMechanismAtRestInEmptySpace) {
+  World world(test::weightless());
+  for (const BodyId body : Mechanism(world).bodies) world.set_velocity(body, {0, 0}, 0);
+  for (int step = 0; step < 120; ++step) EXPECT_EQ(world.step(1.0 / 60).islands_in_flight, 0);
+  EXPECT_EQ(world.report().bodies_asleep, 8);
+}
+
 /// What gives the joints something to do, each by itself.
 TEST(Flight, OfJointsThatAreAtWorkIsSolved) {
   struct Case {
