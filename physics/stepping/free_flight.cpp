@@ -8,6 +8,7 @@
 #include "physics/joint_rows.h"
 #include "physics/stepping/applied_forces.h"
 #include "physics/stepping/path.h"
+#include "physics/stepping/projection.h"
 #include "physics/stepping/stepper.h"
 #include "physics/stepping/touching.h"
 #include "physics/stepping/travel.h"
@@ -19,14 +20,14 @@ namespace {
 constexpr double kRounded = 1e-14;
 
 /// Whether a joint between two bodies that move alike, without turning, pushes nothing: it holds where they
-/// are, to a thousandth of what counts as closed, and wherever both go together. A motor may be at its limit,
+/// are, so that no projection would move them, and wherever both go together. A motor may be at its limit,
 /// which nothing has looked at yet.
 bool goes_along(const WorldState& state, std::uint32_t slot) {
   const JointRecord& joint = state.joints[slot];
   const std::uint32_t a = joint.def.a.index, b = joint.def.b.index;
   if (!joint.def.a || state.local_index[a] < 0 || state.local_index[b] < 0 || joint.def.motor_speed)
     return false;
-  const double floor = 1e-3 * touch_tolerance(state, state.bodies.position[b]);
+  const double floor = position_floor(state, state.bodies.position[b]);
   JointRows rows;
   const int count = joint_geometry(joint, joint_end(state, a), joint_end(state, b), rows);
   for (int k = 0; k < count; ++k) {

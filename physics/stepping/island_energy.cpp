@@ -195,7 +195,7 @@ double told_speed(const WorldState& state, const Island& island, double h) {
   double turning = 0;
   for (const std::uint32_t i : island.bodies)
     if (all.inverse_inertia[i] == 0) turning = std::max(turning, std::abs(all.omega[i]) * state.radius[i]);
-  // Most mechanisms have nothing that could.
+  // Most mechanisms have nothing that drives them.
   const auto drives = [&](std::uint32_t i) {
     return state.joints[i].def.motor_speed && !(state.joints[i].def.motor_limit < kInfinity);
   };

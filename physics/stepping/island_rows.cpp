@@ -189,8 +189,8 @@ std::uint64_t source_of_joint(std::uint32_t slot, int k) {
   return (std::uint64_t{slot} << 3 | static_cast<unsigned>(k)) | std::uint64_t{1} << 63;
 }
 
-/// The rows of a hinge that is nothing but a hinge, which most joints are: those of `joint_geometry`, at a
-/// third of the cost.
+/// The rows of a hinge that is nothing but a hinge, which most joints are: those of `joint_geometry`, at
+/// less than half of the cost.
 void add_hinge(const WorldState& state, const AssemblyRequest& request, std::uint32_t slot, RowWriter& rows) {
   const JointRecord& joint = state.joints[slot];
   const Ends ends = ends_of(state, joint.def.a.index, joint.def.b.index);

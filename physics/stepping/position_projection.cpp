@@ -16,12 +16,6 @@
 namespace skerry {
 namespace {
 
-/// Errors below this are what rounding leaves [m]: a thousandth of the tolerance within which contacts count
-/// as closed.
-double position_floor(const WorldState& state, Vec2 where) {
-  return 1e-3 * touch_tolerance(state, where);
-}
-
 // Shifts beyond the contact margin that are longer than so many times the largest error come from geometry,
 // not from errors.
 constexpr double kFarShift = 10;
@@ -287,6 +281,10 @@ bool move_onto_constraints(WorldState& state, const Island& island, double elaps
 }
 
 }  // namespace
+
+double position_floor(const WorldState& state, Vec2 where) {
+  return 1e-3 * touch_tolerance(state, where);
+}
 
 bool project_positions(WorldState& state, const Island& island, double elapsed, IslandResult& result,
                        Assembly& rows, bool far) {

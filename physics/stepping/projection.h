@@ -12,6 +12,10 @@ namespace skerry {
 
 struct Assembly;
 
+/// Errors below this are what rounding leaves [m]: a thousandth of the tolerance within which contacts count
+/// as closed.
+double position_floor(const WorldState& state, Vec2 where);
+
 /// Moves the bodies by the smallest mass-weighted displacement after which joints hold, contacts do not
 /// penetrate, and contacts that carried load are closed. Velocities are left alone but for a common rotation
 /// that keeps the angular momentum of islands that touch nothing fixed. Does nothing (and solves nothing)
