@@ -6,6 +6,7 @@
 #include <functional>
 #include <iterator>
 
+#include "physics/large_pages.h"
 #include "physics/spare.h"
 #include "physics/world_state.h"
 
@@ -136,7 +137,7 @@ void Sleepers::put_to_sleep(WorldState& s, double h, std::vector<Candidate> cand
   std::vector<std::size_t> count(islands_.size(), 0);
   for (const std::int32_t keeper : *keeper_of)
     if (keeper >= 0) ++count[static_cast<std::size_t>(keeper)];
-  for (const std::uint32_t place : places) islands_[place].contacts.reserve(count[place]);
+  for (const std::uint32_t place : places) reserve_large(islands_[place].contacts, count[place]);
   s.table_changed = true;
   std::size_t left = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
@@ -205,7 +206,7 @@ std::vector<std::uint32_t> Sleepers::wake_places(WorldState& s, std::vector<std:
   const std::size_t awake = s.contacts.size();
   std::size_t contacts = awake;
   for (const std::uint32_t place : places) contacts += islands_[place].contacts.size();
-  s.contacts.reserve(contacts);
+  reserve_large(s.contacts, contacts);
   std::vector<RestingIsland> resting;
   std::vector<IslandMemory> memories;
   for (const std::uint32_t place : places) {

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "physics/large_pages.h"
+
 namespace skerry {
 
 namespace spare {
@@ -53,7 +55,7 @@ requires(!std::is_reference_v<T>) void give_spare(T&& used) {
 /// filling them does. Pages that are not used yet are none.
 template <class T>
 void resize_with_room(std::vector<T>& all, std::size_t size) {
-  if (size > all.capacity()) all.reserve(4 * size);
+  if (size > all.capacity()) reserve_large(all, 4 * size);
   all.resize(size);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "physics/index.h"
+#include "physics/large_pages.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -143,7 +144,7 @@ void BlockFactor::set_pattern(const BlockPattern& pattern) {
   pattern_ = &pattern;
   sharing_.clear();
   diagonal_.resize(at(pattern.nodes()));
-  lower_.resize(at(pattern.blocks()));
+  resize_large(lower_, at(pattern.blocks()));
   pivot_.resize(at(pattern.nodes()));
   int longest = 0;
   for (int j = 0; j < pattern.nodes(); ++j)
@@ -156,7 +157,9 @@ void BlockFactor::clear(bool general) {
   const Block3 zero{};
   std::fill(diagonal_.begin(), diagonal_.end(), zero);
   std::fill(lower_.begin(), lower_.end(), zero);
-  if (general) upper_.assign(lower_.size(), zero);
+  if (!general) return;
+  reserve_large(upper_, lower_.size());
+  upper_.assign(lower_.size(), zero);
 }
 
 /// What one of several threads needs for itself.
@@ -528,14 +531,14 @@ bool BlockFactor::factor(bool general, ThreadPool* threads, const FillColumn& fi
     }
     if (sharing_.pays()) return factor_by(*threads, fill);
   }
-  if (general) upper_.resize(lower_.size());
+  if (general) resize_large(upper_, lower_.size());
   for (int j = 0; j < nodes(); ++j) fill_column(j, fill);
   return factor();
 }
 
 // Tasks begin in their order, so those that one waits for have begun.
 bool BlockFactor::factor_by(ThreadPool& threads, const FillColumn& fill) {
-  upper_.resize(lower_.size());
+  resize_large(upper_, lower_.size());
   for (Progress& unit : finished_) unit.reached(0);
   std::atomic<bool> regular = true;
   threads.run(sharing_.tasks(), [&](std::size_t i) {

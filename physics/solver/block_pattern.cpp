@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "physics/index.h"
+#include "physics/large_pages.h"
 #include "physics/spare.h"
 
 namespace skerry {
@@ -104,7 +105,7 @@ void BlockPattern::analyse(int nodes, std::span<const std::array<int, 2>> edges,
     const std::int64_t d = begin_[j + 1] - begin_[j];
     update_begin_[j + 1] = update_begin_[j] + d * (d - 1) / 2;
   }
-  update_.resize(static_cast<std::size_t>(update_begin_[n]));
+  resize_large(update_, static_cast<std::size_t>(update_begin_[n]));
   int* target = update_.data();
   for (std::size_t j = 0; j < n; ++j)
     for (int k = begin_[j]; k < begin_[j + 1]; ++k) {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "physics/index.h"
+#include "physics/large_pages.h"
 #include "physics/solver/contact_states.h"
 
 namespace skerry {
@@ -79,6 +80,7 @@ double BodySpaceModel::assign(const IslandSystem& system, SolveWork& work) {
     forgotten_ = false;
     pairs_.resize(n);
     normal_of_row_.resize(n);
+    reserve_large(info_, n);
     info_.assign(n, RowInfo{});
     inverse_mass_.assign(at(nodes_) + 1, BodyVector{});
     velocity_.assign(at(nodes_) + 1, BodyVector{});

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/index.h"
+#include "physics/large_pages.h"
 #include "physics/spare.h"
 #include "physics/thread_pool.h"
 
@@ -46,7 +47,8 @@ struct InteriorRow {
 class InteriorPoint {
  public:
   InteriorPoint(BodySpaceModel& model, ActiveSet& active, const InteriorPointOptions& options)
-      : model_(model), active_(active), options_(options), rows_(at(model.rows())) {
+      : model_(model), active_(active), options_(options) {
+    resize_large(rows_, at(model.rows()));
     for (auto* v : {&w_, &g_, &h_, &k_, &d_, &c_, &lambda_}) v->assign(rows_.size(), 0.0);
     start();
   }

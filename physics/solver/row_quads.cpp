@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "physics/index.h"
+#include "physics/large_pages.h"
 
 namespace skerry {
 namespace {
@@ -280,6 +281,7 @@ void RowQuads::place(const IslandSystem& system, std::span<const int> position, 
     ++count;
     quad_of_row_[at(i)] = quads - 1;
   }
+  reserve_large(quads_, at(quads));
   quads_.assign(at(quads), Quad{});
   for (int i = n; i-- > 0;) {
     Quad& q = quads_[at(quad_of_row_[at(i)])];
