@@ -237,6 +237,9 @@ Eigen::SparseMatrix<double> read_matrix_market(std::istream& in, const std::stri
   while (in.peek() == '%') words.skip_line();
 
   const long rows = words.integer("rows", 0, kMaxRows), columns = words.integer("columns", 0, kMaxRows);
+  if ((symmetric || skew) && rows != columns)
+    words.fail("a " + symmetry + " matrix has as many columns as rows, got " + std::to_string(columns) +
+               " and " + std::to_string(rows));
   Triplets entries;
   const auto put = [&](long i, long j, double value) {
     entries.emplace_back(static_cast<int>(i), static_cast<int>(j), value);

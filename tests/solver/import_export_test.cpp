@@ -371,6 +371,12 @@ TEST(Import, TextThatIsNoProblemIsRefusedWithTheLine) {
               testing::HasSubstr("no MatrixMarket matrix"));
   EXPECT_THAT(refusal(read_matrix_market, "%%MatrixMarket matrix dense real general\n1 1\n1\n"),
               testing::HasSubstr("unknown format \"dense\""));
+  // The mirror of its last entry is in no column.
+  for (const char* kind : {"symmetric", "skew-symmetric"})
+    EXPECT_THAT(refusal(read_matrix_market,
+                        "%%MatrixMarket matrix coordinate real " + std::string(kind) + "\n7 2 1\n6 2 1\n"),
+                testing::HasSubstr(std::string("file.dat:2: a ") + kind +
+                                   " matrix has as many columns as rows, got 2 and 7"));
 }
 
 TEST(Import, RowsOfAFrictionProblemHaveTheNumberOfTheirContact) {
